@@ -1,0 +1,187 @@
+"""The only place where triples of orientation angles become rotations.
+
+Frames: {O_A} is fixed to the torso with its origin at the shoulder centre O, x forward, y to the left, z up,
+on both sides of the body. {O_B} turns with the arm, which hangs along -z. An orientation is the active rotation
+that takes coordinates in {O_B} to coordinates in {O_A}.
+
+Two conventions occur in the source and must not be mixed:
+
+* (4-7) of the thesis, intrinsic X-Y-Z: :func:`thesis_rotation`;
+* the shoulder angles of Table 2-1, Appendix C and the daily-life tasks, intrinsic Y-X-Z (flexion, abduction,
+  axial rotation): :func:`shoulder_rotation`, with clinical signs.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from .errors import InvalidInput, UnknownName
+from .validation import FloatArray, as_finite, as_rotation, frozen
+
+__all__ = [
+    "GRAVITY",
+    "MIRROR",
+    "Side",
+    "as_side",
+    "mirrored",
+    "shoulder_angles",
+    "shoulder_rotation",
+    "thesis_angles",
+    "thesis_rotation",
+]
+
+Side = Literal["left", "right"]
+
+#: Standard gravity of the thesis, m/s², base frame.
+GRAVITY: FloatArray = frozen(np.array([0.0, 0.0, -9.81]))
+
+#: Mirror in the x-z (sagittal) plane that turns a left shoulder into a right one.
+MIRROR: FloatArray = frozen(np.diag([1.0, -1.0, 1.0]))
+
+
+def as_side(side: str) -> Side:
+    """Return ``side`` if it is "left" or "right", else raise UnknownName."""
+    if side == "left":
+        return "left"
+    if side == "right":
+        return "right"
+    raise UnknownName("side", side, ("left", "right"))
+
+
+def _angles(
+    names: tuple[str, str, str], values: tuple[ArrayLike, ArrayLike, ArrayLike], degrees: bool
+) -> FloatArray:
+    arrays = [as_finite(name, value, (), stack=True) for name, value in zip(names, values, strict=True)]
+    try:
+        stacked = np.stack(np.broadcast_arrays(*arrays), axis=-1)
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays)
+        raise InvalidInput(f"expected {', '.join(names)} to broadcast, got shapes {shapes}") from None
+    return np.radians(stacked) if degrees else stacked
+
+
+def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, degrees: bool = False) -> Rotation:
+    """Orientation from the thesis's angles, (4-7): Rx(θx) Ry(θy) Rz(θz), intrinsic X-Y-Z.
+
+    Parameters
+    ----------
+    theta_x, theta_y, theta_z : array_like
+        Angles in rad (degrees with ``degrees=True``); they broadcast to a stack of shape (...).
+    degrees : bool
+        Whether the angles are in degrees.
+
+    Returns
+    -------
+    scipy.spatial.transform.Rotation
+        Takes {O_B} to {O_A}; single, or a stack of shape (...).
+
+    Raises
+    ------
+    InvalidInput
+        If an angle is not finite or the shapes do not broadcast.
+    """
+    angles = _angles(("theta_x", "theta_y", "theta_z"), (theta_x, theta_y, theta_z), degrees)
+    return Rotation.from_euler("XYZ", angles)
+
+
+def shoulder_rotation(
+    flexion: ArrayLike,
+    abduction: ArrayLike,
+    internal_rotation: ArrayLike,
+    side: str = "left",
+    degrees: bool = False,
+) -> Rotation:
+    """Orientation from clinical shoulder angles, all positive as named, intrinsic Y-X-Z.
+
+    Left shoulder: Ry(-flexion) Rx(abduction) Rz(-internal). The right shoulder is the mirror image in the x-z
+    plane, which negates abduction and axial rotation. The first and last angle are not separate at ±90° of
+    abduction: keep the Rotation, not the angles, as the state of a computation.
+
+    Parameters
+    ----------
+    flexion : array_like
+        Arm forward, rad (degrees with ``degrees=True``).
+    abduction : array_like
+        Arm away from the body.
+    internal_rotation : array_like
+        Arm turned inward about its own axis.
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether the angles are in degrees.
+
+    Returns
+    -------
+    scipy.spatial.transform.Rotation
+        Takes {O_B} to {O_A}; single, or a stack of shape (...).
+
+    Raises
+    ------
+    InvalidInput
+        If an angle is not finite or the shapes do not broadcast.
+    UnknownName
+        If ``side`` is neither "left" nor "right".
+    """
+    names = ("flexion", "abduction", "internal_rotation")
+    angles = _angles(names, (flexion, abduction, internal_rotation), degrees)
+    sign = 1.0 if as_side(side) == "left" else -1.0
+    return Rotation.from_euler("YXZ", angles * np.array([-1.0, sign, -sign]))
+
+
+def _euler(orientation: Rotation, order: str) -> FloatArray:
+    # At the lock SciPy warns and sets the third angle to zero; that choice is documented, so no warning travels.
+    return np.asarray(as_rotation("orientation", orientation).as_euler(order, suppress_warnings=True))
+
+
+def thesis_angles(orientation: Rotation, degrees: bool = False) -> FloatArray:
+    """Angles (θx, θy, θz) of (4-7) of an orientation.
+
+    Parameters
+    ----------
+    orientation : Rotation
+        Single or a stack of shape (...).
+    degrees : bool
+        Whether to return degrees.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., 3), rad or degrees, θy within ±90°. At θy = ±90° only θx ± θz has a meaning and θz is 0.
+    """
+    angles = _euler(orientation, "XYZ")
+    return np.degrees(angles) if degrees else angles
+
+
+def shoulder_angles(orientation: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
+    """Clinical angles (flexion, abduction, internal rotation) of an orientation.
+
+    Parameters
+    ----------
+    orientation : Rotation
+        Single or a stack of shape (...).
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether to return degrees.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., 3), rad or degrees, abduction within ±90°. At ±90° of abduction the internal rotation is 0.
+    """
+    sign = 1.0 if as_side(side) == "left" else -1.0
+    angles = _euler(orientation, "YXZ") * np.array([-1.0, sign, -sign])
+    return np.degrees(angles) if degrees else angles
+
+
+def mirrored(orientation: Rotation) -> Rotation:
+    """Mirror image of an orientation in the x-z plane, S R S with S = diag(1, -1, 1).
+
+    A rotation vector is a pseudovector, so its x and z components change sign and its y component stays.
+    """
+    quaternion = as_rotation("orientation", orientation).as_quat()
+    return Rotation.from_quat(quaternion * np.array([-1.0, 1.0, -1.0, 1.0]))

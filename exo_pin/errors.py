@@ -1,0 +1,144 @@
+"""What can go wrong, one class a kind, each with its evidence as attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from os import PathLike, fspath
+from typing import Any
+
+__all__ = [
+    "ExoPinError",
+    "FileFormatError",
+    "InfeasibleBounds",
+    "InvalidInput",
+    "LoopNotClosed",
+    "MissingData",
+    "NonConvexBound",
+    "SolverFailed",
+    "UnknownName",
+]
+
+
+class ExoPinError(Exception):
+    """Base of every error that exo_pin raises on purpose."""
+
+
+class InvalidInput(ExoPinError, ValueError):
+    """An argument has a wrong type, shape, range or value."""
+
+
+class UnknownName(InvalidInput):
+    """A name (preset, key, frame, closure type, ...) that nothing answers to.
+
+    Attributes
+    ----------
+    kind : str
+        What was looked for, for example ``"preset"``.
+    name : str
+        The name that was asked for.
+    available : tuple of str
+        The names there are.
+    """
+
+    def __init__(self, kind: str, name: object, available: Iterable[str], where: str = "") -> None:
+        self.kind = kind
+        self.name = str(name)
+        self.available = tuple(sorted(available))
+        near = get_close_matches(self.name, self.available, n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        place = f" in {where}" if where else ""
+        there = ", ".join(self.available) if self.available else "none"
+        super().__init__(f"unknown {kind} {self.name!r}{place}{hint}; there are: {there}")
+
+
+class MissingData(ExoPinError, ValueError):
+    """The question needs a value that the mechanism does not have.
+
+    What a source does not print is left out of its parameter set; it never defaults to 0 or 1.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Names of the values that are needed.
+    """
+
+    def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "") -> None:
+        self.missing = tuple(missing)
+        owner = f"mechanism {mechanism!r} has no " if mechanism else "missing: "
+        super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs")
+
+
+class FileFormatError(InvalidInput):
+    """A file cannot be read as what it should be.
+
+    Attributes
+    ----------
+    path : str or None
+        The file.
+    key : str or None
+        Dotted name of the offending key, for example ``"geometry.circles.base_radius"``.
+    """
+
+    def __init__(self, message: str, path: str | PathLike[str] | None = None, key: str | None = None) -> None:
+        self.path = None if path is None else fspath(path)
+        self.key = key
+        super().__init__(f"{self.path}: {message}" if self.path is not None else message)
+
+
+class LoopNotClosed(ExoPinError, RuntimeError):
+    """No closed configuration was found.
+
+    Attributes
+    ----------
+    q : ndarray
+        Shape (nq,), the best configuration reached.
+    residual : float
+        Largest loop residual there, in m and rad.
+    iterations : int
+        Iterations spent.
+    """
+
+    def __init__(self, q: Any, residual: float, iterations: int) -> None:
+        self.q = q
+        self.residual = float(residual)
+        self.iterations = int(iterations)
+        super().__init__(
+            f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations"
+        )
+
+
+class NonConvexBound(InvalidInput):
+    """The bound ``|g_i| <= |f_i|`` is not convex where f_i is itself chosen and may take both signs."""
+
+
+class InfeasibleBounds(InvalidInput):
+    """A lower bound stands above its upper bound.
+
+    Attributes
+    ----------
+    limbs : tuple of int
+        Indices of the limbs concerned, from 0.
+    """
+
+    def __init__(self, limbs: Iterable[int]) -> None:
+        self.limbs = tuple(int(i) for i in limbs)
+        super().__init__(f"lower bound above upper bound for limb index {', '.join(map(str, self.limbs))}")
+
+
+class SolverFailed(ExoPinError, RuntimeError):
+    """A numerical solver did not reach its accuracy.
+
+    Attributes
+    ----------
+    solver : str
+        Name of the solver.
+    residual : float
+        The residual it stopped at.
+    """
+
+    def __init__(self, solver: str, residual: float, detail: str = "") -> None:
+        self.solver = solver
+        self.residual = float(residual)
+        tail = f": {detail}" if detail else ""
+        super().__init__(f"{solver} stopped at residual {self.residual:.3e}{tail}")

@@ -1,0 +1,28 @@
+"""What a mechanism is: pure data, frozen and checked when it is made."""
+
+from __future__ import annotations
+
+from .arm import Arm
+from .files import preset, presets, read_mechanism, write_mechanism
+from .geometry import CircleDimensions, WristGeometry
+from .limb import Limb, LimbBody, Stroke
+from .loading import Load, Motion
+from .mechanism import Mechanism
+from .shoulder import Shoulder
+
+__all__ = [
+    "Arm",
+    "CircleDimensions",
+    "Limb",
+    "LimbBody",
+    "Load",
+    "Mechanism",
+    "Motion",
+    "Shoulder",
+    "Stroke",
+    "WristGeometry",
+    "preset",
+    "presets",
+    "read_mechanism",
+    "write_mechanism",
+]

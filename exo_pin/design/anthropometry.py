@@ -1,0 +1,82 @@
+"""Arm segments of a person of given height and mass.
+
+P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29 (1996)
+1223-1230. Masses are fractions of body mass, lengths are scaled with stature from the table's mean lengths,
+centres of mass and radii of gyration are fractions of segment length. All come from this one table, because its
+hand ends at the third knuckle: with another author's longer hand the arm's centre of mass would move by 4 cm.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InvalidInput, UnknownName
+from ..validation import FloatArray, as_finite, as_positive
+
+__all__ = ["arm_segments"]
+
+
+class _Segment(NamedTuple):
+    mass: float  # fraction of body mass
+    length_mm: float  # mean of the sample
+    centre: float  # fraction of the length, from the proximal end
+    gyration: tuple[float, float, float]  # sagittal (x), transverse (y), longitudinal (z) axis
+
+
+_MEAN_STATURE_MM = {"male": 1741.0, "female": 1735.0}
+_SEGMENTS = {
+    "male": (
+        _Segment(0.0271, 281.7, 0.5772, (0.285, 0.269, 0.158)),
+        _Segment(0.0162, 268.9, 0.4574, (0.276, 0.265, 0.121)),
+        _Segment(0.0061, 86.2, 0.7900, (0.628, 0.513, 0.401)),
+    ),
+    "female": (
+        _Segment(0.0255, 275.1, 0.5754, (0.278, 0.260, 0.148)),
+        _Segment(0.0138, 264.3, 0.4559, (0.261, 0.257, 0.094)),
+        _Segment(0.0056, 78.0, 0.7474, (0.531, 0.454, 0.335)),
+    ),
+}
+
+Body = tuple[float, FloatArray, FloatArray]
+
+
+def arm_segments(
+    height: float, mass: float, sex: str, elbow_flexion: float, payload: float, degrees: bool
+) -> list[Body]:
+    """Upper arm, forearm, hand and payload as (mass, centre of mass, inertia about it), SI, in {O_B}.
+
+    The arm hangs along -z from O; hand and forearm are one line, turned forward at the elbow.
+    """
+    height, mass = as_positive("height", height), as_positive("mass", mass)
+    if not 0.5 <= height <= 2.6:
+        raise InvalidInput(f"expected a height of 0.5 to 2.6 m, got {height:g}")
+    if not 3.0 <= mass <= 400.0:
+        raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {mass:g}")
+    if sex not in _SEGMENTS:
+        raise UnknownName("sex", sex, _SEGMENTS)
+    payload = as_positive("payload", payload, zero=True)
+    bend = float(as_finite("elbow_flexion", elbow_flexion, ()))
+    bend = np.radians(bend) if degrees else bend
+    if not -0.3 <= bend <= 2.8:
+        raise InvalidInput(f"expected elbow_flexion of -0.3 to 2.8 rad (-17 to 160°), got {bend:g} rad")
+
+    # Ry(-bend) swings -z towards +x.
+    cos, sin = np.cos(bend), np.sin(bend)
+    turn = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
+    scale = height * 1000.0 / _MEAN_STATURE_MM[sex] / 1000.0  # table's mm to this person's m
+    bodies: list[Body] = []
+    start, frame = np.zeros(3), np.eye(3)
+    for index, segment in enumerate(_SEGMENTS[sex]):
+        if index == 1:
+            frame = turn
+        length = segment.length_mm * scale
+        down = frame @ np.array([0.0, 0.0, -1.0])
+        weight = segment.mass * mass
+        tensor = frame @ np.diag(weight * (length * np.array(segment.gyration)) ** 2) @ frame.T
+        bodies.append((weight, start + segment.centre * length * down, tensor))
+        start = start + length * down
+    if payload > 0.0:
+        bodies.append((payload, start, np.zeros((3, 3))))
+    return bodies

@@ -1,0 +1,203 @@
+"""The part that moves about the shoulder: the person's arm and what the device adds to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..conventions import MIRROR
+from ..errors import InvalidInput, MissingData
+from ..validation import FloatArray, as_finite, as_inertia, as_positive, frozen
+
+__all__ = ["Arm"]
+
+#: A centre of mass farther than this from O, m, is taken for millimetres.
+_FARTHEST_CENTRE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """Mass properties of a rigid body that turns about O, in the arm frame {O_B}.
+
+    Arms add: ``person + device`` is the moving part of a worn exoskeleton, and remembers which part is whose.
+
+    Attributes
+    ----------
+    mass : float
+        kg, above zero.
+    centre_of_mass : ndarray
+        Shape (3,), m, in {O_B}.
+    inertia : ndarray or None
+        Shape (3, 3), kg m², about the centre of mass, axes of {O_B}, as in URDF and Pinocchio (products of
+        inertia are the negative of the integrals). None where it is not known: then motion cannot be asked for.
+    device : bool
+        Whether the body belongs to the device and not to the person.
+    body_mass : float or None
+        Mass of the whole person, kg, where it is known.
+    parts : tuple of Arm
+        What a sum is made of; a single body has itself as its only part.
+
+    Raises
+    ------
+    InvalidInput
+        If the mass is not positive, or no body has such an inertia.
+    """
+
+    mass: float
+    centre_of_mass: FloatArray
+    inertia: FloatArray | None = None
+    device: bool = False
+    body_mass: float | None = None
+    parts: tuple[Arm, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", as_positive("mass", self.mass))
+        centre = as_finite("centre_of_mass", self.centre_of_mass, (3,))
+        if np.linalg.norm(centre) > _FARTHEST_CENTRE:
+            raise InvalidInput(f"expected centre_of_mass in m, got {centre} (millimetres?)")
+        object.__setattr__(self, "centre_of_mass", centre)
+        if self.inertia is not None:
+            object.__setattr__(self, "inertia", as_inertia("inertia", self.inertia))
+        if self.body_mass is not None:
+            object.__setattr__(self, "body_mass", as_positive("body_mass", self.body_mass))
+        if not self.parts:
+            object.__setattr__(self, "parts", (self,))
+
+    @classmethod
+    def from_inertia_about_origin(
+        cls, mass: float, centre_of_mass: ArrayLike, inertia: ArrayLike, device: bool = False
+    ) -> Arm:
+        """An arm whose inertia tensor is given about O, as in Table 5-4.
+
+        Parameters
+        ----------
+        mass : float
+            kg.
+        centre_of_mass : array_like
+            Shape (3,), m, in {O_B}.
+        inertia : array_like
+            Shape (3, 3), kg m², about O, axes of {O_B}. A tensor: its off-diagonal entries are the negative of
+            the integrals ∫xy dm that CAD programs print.
+        device : bool
+            Whether the body belongs to the device.
+        """
+        mass = as_positive("mass", mass)
+        centre = as_finite("centre_of_mass", centre_of_mass, (3,))
+        about_origin = as_finite("inertia", inertia, (3, 3))
+        return cls(mass, centre, about_origin - _parallel_axis(mass, centre), device=device)
+
+    @classmethod
+    def from_anthropometry(
+        cls,
+        height: float,
+        mass: float,
+        sex: str,
+        elbow_flexion: float = 0.0,
+        payload: float = 0.0,
+        degrees: bool = False,
+    ) -> Arm:
+        """A person's arm from height and mass, by the segment table of de Leva (1996).
+
+        Parameters
+        ----------
+        height, mass : float
+            Of the person, m and kg.
+        sex : {"male", "female"}
+            Which half of the table.
+        elbow_flexion : float
+            Angle of the elbow, 0 for a straight arm; the forearm swings forward (to +x of {O_B}). Rad (degrees
+            with ``degrees=True``).
+        payload : float
+            A point mass at the end of the hand segment (the third knuckle), kg.
+        degrees : bool
+            Whether ``elbow_flexion`` is in degrees.
+
+        Returns
+        -------
+        Arm
+            With ``body_mass`` set.
+
+        Raises
+        ------
+        InvalidInput
+            If height or mass is outside what an adult or child has (metres and kilograms are expected).
+        UnknownName
+            If ``sex`` is not in the table.
+        """
+        from .anthropometry import arm_segments
+
+        segments = arm_segments(height, mass, sex, elbow_flexion, payload, degrees)
+        bodies = [cls(weight, centre, tensor, body_mass=mass) for weight, centre, tensor in segments]
+        return replace(_combined(bodies), parts=())
+
+    @property
+    def inertia_about_origin(self) -> FloatArray:
+        """Shape (3, 3), kg m², about O, axes of {O_B}.
+
+        Raises
+        ------
+        MissingData
+            If the inertia is not known.
+        """
+        if self.inertia is None:
+            raise MissingData(["arm inertia"], "the inertia about the shoulder")
+        return self.inertia + _parallel_axis(self.mass, self.centre_of_mass)
+
+    @property
+    def person(self) -> Arm | None:
+        """What of it belongs to the person; None if nothing does."""
+        own = [part for part in self.parts if not part.device]
+        return _combined(own) if own else None
+
+    def __add__(self, other: object) -> Arm:
+        if not isinstance(other, Arm):
+            return NotImplemented
+        return _combined([*self.parts, *other.parts])
+
+    def mirrored(self) -> Arm:
+        """Mirror image in the x-z plane, for the other side of the body."""
+        parts = [
+            replace(
+                part,
+                centre_of_mass=part.centre_of_mass @ MIRROR,
+                inertia=None if part.inertia is None else MIRROR @ part.inertia @ MIRROR,
+                parts=(),
+            )
+            for part in self.parts
+        ]
+        return parts[0] if len(parts) == 1 else _combined(parts)
+
+
+def _parallel_axis(mass: float, offset: FloatArray) -> FloatArray:
+    """Inertia about O of a point mass at ``offset``."""
+    return mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+
+
+def _combined(bodies: Iterable[Arm]) -> Arm:
+    parts = tuple(bodies)
+    if len(parts) == 1:
+        return parts[0]
+    mass = math.fsum(part.mass for part in parts)
+    centre = sum((part.mass * part.centre_of_mass for part in parts), np.zeros(3)) / mass
+    inertia: FloatArray | None = np.zeros((3, 3))
+    for part in parts:
+        if part.inertia is None:
+            inertia = None
+            break
+        assert inertia is not None
+        inertia = inertia + part.inertia + _parallel_axis(part.mass, part.centre_of_mass - centre)
+    known = {part.body_mass for part in parts if part.body_mass is not None}
+    if len(known) > 1:
+        raise InvalidInput(f"these arms belong to persons of different body mass: {sorted(known)} kg")
+    return Arm(
+        mass,
+        frozen(centre),
+        inertia,
+        device=all(part.device for part in parts),
+        body_mass=known.pop() if known else None,
+        parts=parts,
+    )

@@ -1,0 +1,125 @@
+"""What a limb is: its joints, the bodies it is made of, the actuator's stroke."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InvalidInput, UnknownName
+from ..validation import as_finite, as_inertia, as_positive
+
+__all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]
+
+LimbKind = Literal["UPU", "SPS"]
+
+
+@dataclass(frozen=True)
+class LimbBody:
+    """One of the two telescoping halves of a limb, a body of revolution about the limb's line.
+
+    Attributes
+    ----------
+    mass : float
+        kg, above zero.
+    centre : float
+        Distance from the half's own universal joint to its centre of mass, along the limb, m.
+    transverse_inertia, axial_inertia : float
+        About the centre of mass, across and along the limb, kg m².
+    """
+
+    mass: float
+    centre: float
+    transverse_inertia: float
+    axial_inertia: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", as_positive("mass", self.mass))
+        object.__setattr__(self, "centre", float(as_finite("centre", self.centre, ())))
+        for name in ("transverse_inertia", "axial_inertia"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        across, along = self.transverse_inertia, self.axial_inertia
+        as_inertia("limb inertia", np.diag([across, across, along]))
+
+    @classmethod
+    def rod(cls, mass: float, length: float, radius: float) -> LimbBody:
+        """A uniform solid cylinder that starts at the joint.
+
+        Parameters
+        ----------
+        mass : float
+            kg.
+        length, radius : float
+            m.
+        """
+        mass, length = as_positive("mass", mass), as_positive("length", length)
+        radius = as_positive("radius", radius)
+        return cls(mass, length / 2, mass * (3 * radius**2 + length**2) / 12, mass * radius**2 / 2)
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """Which joint-to-joint lengths a limb's actuator can take.
+
+    Attributes
+    ----------
+    nominal_length : float
+        Of the actuator (a muscle at rest), m.
+    shortest, longest : float
+        Usable length as fractions of the nominal one.
+    end_fitting : float or None
+        What the joint-to-joint length has on top of the actuator's, m; None where it is not known.
+    """
+
+    nominal_length: float
+    shortest: float
+    longest: float
+    end_fitting: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("nominal_length", "shortest", "longest"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        if self.shortest > self.longest:
+            raise InvalidInput(f"expected shortest <= longest, got {self.shortest:g} and {self.longest:g}")
+        if self.end_fitting is not None:
+            object.__setattr__(self, "end_fitting", as_positive("end_fitting", self.end_fitting, zero=True))
+
+
+@dataclass(frozen=True)
+class Limb:
+    """A limb from the torso to the arm.
+
+    Attributes
+    ----------
+    kind : {"UPU", "SPS"}
+        UPU: a universal joint at each end; can put a side force g_i X_i on the arm. SPS: a spherical joint at
+        each end, as a cable or a bare muscle; pulls or pushes along its line only.
+    base_body, platform_body : LimbBody or None
+        The half at the torso and the half at the arm; None for a massless half, as in the thesis.
+    stroke : Stroke or None
+        What the actuator can do.
+    joint_limit : float or None
+        Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that a universal joint's angles keep to, rad.
+    """
+
+    kind: LimbKind = "UPU"
+    base_body: LimbBody | None = None
+    platform_body: LimbBody | None = None
+    stroke: Stroke | None = None
+    joint_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("UPU", "SPS"):
+            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
+        for name, kind in (("base_body", LimbBody), ("platform_body", LimbBody), ("stroke", Stroke)):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, kind):
+                raise InvalidInput(f"expected {name} to be a {kind.__name__} or None, got {type(value).__name__}")
+        if self.joint_limit is not None:
+            object.__setattr__(self, "joint_limit", as_positive("joint_limit", self.joint_limit))
+
+    @property
+    def mass(self) -> float:
+        """Mass of both halves, kg."""
+        return sum(body.mass for body in (self.base_body, self.platform_body) if body is not None)

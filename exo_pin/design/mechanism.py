@@ -1,0 +1,148 @@
+"""One frozen record of all that a design is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from ..conventions import GRAVITY, MIRROR, Side, as_side
+from ..errors import InvalidInput, MissingData, UnknownName
+from ..validation import FloatArray, as_finite
+from .arm import Arm
+from .geometry import WristGeometry
+from .limb import Limb
+from .shoulder import Shoulder
+
+__all__ = ["Mechanism"]
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """A wrist of limbs between torso and arm.
+
+    Attributes
+    ----------
+    geometry : WristGeometry
+        Joint centres and frames.
+    arm : Arm or None
+        The moving part; None where the source does not give one.
+    limbs : tuple of Limb
+        One per joint pair; massless UPU limbs if left out.
+    shoulder : Shoulder
+        The ball joint at O.
+    gravity : ndarray
+        Shape (3,), m/s², base frame; another direction than -z is a leaning trunk.
+    side : {"left", "right"}
+        Side of the body.
+    name, title : str
+        Short name and a line of description.
+    sources : mapping of str to str
+        What each part was taken from.
+    estimated : tuple of str
+        Keys whose values the source does not print, and that are estimates.
+    """
+
+    geometry: WristGeometry
+    arm: Arm | None = None
+    limbs: tuple[Limb, ...] = ()
+    shoulder: Shoulder = field(default_factory=Shoulder)
+    gravity: FloatArray = field(default_factory=lambda: GRAVITY)
+    side: Side = "left"
+    name: str = "unnamed"
+    title: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)
+    estimated: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, kind, optional in (
+            ("geometry", WristGeometry, False),
+            ("arm", Arm, True),
+            ("shoulder", Shoulder, False),
+        ):
+            value = getattr(self, name)
+            if not isinstance(value, kind) and not (optional and value is None):
+                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
+        object.__setattr__(self, "limbs", _limbs(self.limbs, self.geometry.limb_count))
+        object.__setattr__(self, "gravity", as_finite("gravity", self.gravity, (3,)))
+        object.__setattr__(self, "side", as_side(self.side))
+        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+        object.__setattr__(self, "estimated", tuple(self.estimated))
+
+    @property
+    def limb_count(self) -> int:
+        """Number of limbs n."""
+        return self.geometry.limb_count
+
+    @property
+    def is_upu(self) -> FloatArray:
+        """Shape (n,), bool: which limbs have universal joints at both ends."""
+        return np.array([limb.kind == "UPU" for limb in self.limbs])
+
+    @property
+    def limbs_are_massless(self) -> bool:
+        """Whether no limb has mass, as in the thesis."""
+        return all(limb.mass == 0.0 for limb in self.limbs)
+
+    def require_arm(self, needed_for: str, inertia: bool = False) -> Arm:
+        """Return the arm.
+
+        Raises
+        ------
+        MissingData
+            If there is none, or if its inertia is needed and not known.
+        """
+        if self.arm is None:
+            raise MissingData(["arm mass", "arm centre of mass"], needed_for, self.name)
+        if inertia and self.arm.inertia is None:
+            raise MissingData(["arm inertia"], needed_for, self.name)
+        return self.arm
+
+    def replace(self, **changes: Any) -> Mechanism:
+        """Return a new mechanism with some fields changed.
+
+        A geometry with another number of limbs keeps ``limbs`` only if all of them are alike; otherwise pass
+        ``limbs`` too.
+
+        Raises
+        ------
+        UnknownName
+            If a name is no field of a mechanism.
+        """
+        known = {item.name for item in fields(self)}
+        for name in changes:
+            if name not in known:
+                raise UnknownName("field", name, known)
+        geometry = changes.get("geometry", self.geometry)
+        grown = isinstance(geometry, WristGeometry) and geometry.limb_count != self.limb_count
+        if grown and "limbs" not in changes and len(set(self.limbs)) == 1:
+            changes["limbs"] = self.limbs[:1] * geometry.limb_count
+        return replace(self, **changes)
+
+    def mirrored(self) -> Mechanism:
+        """The same device on the other shoulder: mirror image in the x-z plane."""
+        return replace(
+            self,
+            geometry=self.geometry.mirrored(),
+            arm=None if self.arm is None else self.arm.mirrored(),
+            gravity=self.gravity @ MIRROR,
+            side="right" if self.side == "left" else "left",
+        )
+
+    def on_side(self, side: str) -> Mechanism:
+        """This mechanism if it is for ``side``, else its mirror image."""
+        return self if as_side(side) == self.side else self.mirrored()
+
+
+def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
+    if limbs is None or len(limbs) == 0:
+        return (Limb(),) * count
+    for limb in limbs:
+        if not isinstance(limb, Limb):
+            raise InvalidInput(f"expected limbs to be Limb records, got {type(limb).__name__}")
+    if len(limbs) != count:
+        raise InvalidInput(f"expected {count} limbs, one per joint pair of the geometry, got {len(limbs)}")
+    return tuple(limbs)

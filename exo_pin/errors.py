@@ -14,6 +14,7 @@ __all__ = [
     "InvalidInput",
     "LoopNotClosed",
     "MissingData",
+    "MissingExtra",
     "NonConvexBound",
     "SolverFailed",
     "UnknownName",
@@ -67,6 +68,20 @@ class MissingData(ExoPinError, ValueError):
         self.missing = tuple(missing)
         owner = f"mechanism {mechanism!r} has no " if mechanism else "missing: "
         super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs")
+
+
+class MissingExtra(ExoPinError, ImportError):
+    """A package is needed that comes with an extra of exo_pin.
+
+    Attributes
+    ----------
+    extra : str
+        Name of the extra.
+    """
+
+    def __init__(self, extra: str, package: str) -> None:
+        self.extra = extra
+        super().__init__(f"this needs {package}: pip install 'exo_pin[{extra}]'")
 
 
 class FileFormatError(InvalidInput):

@@ -45,8 +45,8 @@ class MujocoWrist:
         """Return tensions (least norm), shoulder force on the arm, and the acceleration that they make, base frame."""
         model, data = self.model, self.data
         data.qpos[:] = R.as_quat(scalar_first=True)
-        data.qvel[:] = R.inv().apply(velocity)
-        data.qacc[:] = R.inv().apply(acceleration)
+        data.qvel[:] = R.as_matrix().T @ velocity
+        data.qacc[:] = R.as_matrix().T @ acceleration
         data.ctrl[:] = 0.0
         data.xfrc_applied[:] = 0.0
         mujoco.mj_inverse(model, data)

@@ -5,31 +5,14 @@ import numpy as np
 import pytest
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
+from wrists import random_mechanism, regular_poses
 
 from exo_pin import wrist
 from exo_pin.conventions import MIRROR, mirrored, shoulder_rotation, thesis_rotation
-from exo_pin.design import Arm, Limb, LimbBody, Load, Mechanism, Motion, WristGeometry, preset
+from exo_pin.design import Limb, LimbBody, Load, Motion, preset
 from exo_pin.errors import InvalidInput, MissingData
 
 DEGREES = {"degrees": True}
-
-
-def random_mechanism(rng, n, kinds=None):
-    """A wrist without any symmetry, with an arm of a general inertia."""
-    base = rng.normal(size=(n, 3)) * 0.1 + [0, -0.1, 0.05]
-    platform = rng.normal(size=(n, 3)) * 0.08 + [0, 0.02, -0.2]
-    body = rng.normal(size=(3, 3)) * 0.1
-    spread = body @ body.T
-    arm = Arm(2.0 + rng.random(), rng.normal(size=3) * 0.1 + [0, 0, -0.2], np.trace(spread) * np.eye(3) - spread)
-    limbs = tuple(Limb(kind) for kind in (kinds or ["UPU"] * n))
-    return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, name=f"random-{n}")
-
-
-def regular_poses(mechanism, rng, count, margin=0.02):
-    """Poses drawn uniformly on the rotation group, away from singularity."""
-    poses = Rotation.random(40 * count, rng)
-    far = wrist.statics(mechanism, poses).margin > margin
-    return poses[np.flatnonzero(far)[:count]]
 
 
 def test_scenario_one_angles_and_lengths():

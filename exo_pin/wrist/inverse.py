@@ -99,7 +99,7 @@ def inverse_kinematics(geometry: WristGeometry, orientation: Rotation) -> LimbSt
     X[reach == 0.0] = np.nan
 
     def stacked(array: FloatArray) -> FloatArray:
-        return array.reshape(*shape, *array.shape[1:])
+        return array.reshape((*shape, *array.shape[1:]))
 
     return LimbState(
         stacked(length),

@@ -1,0 +1,22 @@
+"""What force the exoskeleton puts on the shoulder joint, and how much of it is determined at all."""
+
+from __future__ import annotations
+
+from .bounds import ConstraintBounds
+from .certificate import Certificate
+from .equilibrium import EquilibriumModel
+from .program import LeastForce, least_force
+from .query import reaction
+from .result import Reaction
+from .table import reaction_table
+
+__all__ = [
+    "Certificate",
+    "ConstraintBounds",
+    "EquilibriumModel",
+    "LeastForce",
+    "Reaction",
+    "least_force",
+    "reaction",
+    "reaction_table",
+]

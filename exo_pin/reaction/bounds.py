@@ -1,0 +1,95 @@
+"""Bounds on the side forces g_i, in the forms a caller may give them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
+from ..validation import FloatArray
+
+__all__ = ["ConstraintBounds", "SideForceBounds"]
+
+#: None, the word "actuator", or a pair (lower, upper) of numbers or arrays in N.
+ConstraintBounds = str | tuple[ArrayLike, ArrayLike] | None
+
+
+class SideForceBounds:
+    """Bounds on g for every pose of a stack.
+
+    Parameters
+    ----------
+    bounds : None, "actuator" or (lower, upper)
+        None: no bound. "actuator": |g_i| <= |f_i|. A pair in N: numbers, or arrays that broadcast to (..., n);
+        infinities are allowed and mean no bound.
+    shape : tuple of int
+        Stack shape (...).
+    limb_count : int
+        n.
+
+    Raises
+    ------
+    InvalidInput
+        If a pair does not fit or holds NaN.
+    InfeasibleBounds
+        If a lower bound stands above its upper bound.
+    NonConvexBound
+        For "actuator" with more than three limbs: there f is chosen together with g and may take either sign,
+        and |g| <= |f| is then not convex.
+    """
+
+    def __init__(self, bounds: ConstraintBounds, shape: tuple[int, ...], limb_count: int) -> None:
+        self.by_actuator = False
+        self.is_free = bounds is None
+        self._pair: tuple[FloatArray, FloatArray] | None = None
+        if bounds is None:
+            return
+        if isinstance(bounds, str):
+            if bounds != "actuator":
+                raise UnknownName("constraint bound", bounds, ("actuator",))
+            if limb_count > 3:
+                raise NonConvexBound(
+                    f"|g_i| <= |f_i| needs limb forces that equilibrium fixes; with {limb_count} limbs they are chosen "
+                    "together with g and may take either sign, so give the bounds as (lower, upper)"
+                )
+            self.by_actuator = True
+            return
+        lower, upper = _pair(bounds)
+        try:
+            size = (*shape, limb_count)
+            stacked = [np.broadcast_to(side, size).reshape(-1, limb_count) for side in (lower, upper)]
+        except ValueError:
+            raise InvalidInput(
+                f"expected constraint_bounds to broadcast to {(*shape, limb_count)}, "
+                f"got {lower.shape} and {upper.shape}"
+            ) from None
+        crossed = np.flatnonzero((stacked[0] > stacked[1]).any(axis=0))
+        if crossed.size:
+            raise InfeasibleBounds(crossed)
+        self._pair = (stacked[0], stacked[1])
+        self.is_free = bool(np.isinf(stacked[0]).all() and np.isinf(stacked[1]).all())
+
+    def at(self, row: int, actuator_forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of one pose, shape (n,) each, N."""
+        if self.by_actuator:
+            size = np.abs(actuator_forces)
+            return -size, size
+        if self._pair is not None:
+            return self._pair[0][row], self._pair[1][row]
+        infinite = np.full(len(actuator_forces), np.inf)
+        return -infinite, infinite
+
+
+def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    try:
+        lower, upper = bounds
+        sides = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f'expected constraint_bounds to be None, "actuator" or (lower, upper) in N, got {bounds!r:.80}'
+        ) from None
+    if np.isnan(sides[0]).any() or np.isnan(sides[1]).any():
+        raise InvalidInput("expected constraint_bounds without NaN")
+    if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():
+        raise InvalidInput("expected a lower bound below +inf and an upper bound above -inf")
+    return sides

@@ -1,0 +1,253 @@
+"""Equilibrium of arm and limbs in one pose, as Pinocchio sees it: RNEA on the open tree, and the closures' Jacobians.
+
+The tree hangs from the arm (see :mod:`exo_pin.chain.urdf`): every limb is a branch, closed onto the torso at A_i. Write
+λ_i for the wrench that the torso puts on limb i at its closure, about O in the base frame. The rows of a limb's own
+joints say
+
+    J_iᵀ λ_i = τ_i + e_slide f_i          τ_i from RNEA; the actuator's effort is -f_i, tension pulls
+
+and, for a UPU limb, five such rows leave one freedom of the six, the couple in the universal joint at B_i. That
+couple defines g_i, also where the limb has mass: it is g_i |B_i| about b_i/|b_i| × X_i, on the arm, (D-18). So λ_i is
+affine in f_i and g_i, and what is left is the arm's moment balance for f and its force balance for F_s.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from ..chain import ClosedChain, mechanism_urdf
+from ..design import Arm, Mechanism
+from ..validation import FloatArray
+from ..wrist.kernels import limb_vectors
+from .configuration import NeutralLimbs, joint_angles
+
+__all__ = ["Equilibrium", "EquilibriumModel"]
+
+
+class Equilibrium(NamedTuple):
+    """Forces of one pose as affine functions of f and g, base frame, moments about O.
+
+    Attributes
+    ----------
+    moment_of_f : ndarray
+        Shape (3, n), m: moment of the limbs on the arm per N of tension.
+    moment : ndarray
+        Shape (3,), N m: what ``moment_of_f @ f`` must equal.
+    closure : ndarray
+        λ_i at f = g = 0, shape (n, 6).
+    closure_of_f, closure_of_g : ndarray
+        Its change per N of f_i and of g_i, shape (n, 6). Zero for the g of an SPS limb.
+    limb_share : ndarray
+        Shape (n, 6): what of λ_i the limb itself needs to be carried and moved; the arm gets the rest.
+    shoulder : ndarray
+        F_s at f = g = 0, shape (3,).
+    limb_axes : ndarray
+        X_i, shape (n, 3).
+    """
+
+    moment_of_f: FloatArray
+    moment: FloatArray
+    closure: FloatArray
+    closure_of_f: FloatArray
+    closure_of_g: FloatArray
+    limb_share: FloatArray
+    shoulder: FloatArray
+    limb_axes: FloatArray
+
+    @property
+    def shoulder_of_f(self) -> FloatArray:
+        """Shape (3, n): F_s per N of tension."""
+        return -self.closure_of_f[:, :3].T
+
+    @property
+    def shoulder_of_g(self) -> FloatArray:
+        """Shape (3, n): F_s per N of side force."""
+        return -self.closure_of_g[:, :3].T
+
+
+class EquilibriumModel:
+    """A mechanism's closed chain, ready to be asked for equilibrium pose by pose. Not safe to share between threads.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm. An arm without inertia is given none, so only poses at rest may then be asked.
+
+    Attributes
+    ----------
+    chain : ClosedChain
+        The chain with the ball joint.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        arm = mechanism.require_arm("weight")
+        if arm.inertia is None:
+            arm = Arm(arm.mass, arm.centre_of_mass, np.zeros((3, 3)))
+            mechanism = mechanism.replace(arm=arm)
+        self.chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="whole"))
+        self._model = self.chain.model
+        self._data = self._model.createData()
+        geometry = mechanism.geometry
+        self._neutral = NeutralLimbs(geometry)
+        self._base_axes = -geometry.base_points / np.linalg.norm(geometry.base_points, axis=-1, keepdims=True)
+        self._radii = np.linalg.norm(geometry.platform_points, axis=-1)
+        self._upu = np.flatnonzero(mechanism.is_upu)
+        self._sps = np.flatnonzero(~mechanism.is_upu)
+        self._massless = mechanism.limbs_are_massless
+        names = ("platform_y", "platform_x", "slide", "base_x", "base_y")
+        joints = [
+            [self._model.getJointId(f"limb_{i + 1}_{name}") for name in names[: 5 if limb.kind == "UPU" else 3]]
+            for i, limb in enumerate(mechanism.limbs)
+        ]
+        self._first_joint = [ids[0] for ids in joints]
+        self._q_index = [[self._model.joints[j].idx_q for j in ids] for ids in joints]
+        v_index = [[self._model.joints[j].idx_v for j in ids] for ids in joints]
+        self._upu_columns = np.array([v_index[i] for i in self._upu], dtype=int).reshape(-1, 5)
+        self._sps_columns = np.array([v_index[i] for i in self._sps], dtype=int).reshape(-1, 3)
+        n = mechanism.limb_count
+        self._b, self._s, self._X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+        self._length, self._reach, self._angles = np.empty(n), np.empty(n), np.empty((n, 5))
+
+    def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:
+        """Joint vector with closed loops for a pose, shape (nq,).
+
+        Parameters
+        ----------
+        R : ndarray
+            Shape (3, 3), the pose.
+        quaternion : ndarray
+            Shape (4,), the same pose, xyzw.
+
+        Raises
+        ------
+        LoopNotClosed
+            If the loops do not close to 1e-12.
+        """
+        geometry, neutral = self.mechanism.geometry, self._neutral
+        limb_vectors(
+            R,
+            geometry.base_points,
+            geometry.platform_points,
+            self._b,
+            self._s,
+            self._X,
+            self._length,
+            self._reach,
+        )
+        joint_angles(
+            R,
+            geometry.platform_points,
+            self._base_axes,
+            self._s,
+            self._X,
+            self._length,
+            self._reach,
+            neutral.axes,
+            neutral.directions,
+            neutral.lengths,
+            neutral.base_axes,
+            neutral.matrix,
+            self._angles,
+        )
+        q = np.empty(self._model.nq)
+        q[:4] = quaternion
+        for index, angles in zip(self._q_index, self._angles, strict=True):
+            q[index] = angles[: len(index)]
+        return self.chain.close(q)
+
+    def equilibrium(
+        self, R: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray, load: FloatArray
+    ) -> Equilibrium:
+        """Equilibrium of a pose whose configuration :meth:`configuration` has just returned.
+
+        Parameters
+        ----------
+        R, q : ndarray
+            Pose, shape (3, 3), and joint vector.
+        velocity, acceleration : ndarray
+            ω and η of the arm, shape (3,), base frame.
+        load : ndarray
+            Force on the arm and moment about O, shape (6,), base frame.
+        """
+        v, a = self._motion(R, q, velocity, acceleration)
+        tau = pin.rnea(self._model, self._data, q, v, a)
+        J = pin.computeJointJacobians(self._model, self._data, q)
+        n = len(self._b)
+        share = np.zeros((n, 6))
+        if not self._massless:
+            for i, joint in enumerate(self._first_joint):
+                share[i] = self._data.oMi[joint].act(self._data.f[joint]).vector
+        closure, of_f, of_g = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
+        if self._upu.size:
+            self._close_upu(J, tau, share, closure, of_f, of_g)
+        if self._sps.size:
+            self._close_sps(J, tau, closure, of_f)
+        root = self._data.f[1]
+        carried = R @ root.linear - load[:3]
+        moment = R @ root.angular - load[3:]
+        return Equilibrium(
+            moment_of_f=of_f[:, 3:].T,
+            moment=moment - closure[:, 3:].sum(axis=0),
+            closure=closure,
+            closure_of_f=of_f,
+            closure_of_g=of_g,
+            limb_share=share,
+            shoulder=carried - closure[:, :3].sum(axis=0),
+            limb_axes=self._X.copy(),
+        )
+
+    def _motion(
+        self, R: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Velocities and accelerations of all joints; massless limbs need none of theirs."""
+        v, a = np.zeros(self._model.nv), np.zeros(self._model.nv)
+        v[:3], a[:3] = R.T @ velocity, R.T @ acceleration
+        if self._massless or not (velocity.any() or acceleration.any()):
+            return v, a
+        return self.chain.dependent_motion(q, ["root_joint"], v[:3], a[:3])
+
+    def _close_upu(
+        self,
+        J: FloatArray,
+        tau: FloatArray,
+        share: FloatArray,
+        closure: FloatArray,
+        of_f: FloatArray,
+        of_g: FloatArray,
+    ) -> None:
+        """Fill the rows of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i."""
+        limbs, columns = self._upu, self._upu_columns
+        X, radius = self._X[limbs], self._radii[limbs]
+        # Couple at B of a wrench (F, M) about O along n = b/|b| × X: n·(M - b × F) = n·M - |b| X·F.
+        couple = np.empty((limbs.size, 6))
+        couple[:, :3] = -radius[:, None] * X
+        couple[:, 3:] = np.cross(self._b[limbs] / radius[:, None], X)
+        rows = np.empty((limbs.size, 6, 6))
+        rows[:, :5] = J[:, columns].transpose(1, 2, 0)
+        rows[:, 5] = couple
+        target = np.zeros((limbs.size, 6, 3))
+        target[:, :5, 0] = tau[columns]
+        target[:, 5, 0] = np.einsum("ij,ij->i", couple, share[limbs])
+        target[:, 2, 1] = 1.0
+        target[:, 5, 2] = radius
+        solved = np.linalg.solve(rows, target)
+        closure[limbs], of_f[limbs], of_g[limbs] = solved[:, :, 0], solved[:, :, 1], solved[:, :, 2]
+
+    def _close_sps(self, J: FloatArray, tau: FloatArray, closure: FloatArray, of_f: FloatArray) -> None:
+        """Fill the rows of the SPS limbs: three joint rows for a pure force through A_i."""
+        limbs, columns = self._sps, self._sps_columns
+        base = self.mechanism.geometry.base_points[limbs]
+        # A force F at A is the wrench (F, A × F); so its row on a joint axis (w, m) is w + m × A.
+        axes = J[:, columns].transpose(1, 2, 0)
+        rows = axes[:, :, :3] + np.cross(axes[:, :, 3:], base[:, None, :])
+        target = np.zeros((limbs.size, 3, 2))
+        target[:, :, 0] = tau[columns]
+        target[:, 2, 1] = 1.0
+        solved = np.linalg.solve(rows, target)
+        for column, wrench in ((0, closure), (1, of_f)):
+            wrench[limbs, :3] = solved[:, :, column]
+            wrench[limbs, 3:] = np.cross(base, solved[:, :, column])

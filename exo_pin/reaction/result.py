@@ -1,0 +1,169 @@
+"""The answer of a reaction query: it checks itself, prints itself, and turns into JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..validation import FloatArray
+from .certificate import Certificate
+from .table import reaction_table
+
+__all__ = ["Reaction"]
+
+
+@dataclass(frozen=True, eq=False)
+class Reaction:
+    """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
+
+    Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
+    says why.
+
+    Attributes
+    ----------
+    shoulder_force : ndarray
+        F_s, shape (..., 3): the force of the shoulder **on the arm**.
+    actuator_forces : ndarray
+        f_i, shape (..., n), tension positive.
+    constraint_forces : ndarray
+        g_i, shape (..., n): the couple in the universal joint at B_i is g_i |B_i|, (D-18), and for a massless
+        limb the limb pulls the arm with -f_i s_i - g_i X_i. These are passive reactions, nothing sets them.
+        Zero for an SPS limb.
+    limb_wrenches : ndarray
+        Shape (..., n, 6): force and moment of each limb on the arm.
+    cuff_wrench : ndarray
+        Shape (..., 6): what the cuff puts on the person's arm, that is all limbs together less what the
+        device's own moving part weighs and needs to move.
+    harness_wrenches : ndarray
+        Shape (..., n, 6): force and moment of each limb on the torso.
+    spherical_force : ndarray
+        Shape (..., 3): F_s with limbs that carry no side force, the F_s0 of (D-34).
+    ratio : ndarray
+        Γ = |F_s| / |F_s0| of (D-34), shape (...). Both vanish together at some poses: the ratio is NaN there,
+        so never average it over a workspace.
+    split : str
+        How what equilibrium leaves open was shared out.
+    status : ndarray of str
+        Shape (...): "ok", "near_singular" (an answer, with limb forces far above the load), "singular",
+        "folded" or "not_solved" (no answer).
+    margin : ndarray
+        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
+    determinant : ndarray
+        det[X_1 X_2 X_3], shape (...), NaN for other than three limbs. Where its sign changes along a path the
+        path crosses the singular surface.
+    residual : ndarray
+        Shape (...): what force and moment balance of the arm miss, relative to the largest force (moments over
+        the largest |B_i|), evaluated from the wrenches above; NaN without an answer.
+    certificate : Certificate
+        Which of these numbers equilibrium determines.
+    body_weight : float or None
+        Weight of the person, N, where it is known.
+    trivial : bool
+        Whether the least shoulder force is zero by construction: no bound on the side forces of three or more
+        UPU limbs, so that the limbs alone can always carry the arm. It then says nothing about the device.
+    """
+
+    shoulder_force: FloatArray
+    actuator_forces: FloatArray
+    constraint_forces: FloatArray
+    limb_wrenches: FloatArray
+    cuff_wrench: FloatArray
+    harness_wrenches: FloatArray
+    spherical_force: FloatArray
+    ratio: FloatArray
+    split: str
+    status: NDArray[np.str_]
+    margin: FloatArray
+    determinant: FloatArray
+    residual: FloatArray
+    certificate: Certificate
+    body_weight: float | None = None
+    trivial: bool = False
+
+    @property
+    def magnitude(self) -> FloatArray:
+        """|F_s|, shape (...), N."""
+        return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))
+
+    @property
+    def percent_body_weight(self) -> FloatArray | None:
+        """|F_s| in percent of the person's weight, shape (...); None where the weight is not known."""
+        return None if self.body_weight is None else 100.0 * self.magnitude / self.body_weight
+
+    @property
+    def has_answer(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the pose has an answer."""
+        return np.isin(self.status, ("ok", "near_singular"))
+
+    def is_balanced(self, tolerance: float = 1e-9) -> bool:
+        """Whether every pose that has an answer balances to ``tolerance`` of the largest force."""
+        return bool((self.residual[self.has_answer] <= tolerance).all())
+
+    def crossings(self) -> NDArray[np.int64]:
+        """Where a path crosses the singular surface.
+
+        Returns
+        -------
+        ndarray of int
+            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the pose
+            after which det X has another sign. A path that steps onto the surface itself counts at that step.
+
+        Notes
+        -----
+        A pose beyond the surface is not reachable from one before it without losing hold of the arm.
+        """
+        side = np.sign(np.where(self.has_answer, self.determinant, 0.0))
+        if side.ndim == 0:
+            return np.empty((0, 0), dtype=np.int64)
+        return np.argwhere(side[..., 1:] * side[..., :-1] <= 0.0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as arrays and plain values, in one flat dict."""
+        fields = {
+            name: getattr(self, name)
+            for name in (
+                "shoulder_force",
+                "actuator_forces",
+                "constraint_forces",
+                "limb_wrenches",
+                "cuff_wrench",
+                "harness_wrenches",
+                "spherical_force",
+                "ratio",
+                "status",
+                "margin",
+                "determinant",
+                "residual",
+            )
+        }
+        return {
+            **fields,
+            "magnitude": self.magnitude,
+            "percent_body_weight": self.percent_body_weight,
+            "undetermined": self.certificate.undetermined,
+            "split": self.split,
+            "trivial": self.trivial,
+            "certificate": str(self.certificate),
+            "body_weight": self.body_weight,
+        }
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """Return the answer as JSON; units as in the attributes, a number that is not finite becomes null."""
+
+        def plain(value: Any) -> Any:
+            if isinstance(value, np.ndarray):
+                return plain(value.tolist())
+            if isinstance(value, list):
+                return [plain(item) for item in value]
+            if isinstance(value, float) and not np.isfinite(value):
+                return None
+            return value
+
+        return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)
+
+    def __str__(self) -> str:
+        return reaction_table([self])

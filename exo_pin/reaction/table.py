@@ -1,0 +1,102 @@
+"""Reactions as short tables for reading."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .result import Reaction
+
+__all__ = ["reaction_table"]
+
+
+def reaction_table(reactions: Sequence[Reaction]) -> str:
+    """Lay out answers to the same question side by side.
+
+    Parameters
+    ----------
+    reactions : sequence of Reaction
+        One column each, all for the same pose or the same stack of poses.
+
+    Returns
+    -------
+    str
+        For a single pose its forces; for a stack the peaks and how many poses have an answer.
+    """
+    single = all(reaction.status.ndim == 0 for reaction in reactions)
+    rows = _pose_rows(reactions) if single else _stack_rows(reactions)
+    header = ["", *(reaction.split for reaction in reactions)]
+    width = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
+    lines = [
+        "  ".join([row[0].ljust(width[0]), *(cell.rjust(size) for cell, size in zip(row[1:], width[1:], strict=True))])
+        for row in [header, *rows]
+    ]
+    lines.insert(1, "  ".join("-" * size for size in width))
+    return "\n".join([line.rstrip() for line in lines] + _notes(reactions))
+
+
+def _number(value: float, digits: int = 2) -> str:
+    if not np.isfinite(value):
+        return "-"
+    if abs(value) < 0.5 * 10.0**-digits:
+        value = 0.0  # no "-0.00"
+    return f"{value:.{digits}f}"
+
+
+def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
+    rows = [["shoulder force |F_s|, N", *(_number(float(r.magnitude)) for r in reactions)]]
+    if all(r.body_weight is not None for r in reactions):
+        rows.append(["  % of body weight", *(_number(float(r.percent_body_weight)) for r in reactions)])  # type: ignore[arg-type]
+    for axis, label in enumerate(("forward", "left", "up")):
+        rows.append([f"  F_s {'xyz'[axis]} ({label}), N", *(_number(r.shoulder_force[axis]) for r in reactions)])
+    for label, name in (("tension f", "actuator_forces"), ("side force g", "constraint_forces")):
+        columns = [getattr(reaction, name) for reaction in reactions]
+        rows += [
+            [f"limb {limb + 1} {label}, N", *(_number(column[limb]) for column in columns)]
+            for limb in range(len(columns[0]))
+        ]
+    for label, part in (("force", slice(0, 3)), ("moment", slice(3, 6))):
+        unit = "N" if label == "force" else "N m about O"
+        sizes = (_number(float(np.linalg.norm(r.cuff_wrench[part]))) for r in reactions)
+        rows.append([f"cuff on the arm, {label}, {unit}", *sizes])
+    rows.append(["status", *(str(r.status) for r in reactions)])
+    return rows
+
+
+def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
+    def peak(values: np.ndarray) -> str:
+        return "-" if np.isnan(values).all() else _number(float(np.nanmax(values)))
+
+    def median(values: np.ndarray) -> str:
+        return _number(float(np.median(values))) if values.size else "-"
+
+    return [
+        ["poses", *(str(r.status.size) for r in reactions)],
+        ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
+        ["  marked near_singular", *(str(int((r.status == "near_singular").sum())) for r in reactions)],
+        ["peak |F_s|, N", *(peak(r.magnitude) for r in reactions)],
+        ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
+        ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],
+        ["peak |g_i|, N", *(peak(np.abs(r.constraint_forces)) for r in reactions)],
+        ["crossings of det X = 0", *(str(len(r.crossings())) for r in reactions)],
+    ]
+
+
+def _notes(reactions: Sequence[Reaction]) -> list[str]:
+    notes = [""]
+    said: set[str] = set()
+    for reaction in reactions:
+        line = f"{reaction.split}: {reaction.certificate}"
+        if reaction.trivial:
+            line += (
+                " The zero is trivial: side forces are passive reactions of the structure, and without a bound on "
+                "them the limbs alone can carry the arm."
+            )
+        if line not in said:
+            notes.append(textwrap.fill(line, 100, subsequent_indent="  "))
+            said.add(line)
+    return notes

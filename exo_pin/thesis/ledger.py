@@ -1,0 +1,126 @@
+"""The ledger: what the thesis prints, what exo_pin computes, and the verdict.
+
+Every computed number is computed when it is asked for; printed numbers are typed in as printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..validation import FloatArray, frozen
+
+__all__ = ["NOT_REPRODUCIBLE", "Row", "Verdict", "compare", "ledger_table"]
+
+Verdict = Literal["reproduced", "misprint, corrected", "not reproducible"]
+NOT_REPRODUCIBLE: Verdict = "not reproducible"
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One published result.
+
+    Attributes
+    ----------
+    source : str
+        Table, equation or section of the thesis.
+    quantity : str
+        What it is.
+    unit : str
+        Of both numbers.
+    printed, computed : ndarray
+        Same shape.
+    verdict : str
+        "reproduced": equal to within the rounding of the print. "misprint, corrected": not so, but equal once a
+        named slip of the print is mended. "not reproducible": no reading of the print gives it.
+    note : str
+        What was mended, or why it cannot be.
+    digits : int
+        Decimals to show.
+    """
+
+    source: str
+    quantity: str
+    unit: str
+    printed: FloatArray
+    computed: FloatArray
+    verdict: Verdict
+    note: str = ""
+    digits: int = 4
+
+
+def compare(
+    source: str,
+    quantity: str,
+    unit: str,
+    printed: ArrayLike,
+    computed: ArrayLike,
+    rounding: float,
+    mended: ArrayLike | None = None,
+    note: str = "",
+    digits: int = 4,
+) -> Row:
+    """Make a row, with the verdict drawn from the numbers.
+
+    Parameters
+    ----------
+    source, quantity, unit, note : str
+        As in :class:`Row`.
+    printed, computed : array_like
+        The two results, same shape.
+    rounding : float
+        Largest difference that the rounding of the print, and of the printed inputs, explains.
+    mended : array_like, optional
+        The print with its slip put right.
+    digits : int
+        Decimals to show.
+
+    Returns
+    -------
+    Row
+        "reproduced" if ``printed`` agrees, "misprint, corrected" if only ``mended`` does, else "not reproducible".
+    """
+    shown, own = (frozen(np.atleast_1d(np.array(value, dtype=float))) for value in (printed, computed))
+
+    def agrees(value: ArrayLike) -> bool:
+        return bool(np.abs(np.atleast_1d(value) - own).max() <= rounding)
+
+    verdict: Verdict = NOT_REPRODUCIBLE
+    if agrees(shown):
+        verdict = "reproduced"
+    elif mended is not None and agrees(mended):
+        verdict = "misprint, corrected"
+    return Row(source, quantity, unit, shown, own, verdict, note, digits)
+
+
+def ledger_table(rows: Iterable[Row], notes: bool = True) -> str:
+    """Lay the ledger out as a Markdown table.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        The rows.
+    notes : bool
+        Whether to show the column of notes.
+    """
+
+    def numbers(values: FloatArray, digits: int) -> str:
+        return ", ".join(f"{value + 0.0:.{digits}f}" for value in values.ravel())
+
+    header = ["source", "quantity", "thesis says", "exo_pin computes", "verdict"] + ["note"] * notes
+    lines = ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
+    for row in rows:
+        unit = f", {row.unit}" if row.unit else ""
+        cells = [
+            row.source,
+            row.quantity + unit,
+            numbers(row.printed, row.digits),
+            numbers(row.computed, row.digits),
+            row.verdict,
+        ] + [row.note] * notes
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)

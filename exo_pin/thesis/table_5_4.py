@@ -1,0 +1,46 @@
+"""Mass and inertia of the moving part, Table 5-4, and the dimensions of Section 5.2.3."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..design import preset
+from .ledger import Row, compare
+
+__all__ = ["rows"]
+
+_SOURCE = "Table 5-4"
+_PRINTED = np.array(
+    [
+        [27867611.9, -21184.2, 319504.5],
+        [-21184.2, 27638169.9, -2649709.2],
+        [319504.5, -2649709.3, 1419768.2],
+    ]
+)  # g mm²
+
+
+def rows() -> list[Row]:
+    """Rows of the ledger."""
+    arm, circles = preset("prototype").arm, preset("prototype").geometry.circles
+    assert arm is not None
+    assert arm.inertia is not None
+    assert circles is not None
+    parallel = arm.inertia_about_origin - arm.inertia
+    printed = 0.5 * (_PRINTED + _PRINTED.T) * 1e-9
+    as_printed = np.linalg.eigvalsh(printed - parallel)
+    negated = np.linalg.eigvalsh(printed * (2 * np.eye(3) - 1) - parallel)
+    slope = np.tan(np.radians(60.0))
+    return [
+        compare(_SOURCE, "distance of the centroid from O", "mm", 191.07,
+                np.linalg.norm(arm.centre_of_mass) * 1e3, 5e-3, digits=2),
+        compare(_SOURCE, "principal moments about the centroid", "kg m²", as_printed,
+                np.linalg.eigvalsh(arm.inertia), 1e-9, mended=negated, digits=5,
+                note="the off-diagonal entries are printed as integrals; taken for a tensor one moment is negative"),
+        compare(_SOURCE, "I_yz and I_zy, integrals", "g mm²", [-2649709.2, -2649709.3],
+                -arm.inertia_about_origin[[1, 2], [2, 1]] * 1e9, 0.06, digits=1,
+                note="the two mirrored entries differ by 0.1 in print; their mean is used"),
+        compare("Section 5.2.3", "r_A = h_A tan 60°", "mm", 136.30, circles.h_A * slope * 1e3, 0.05, digits=2,
+                note="the stated relation gives another radius than the table; the table is used"),
+        compare("Section 5.2.3", "r_B = h_B / tan 60°", "mm", 118.8, circles.h_B / slope * 1e3, 0.05, digits=2,
+                note="the stated relation gives another radius than the table; the table is used"),
+    ]  # fmt: skip

@@ -1,0 +1,185 @@
+"""Plots with matplotlib: the mechanism with its forces, and the shoulder force over the range of motion.
+
+One style for all: colours of the Okabe-Ito palette (safe for colour-blind readers) with line styles and labels that
+tell things apart in grey as well, and units on every axis.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .. import wrist
+from ..conventions import shoulder_angles, shoulder_rotation
+from ..errors import MissingExtra
+from ..exo import ShoulderExo
+from ..validation import FloatArray, as_rotation
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_mechanism", "overview", "shoulder_force_map"]
+
+#: Okabe and Ito's palette.
+BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#D55E00",
+    "#56B4E9",
+    "#CC79A7",
+    "#000000",
+)
+#: Length of an arrow, m per N.
+_METRES_PER_NEWTON = 0.004
+
+
+def _pyplot() -> Any:
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise MissingExtra("plot", "matplotlib") from error
+    return plt
+
+
+def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> Any:
+    """Draw base, platform, limbs and arm in a pose, with the forces on the arm (split "spherical").
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        With an arm.
+    orientation : Rotation
+        A single pose.
+    ax : mpl_toolkits.mplot3d.Axes3D, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    Axes3D
+    """
+    if ax is None:
+        ax = _pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
+    pose = as_rotation("orientation", orientation)
+    answer = exo.reaction(pose)
+    arm = exo.mechanism.require_arm("a drawing of forces")
+    state = exo.inverse_kinematics(pose)
+    a, b = exo.geometry.base_points, state.platform_points
+    _ring(ax, a, BLACK, "base on the torso")
+    _ring(ax, b, "0.45", "platform on the arm")
+    hand = pose.as_matrix() @ np.array([0.0, 0.0, -0.45])
+    ax.plot(*np.stack([np.zeros(3), hand], axis=1), color="0.8", linewidth=12, solid_capstyle="round", zorder=0)
+    labelled: set[str] = set()
+    for i, tension in enumerate(answer.actuator_forces):
+        pulls = tension >= 0
+        label = "limb in tension" if pulls else "limb in compression"
+        ax.plot(
+            *np.stack([a[i], b[i]], axis=1),
+            color=BLUE if pulls else ORANGE,
+            linestyle="-" if pulls else (0, (3, 1)),
+            linewidth=3,
+            label=None if label in labelled else label,
+        )
+        labelled.add(label)
+        ax.text(*(0.35 * a[i] + 0.65 * b[i]), f" {tension:.0f} N", fontsize=8)
+    centre = pose.as_matrix() @ arm.centre_of_mass
+    weight = arm.mass * exo.mechanism.gravity
+    size = float(answer.magnitude)
+    _arrow(ax, centre, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
+    _arrow(ax, np.zeros(3), answer.shoulder_force, RED, f"shoulder on the arm, |F_s| = {size:.0f} N")
+    ax.set(xlabel="x forward, m", ylabel="y left, m", zlabel="z up, m")
+    _equal_axes(ax, np.vstack([a, b, hand[None], np.zeros((1, 3)), _METRES_PER_NEWTON * answer.shoulder_force[None]]))
+    ax.legend(fontsize=8, loc="upper left", frameon=False)
+    return ax
+
+
+def _ring(ax: Any, points: FloatArray, color: str, label: str) -> None:
+    closed = np.vstack([points, points[:1]])
+    ax.plot(*closed.T, color=color, linewidth=1.5, marker="o", markersize=5, label=label)
+
+
+def _arrow(ax: Any, start: FloatArray, force: FloatArray, color: str, label: str) -> None:
+    tip = _METRES_PER_NEWTON * force
+    ax.quiver(*start, *tip, color=color, linewidth=2.5, arrow_length_ratio=0.15, label=label)
+
+
+def _equal_axes(ax: Any, points: FloatArray) -> None:
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, (high - low).max() / 2 * 1.05
+    ax.set(
+        xlim=(middle[0] - half, middle[0] + half),
+        ylim=(middle[1] - half, middle[1] + half),
+        zlim=(middle[2] - half, middle[2] + half),
+        box_aspect=(1, 1, 1),
+    )
+
+
+def shoulder_force_map(
+    exo: ShoulderExo, ax: Axes | None = None, internal_rotation: float = 0.0, step: float = 0.5
+) -> Axes:
+    """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        With an arm and massless limbs.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if left out.
+    internal_rotation : float
+        Held fixed, degrees.
+    step : float
+        Of the grid, degrees.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    plt = _pyplot()
+    from matplotlib.colors import LogNorm
+
+    if ax is None:
+        _, ax = plt.subplots(figsize=(6, 5))
+    assert ax is not None
+    flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
+    poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
+    force = np.linalg.norm(wrist.statics(exo.mechanism, poses).shoulder_force, axis=-1)
+    arm = exo.mechanism.require_arm("a map of forces")
+    unit, name = 1.0, "|F_s|, N"
+    if arm.body_mass is not None:
+        unit = 100.0 / (arm.body_mass * float(np.linalg.norm(exo.mechanism.gravity)))
+        name = "|F_s|, % of body weight"
+    shown = np.clip(force * unit, *np.nanpercentile(force * unit, [0.5, 98.5]))
+    image = ax.pcolormesh(flexion, abduction, shown, norm=LogNorm(), cmap="cividis", shading="nearest", rasterized=True)
+    bar = ax.figure.colorbar(image, ax=ax, extend="both", label=name)
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    if exo.geometry.limb_count == 3:
+        determinant = wrist.singularity(exo.geometry, poses).determinant
+        curve = ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=2.0)
+        ax.clabel(curve, fmt={0.0: "singular: det X = 0"}, fontsize=8)
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
+    return ax
+
+
+def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
+    """The mechanism with its forces in a pose, and that pose on the map of shoulder force.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        With an arm and massless limbs.
+    orientation : Rotation
+        A single pose.
+    """
+    plt = _pyplot()
+    figure = plt.figure(figsize=(12, 5.2), layout="constrained")
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    left.view_init(elev=18, azim=40)
+    draw_mechanism(exo, orientation, left)
+    flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
+    left.set_title(f"{exo.mechanism.title or exo.name}\nflexion {flexion:.0f}°, abduction {abduction:.0f}°")
+    right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
+    right.plot(flexion, abduction, marker="o", markersize=9, markerfacecolor=RED, markeredgecolor="white")
+    return figure

@@ -52,9 +52,7 @@ def as_side(side: str) -> Side:
     raise UnknownName("side", side, ("left", "right"))
 
 
-def _angles(
-    names: tuple[str, str, str], values: tuple[ArrayLike, ArrayLike, ArrayLike], degrees: bool
-) -> FloatArray:
+def _angles(names: tuple[str, str, str], values: tuple[ArrayLike, ArrayLike, ArrayLike], degrees: bool) -> FloatArray:
     arrays = [as_finite(name, value, (), stack=True) for name, value in zip(names, values, strict=True)]
     try:
         stacked = np.stack(np.broadcast_arrays(*arrays), axis=-1)

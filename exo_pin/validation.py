@@ -61,9 +61,7 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     except (TypeError, ValueError):
         raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}") from None
     tail = array.shape[len(array.shape) - len(shape) :] if len(array.shape) >= len(shape) else ()
-    fits = len(tail) == len(shape) and all(
-        want is None or want == got for want, got in zip(shape, tail, strict=True)
-    )
+    fits = len(tail) == len(shape) and all(want is None or want == got for want, got in zip(shape, tail, strict=True))
     if not fits or (not stack and len(array.shape) != len(shape)):
         want = _describe(shape)
         if stack:

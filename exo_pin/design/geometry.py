@@ -124,9 +124,10 @@ class WristGeometry:
                 object.__setattr__(self, name, as_unit_vector(name, getattr(self, name)))
         if as_rotation("neutral", self.neutral).shape != ():
             raise InvalidInput(f"expected neutral to be a single rotation, got shape {self.neutral.shape}")
+        object.__setattr__(self, "neutral", _settled(self.neutral))
         limb_axes = self._neutral_limb_axes()
         object.__setattr__(self, "base_frames", _frames(self.base_points, self.base_axis, limb_axes))
-        in_arm = None if limb_axes is None else self.neutral.inv().apply(limb_axes)
+        in_arm = None if limb_axes is None else limb_axes @ self.neutral.as_matrix()
         object.__setattr__(self, "platform_frames", _frames(self.platform_points, self.platform_axis, in_arm))
 
     @classmethod
@@ -208,9 +209,7 @@ class WristGeometry:
         circle_changes = {name: value for name, value in changes.items() if name in on_circles}
         point_changes = {name: value for name, value in changes.items() if name in on_points}
         if circle_changes and (self.circles is None or set(point_changes) - {"neutral"}):
-            raise InvalidInput(
-                f"{', '.join(sorted(circle_changes))}: this geometry is given by points, not circles"
-            )
+            raise InvalidInput(f"{', '.join(sorted(circle_changes))}: this geometry is given by points, not circles")
         if circle_changes:
             assert self.circles is not None
             aligned = np.array_equal(self.circles.alpha_A, self.circles.alpha_B)
@@ -240,7 +239,7 @@ class WristGeometry:
         """X_i of (D-11) in the neutral pose, base frame; None where both circle axes are given."""
         if self.base_axis is not None and self.platform_axis is not None:
             return None
-        normal = -np.cross(self.base_points, self.neutral.apply(self.platform_points))
+        normal = -np.cross(self.base_points, self.platform_points @ self.neutral.as_matrix().T)
         length = np.linalg.norm(normal, axis=-1)
         reach = np.linalg.norm(self.base_points, axis=-1) * np.linalg.norm(self.platform_points, axis=-1)
         folded = np.flatnonzero(length < _FOLDED_SINE * reach)
@@ -250,6 +249,16 @@ class WristGeometry:
                 "frames: choose another neutral pose, or give base_axis and platform_axis"
             )
         return normal / length[:, None]
+
+
+def _settled(rotation: Rotation) -> Rotation:
+    """The rotation with a quaternion that normalising no longer changes, so that a file brings it back bit for bit."""
+    for _ in range(8):
+        quaternion = rotation.as_quat()
+        rotation = Rotation.from_quat(quaternion)
+        if np.array_equal(rotation.as_quat(), quaternion):
+            break
+    return rotation
 
 
 def _joint_centres(name: str, value: ArrayLike) -> FloatArray:

@@ -1,0 +1,247 @@
+"""Statics and dynamics in closed form, (D-1) to (D-30), for stacks of poses and massless limbs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..design import Load, Mechanism, Motion
+from ..errors import InvalidInput, UnknownName
+from ..validation import FloatArray
+from .kernels import FOLDED, OK, arm_load, classify_stack, force_stack, limb_stack
+from .stacks import as_query, require_massless
+
+__all__ = ["STATUS", "WristForces", "classify", "dynamics", "statics"]
+
+#: Names of the kernel's status codes.
+STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
+
+Split = Literal["spherical", "standalone"]
+
+
+@dataclass(frozen=True, eq=False)
+class WristForces:
+    """Forces in a pose or a stack of poses of shape (...). Rows without an answer are NaN and say why.
+
+    Attributes
+    ----------
+    actuator_forces : ndarray
+        f_i, shape (..., n), N, tension positive.
+    constraint_forces : ndarray
+        g_i, shape (..., n), N; the limb pulls the arm with -g_i X_i through O.
+    shoulder_force : ndarray
+        F_s, shape (..., 3), N, from the shoulder on the arm, base frame.
+    status : ndarray of str
+        Shape (...): "ok", "near_singular", "singular" or "folded".
+    margin : ndarray
+        Shape (...), dimensionless distance from the singular surface: the smallest singular value of the
+        matrix of rows b_i × s_i over the largest |B_i|, within a factor √3.
+    """
+
+    actuator_forces: FloatArray
+    constraint_forces: FloatArray
+    shoulder_force: FloatArray
+    status: NDArray[np.str_]
+    margin: FloatArray
+
+
+def statics(
+    mechanism: Mechanism, orientation: Rotation, load: Load | None = None, split: Split = "spherical"
+) -> WristForces:
+    """Limb and shoulder forces of an arm at rest, (D-19) to (D-30).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm, and massless limbs.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+    load : Load, optional
+        On the arm, besides its weight.
+    split : {"spherical", "standalone"}
+        "spherical": g_i = 0, limbs without side force, (D-30). "standalone": no ball joint, F_s = 0, (D-25);
+        needs three UPU limbs or more. What equilibrium still leaves open with more limbs than needed is chosen
+        with the least sum of squares of the forces f (and g).
+
+    Returns
+    -------
+    WristForces
+
+    Raises
+    ------
+    MissingData
+        If the mechanism has no arm.
+    InvalidInput
+        If a limb has mass, or a standalone wrist is asked of fewer than three UPU limbs.
+    """
+    return _balance(mechanism, orientation, None, load, split)
+
+
+def dynamics(
+    mechanism: Mechanism,
+    orientation: Rotation,
+    motion: Motion,
+    load: Load | None = None,
+    split: Split = "spherical",
+) -> WristForces:
+    """Limb and shoulder forces of a moving arm, (D-1) to (D-8).
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm whose inertia is known, and massless limbs.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+    motion : Motion
+        ω and η, broadcasting to (..., 3).
+    load : Load, optional
+        On the arm, besides its weight.
+    split : {"spherical", "standalone"}
+        As in :func:`statics`.
+
+    Returns
+    -------
+    WristForces
+
+    Raises
+    ------
+    MissingData
+        If the mechanism has no arm, or its inertia is not known.
+    InvalidInput
+        As :func:`statics`.
+    """
+    return _balance(mechanism, orientation, motion, load, split)
+
+
+def _balance(
+    mechanism: Mechanism, orientation: Rotation, motion: Motion | None, load: Load | None, split: str
+) -> WristForces:
+    if split not in ("spherical", "standalone"):
+        raise UnknownName("split", split, ("spherical", "standalone"))
+    require_massless(mechanism)
+    is_upu, n = mechanism.is_upu, mechanism.limb_count
+    standalone = split == "standalone"
+    if standalone and is_upu.sum() < 3:
+        raise InvalidInput(
+            f"a wrist without a shoulder needs at least 3 UPU limbs to hold its centre, got {is_upu.sum()}"
+        )
+    arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
+    query = as_query(orientation, motion, load)
+    # An arm at rest feels no inertia, so an unknown one does not enter.
+    inertia = arm.inertia_about_origin if motion is not None else np.zeros((3, 3))
+    count = len(query.matrices)
+    F, M = np.empty((count, 3)), np.empty((count, 3))
+    arm_load(
+        query.matrices,
+        arm.mass,
+        arm.centre_of_mass,
+        inertia,
+        mechanism.gravity,
+        query.velocity,
+        query.acceleration,
+        query.force,
+        query.moment,
+        F,
+        M,
+    )
+    f, g, shoulder = np.empty((count, n)), np.empty((count, n)), np.empty((count, 3))
+    status, margin = np.empty(count, dtype=np.int8), np.empty(count)
+    geometry = mechanism.geometry
+    force_stack(
+        query.matrices,
+        geometry.base_points,
+        geometry.platform_points,
+        F,
+        M,
+        standalone and n == 3,
+        bool(is_upu.any()),
+        f,
+        g,
+        shoulder,
+        status,
+        margin,
+    )
+    if standalone and n > 3:
+        _least_norm_standalone(mechanism, query.matrices, F, M, f, g, shoulder, status)
+    shape = query.shape
+    return WristForces(
+        f.reshape(*shape, n),
+        g.reshape(*shape, n),
+        shoulder.reshape(*shape, 3),
+        np.array(STATUS)[status].reshape(shape),
+        margin.reshape(shape),
+    )
+
+
+def classify(mechanism: Mechanism, matrices: FloatArray) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
+    """Tell poses that have an answer from those that have none.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Geometry and limb kinds.
+    matrices : ndarray
+        Poses, shape (N, 3, 3).
+
+    Returns
+    -------
+    status : ndarray of int8
+        Index into :data:`STATUS`, shape (N,).
+    margin : ndarray
+        Shape (N,), as in :class:`WristForces`.
+    determinant : ndarray
+        det[X_1 X_2 X_3], shape (N,); NaN for other than three limbs, 0 with a folded limb.
+    """
+    count, geometry = len(matrices), mechanism.geometry
+    status, margin, determinant = np.empty(count, dtype=np.int8), np.empty(count), np.empty(count)
+    classify_stack(
+        matrices,
+        geometry.base_points,
+        geometry.platform_points,
+        bool(mechanism.is_upu.any()),
+        status,
+        margin,
+        determinant,
+    )
+    return status, margin, determinant
+
+
+def _least_norm_standalone(
+    mechanism: Mechanism,
+    matrices: FloatArray,
+    F: FloatArray,
+    M: FloatArray,
+    f: FloatArray,
+    g: FloatArray,
+    shoulder: FloatArray,
+    status: NDArray[np.int8],
+) -> None:
+    """More than three limbs hold the arm alone: the forces of least norm, written into f, g, shoulder."""
+    geometry, n = mechanism.geometry, mechanism.limb_count
+    rows = np.flatnonzero(status < FOLDED)
+    if rows.size == 0:
+        return
+    b, s, X = (np.empty((rows.size, n, 3)) for _ in range(3))
+    length, reach = np.empty((rows.size, n)), np.empty((rows.size, n))
+    limb_stack(matrices[rows], geometry.base_points, geometry.platform_points, b, s, X, length, reach)
+    radius = np.linalg.norm(geometry.platform_points, axis=-1).max()
+    upu = np.flatnonzero(mechanism.is_upu)
+    wrenches = np.zeros((rows.size, 6, n + upu.size))
+    wrenches[:, :3, :n] = np.swapaxes(s, 1, 2)
+    wrenches[:, 3:, :n] = np.swapaxes(np.cross(b, s), 1, 2) / radius
+    wrenches[:, :3, n:] = np.swapaxes(X[:, upu], 1, 2)
+    U, values, Vt = np.linalg.svd(wrenches, full_matrices=False)
+    lost = values[:, -1] < 1e-9 * values[:, 0]
+    target = np.concatenate([F[rows], M[rows] / radius], axis=1)
+    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=~lost[:, None])
+    forces = np.einsum("kji,kj->ki", Vt, inverse * np.einsum("kji,kj->ki", U, target))
+    f[rows], shoulder[rows], g[rows] = forces[:, :n], 0.0, 0.0
+    g[np.ix_(rows, upu)] = forces[:, n:]
+    held = np.where(status[rows] >= STATUS.index("singular"), OK, status[rows])
+    status[rows] = np.where(lost, STATUS.index("singular"), held)
+    for array in (f, g, shoulder):
+        array[rows[lost]] = np.nan

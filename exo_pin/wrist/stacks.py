@@ -1,0 +1,98 @@
+"""Turning what a caller passes into flat stacks for the kernels, and back."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..design import Load, Mechanism, Motion
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_rotation
+
+__all__ = ["Query", "as_query", "pose_matrices"]
+
+
+class Query(NamedTuple):
+    """Poses, motion and load as flat stacks.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        The stack's shape (...), N poses in all.
+    matrices : ndarray
+        Shape (N, 3, 3).
+    velocity, acceleration : ndarray
+        Shape (N, 3), base frame.
+    force, moment : ndarray
+        Shape (N, 3), the load on the arm, moment about O, base frame.
+    """
+
+    shape: tuple[int, ...]
+    matrices: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    force: FloatArray
+    moment: FloatArray
+
+
+def pose_matrices(orientation: Rotation) -> tuple[tuple[int, ...], FloatArray]:
+    """The stack's shape (...) and its matrices, shape (N, 3, 3), contiguous."""
+    rotation = as_rotation("orientation", orientation)
+    return rotation.shape, np.ascontiguousarray(rotation.as_matrix().reshape(-1, 3, 3))
+
+
+def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | None = None) -> Query:
+    """Broadcast motion and load against the stack of poses.
+
+    Raises
+    ------
+    InvalidInput
+        If something is of the wrong type, or its stack dimensions do not broadcast to those of ``orientation``.
+    """
+    shape, matrices = pose_matrices(orientation)
+    count = len(matrices)
+    still = np.zeros((count, 3))
+    velocity = acceleration = force = moment = still
+    if motion is not None:
+        if not isinstance(motion, Motion):
+            raise InvalidInput(f"expected motion to be a Motion, got {type(motion).__name__}")
+        velocity = _spread("motion.angular_velocity", motion.angular_velocity, shape)
+        acceleration = _spread("motion.angular_acceleration", motion.angular_acceleration, shape)
+    if load is not None:
+        if not isinstance(load, Load):
+            raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+        force = _spread("load.force", np.asarray(load.force), shape)
+        couple = _spread("load.moment", np.asarray(load.moment), shape)
+        at = np.einsum("kij,kj->ki", matrices, _spread("load.at", np.asarray(load.at), shape))
+        if load.frame == "arm":
+            force = np.einsum("kij,kj->ki", matrices, force)
+            couple = np.einsum("kij,kj->ki", matrices, couple)
+        moment = couple + np.cross(at, force)
+    return Query(shape, matrices, velocity, acceleration, force, moment)
+
+
+def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    try:
+        return np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3))
+    except ValueError:
+        raise InvalidInput(
+            f"expected {name} to broadcast to the poses' shape {(*shape, 3)}, got {array.shape}"
+        ) from None
+
+
+def require_massless(mechanism: Mechanism) -> None:
+    """Raise if a limb has mass: the closed forms are for massless limbs.
+
+    Raises
+    ------
+    InvalidInput
+        Naming the limb.
+    """
+    for index, limb in enumerate(mechanism.limbs):
+        if limb.mass > 0.0:
+            raise InvalidInput(
+                f"limb index {index} has mass {limb.mass:g} kg: the closed form holds for massless limbs only "
+                "(ShoulderExo.reaction takes limb masses into account)"
+            )

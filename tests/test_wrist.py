@@ -1,0 +1,301 @@
+"""The closed form against printed figures, finite differences, free bodies and an independent engine."""
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco_oracle import MujocoWrist
+from scipy.spatial.transform import Rotation
+
+from exo_pin import wrist
+from exo_pin.conventions import MIRROR, mirrored, shoulder_rotation, thesis_rotation
+from exo_pin.design import Arm, Limb, LimbBody, Load, Mechanism, Motion, WristGeometry, preset
+from exo_pin.errors import InvalidInput, MissingData
+
+DEGREES = {"degrees": True}
+
+
+def random_mechanism(rng, n, kinds=None):
+    """A wrist without any symmetry, with an arm of a general inertia."""
+    base = rng.normal(size=(n, 3)) * 0.1 + [0, -0.1, 0.05]
+    platform = rng.normal(size=(n, 3)) * 0.08 + [0, 0.02, -0.2]
+    body = rng.normal(size=(3, 3)) * 0.1
+    spread = body @ body.T
+    arm = Arm(2.0 + rng.random(), rng.normal(size=3) * 0.1 + [0, 0, -0.2], np.trace(spread) * np.eye(3) - spread)
+    limbs = tuple(Limb(kind) for kind in (kinds or ["UPU"] * n))
+    return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, name=f"random-{n}")
+
+
+def regular_poses(mechanism, rng, count, margin=0.02):
+    """Poses drawn uniformly on the rotation group, away from singularity."""
+    poses = Rotation.random(40 * count, rng)
+    far = wrist.statics(mechanism, poses).margin > margin
+    return poses[np.flatnonzero(far)[:count]]
+
+
+def test_scenario_one_angles_and_lengths():
+    state = wrist.inverse_kinematics(preset("scenario-one").geometry, thesis_rotation(0, 45, 45, **DEGREES))
+    np.testing.assert_allclose(np.degrees(state.base_theta_y), [-64.716, -88.425, 75.7441], atol=6e-4)
+    np.testing.assert_allclose(np.degrees(state.base_theta_x), [-41.179, 76.885, -23.8481], atol=1.2e-3)
+    np.testing.assert_allclose(state.lengths * 1e3, [159.5270, 41.6830, 108.7461], atol=1e-4)
+
+
+def test_prototype_at_rest():
+    state = wrist.inverse_kinematics(preset("prototype").geometry, Rotation.identity())
+    np.testing.assert_allclose(np.degrees(state.base_theta_y), [78.6, 83.2, -83.2], atol=0.05)
+    np.testing.assert_allclose(np.degrees(state.base_theta_x), [-41.6, -65.0, -65.5], atol=0.05)
+    np.testing.assert_allclose(state.lengths * 1e3, [305, 365, 366], atol=0.5)
+
+
+def test_lengths_of_a_published_pose():
+    lengths = wrist.inverse_kinematics(preset("prototype").geometry, thesis_rotation(20, -30, 10, **DEGREES)).lengths
+    np.testing.assert_allclose(lengths * 1e3, [262.958325, 330.503366, 384.212449], atol=5e-7)
+
+
+def test_universal_angles_rebuild_both_limb_directions():
+    geometry = random_mechanism(np.random.default_rng(0), 4).geometry
+    poses = Rotation.random(50, np.random.default_rng(1))
+    state = wrist.inverse_kinematics(geometry, poses)
+
+    def direction(x, y):
+        return np.stack([np.cos(x) * np.sin(y), -np.sin(x), np.cos(x) * np.cos(y)], axis=-1)
+
+    base = np.einsum("nij,knj->kni", geometry.base_frames, direction(state.base_theta_x, state.base_theta_y))
+    np.testing.assert_allclose(base, state.directions, atol=1e-14)
+    on_arm = np.einsum(
+        "nij,knj->kni", geometry.platform_frames, direction(state.platform_theta_x, state.platform_theta_y)
+    )
+    back = np.einsum("kij,knj->kni", poses.as_matrix(), on_arm)
+    np.testing.assert_allclose(back, -state.directions, atol=1e-14)
+
+
+def test_joint_frames_are_right_handed_and_point_to_the_centre():
+    for mechanism in (
+        preset("prototype"),
+        preset("prototype").mirrored(),
+        random_mechanism(np.random.default_rng(2), 5),
+    ):
+        geometry = mechanism.geometry
+        for frames, points in (
+            (geometry.base_frames, geometry.base_points),
+            (geometry.platform_frames, geometry.platform_points),
+        ):
+            np.testing.assert_allclose(np.linalg.det(frames), 1.0, atol=1e-14)
+            towards = -points / np.linalg.norm(points, axis=-1, keepdims=True)
+            np.testing.assert_allclose(frames[..., 1], towards, atol=1e-15)
+
+
+def test_base_frames_of_circles_are_the_printed_matrix():
+    # (4-15), entry by entry.
+    geometry = preset("prototype").geometry
+    circles = geometry.circles
+    beta = np.arctan2(circles.r_A, circles.h_A)
+    for alpha, frame in zip(circles.alpha_A, geometry.base_frames, strict=True):
+        ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
+        printed = [[sa, -ca * sb, ca * cb], [0, cb, sb], [-ca, -sa * sb, sa * cb]]
+        np.testing.assert_allclose(frame, printed, atol=1e-15)
+
+
+def test_jacobian_against_finite_differences():
+    rng = np.random.default_rng(3)
+    for mechanism in (preset("prototype"), random_mechanism(rng, 5)):
+        for pose in Rotation.random(20, rng):
+            J = wrist.limb_jacobian(mechanism.geometry, pose)
+            # Central differences: error step² times the third derivative (of order 1) plus rounding eps / step.
+            step = np.finfo(float).eps ** (1 / 3)
+            for axis in np.eye(3):
+                ahead, behind = (
+                    wrist.inverse_kinematics(
+                        mechanism.geometry, Rotation.from_rotvec(sign * step * axis) * pose
+                    ).lengths
+                    for sign in (1, -1)
+                )
+                np.testing.assert_allclose(J @ axis, (ahead - behind) / (2 * step), atol=20 * step**2)
+
+
+def test_moment_arm_is_minus_reach_times_normal():
+    geometry = random_mechanism(np.random.default_rng(4), 3).geometry
+    state = wrist.inverse_kinematics(geometry, Rotation.random(100, np.random.default_rng(5)))
+    arm = np.cross(state.platform_points, state.directions)
+    np.testing.assert_allclose(arm, -state.reach[..., None] * state.normals, atol=1e-14)
+    # ... so the determinants of actuation and constraint are tied.
+    product = -np.prod(state.reach, axis=-1) * np.linalg.det(state.normals)
+    np.testing.assert_allclose(np.linalg.det(arm), product, rtol=1e-9)
+
+
+def test_prototype_reference_forces():
+    forces = wrist.statics(preset("prototype"), thesis_rotation(40, -20, -30, **DEGREES))
+    np.testing.assert_allclose(forces.actuator_forces, [0.478730, 3.732240, 13.185893], atol=1e-6)
+    # Printed with six decimals from other rounding of the same numbers.
+    np.testing.assert_allclose(forces.shoulder_force, [6.136294, 13.289826, -2.869032], atol=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("pose", "expected"),
+    [((0, 0, 0), (-1.3, -4.0, -6.2)), ((60, 0, 0), (-17.8, 26.5, -3.7))],
+)
+def test_prototype_forces_at_rest_and_in_abduction(pose, expected):
+    forces = wrist.statics(preset("prototype"), thesis_rotation(*pose, **DEGREES))
+    np.testing.assert_allclose(forces.actuator_forces, expected, atol=0.06)
+
+
+def test_determinant_along_abduction_and_flexion():
+    geometry = preset("prototype").geometry
+    abduction = shoulder_rotation(0, [0, 30, 60, 75, 6.21], 0, **DEGREES)
+    np.testing.assert_allclose(
+        wrist.singularity(geometry, abduction).determinant, [-0.0143, 0.0222, 0.0074, 0.0019, 0], atol=6e-5
+    )
+    flexion = shoulder_rotation([30, 60, 90, 35.45], 0, 0, **DEGREES)
+    np.testing.assert_allclose(
+        wrist.singularity(geometry, flexion).determinant, [-0.0085, 0.0600, 0.0389, 0], atol=6e-5
+    )
+
+
+def test_sign_of_the_oracle_is_that_of_a_hanging_arm():
+    oracle = MujocoWrist(preset("prototype"))
+    oracle.data.qpos[:] = [1, 0, 0, 0]
+    mujoco.mj_forward(oracle.model, oracle.data)
+    # Its centre of mass is almost straight below O, so it hardly falls: the torso carries it, upwards.
+    assert oracle.data.sensordata[2] == pytest.approx(0.65656 * 9.81, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [
+        preset("prototype"),
+        preset("prototype").mirrored(),
+        random_mechanism(np.random.default_rng(10), 3),
+        random_mechanism(np.random.default_rng(11), 5, ["UPU", "SPS", "UPU", "SPS", "UPU"]),
+    ],
+    ids=["prototype", "prototype-right", "random-3", "random-5"],
+)
+def test_statics_and_dynamics_equal_mujoco(mechanism):
+    rng = np.random.default_rng(12)
+    poses = regular_poses(mechanism, rng, 200)
+    assert len(poses) == 200
+    velocity, acceleration = rng.normal(size=(2, 200, 3)) * 3
+    force, moment = rng.normal(size=(2, 200, 3)) * [[[10]], [[1]]]
+    motion, load = Motion(velocity, acceleration), Load(force, moment)
+    still = wrist.statics(mechanism, poses)
+    moving = wrist.dynamics(mechanism, poses, motion, load)
+    oracle = MujocoWrist(mechanism)
+    none = np.zeros(3)
+    for k, pose in enumerate(poses):
+        for forces, terms in (
+            (still, (none, none, none, none)),
+            (moving, (velocity[k], acceleration[k], force[k], moment[k])),
+        ):
+            tensions, shoulder, reached = oracle.forces(pose, *terms)
+            scale = max(np.abs(tensions).max(), np.abs(shoulder).max())
+            np.testing.assert_allclose(forces.actuator_forces[k], tensions, atol=1e-8 * scale)
+            np.testing.assert_allclose(forces.shoulder_force[k], shoulder, atol=1e-8 * scale)
+            # MuJoCo moves as asked when these tensions pull.
+            np.testing.assert_allclose(reached, terms[1], atol=1e-8 * scale / mechanism.arm.mass)
+
+
+def test_standalone_wrist_balances_as_a_free_body():
+    rng = np.random.default_rng(13)
+    for mechanism in (preset("prototype"), random_mechanism(rng, 5)):
+        poses = regular_poses(mechanism, rng, 100)
+        forces = wrist.statics(mechanism, poses, split="standalone")
+        state = wrist.inverse_kinematics(mechanism.geometry, poses)
+        pull = -forces.actuator_forces[..., None] * state.directions
+        side = -forces.constraint_forces[..., None] * state.normals
+        weight = mechanism.arm.mass * mechanism.gravity
+        largest = np.abs(forces.constraint_forces).max(axis=-1)[:, None] + 1
+        np.testing.assert_allclose((pull + side).sum(axis=1) / largest, -weight / largest, atol=1e-11)
+        centre = poses.as_matrix() @ mechanism.arm.centre_of_mass
+        moment = np.cross(state.platform_points, pull).sum(axis=1) + np.cross(centre, weight)
+        np.testing.assert_allclose(moment / largest, 0, atol=1e-11)
+
+
+def test_least_norm_of_five_limbs():
+    mechanism = random_mechanism(np.random.default_rng(14), 5)
+    poses = regular_poses(mechanism, np.random.default_rng(15), 50)
+    f = wrist.statics(mechanism, poses).actuator_forces
+    J = wrist.limb_jacobian(mechanism.geometry, poses)
+    self_stress = f - np.einsum("kni,kij,kmj,km->kn", J, np.linalg.inv(np.swapaxes(J, 1, 2) @ J), J, f)
+    np.testing.assert_allclose(self_stress, 0, atol=1e-11 * np.abs(f).max())
+
+
+def test_mirror_image():
+    rng = np.random.default_rng(16)
+    left = random_mechanism(rng, 3)
+    right = left.mirrored()
+    poses = regular_poses(left, rng, 50)
+    for split, sign in (("spherical", 1), ("standalone", -1)):
+        a, b = (wrist.statics(m, p, split=split) for m, p in ((left, poses), (right, mirrored(poses))))
+        np.testing.assert_allclose(b.actuator_forces, a.actuator_forces, rtol=1e-9, atol=1e-9)
+        # X is a pseudovector: its coefficient changes sign.
+        np.testing.assert_allclose(b.constraint_forces, sign * a.constraint_forces, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ MIRROR, rtol=1e-9, atol=1e-9)
+    turned = [
+        wrist.singularity(g, p).determinant for g, p in ((left.geometry, poses), (right.geometry, mirrored(poses)))
+    ]
+    np.testing.assert_allclose(turned[1], turned[0], atol=1e-13)
+
+
+def test_singular_poses_are_marked_and_spoil_no_other():
+    mechanism = preset("prototype")
+    poses = thesis_rotation([40, 90, 10], [-20, 0, 0], [-30, 0, 0], **DEGREES)
+    forces = wrist.statics(mechanism, poses)
+    assert forces.status.tolist() == ["ok", "singular", "ok"]
+    assert np.isnan(forces.actuator_forces[1]).all()
+    assert np.isnan(forces.shoulder_force[1]).all()
+    assert np.isfinite(forces.actuator_forces[[0, 2]]).all()
+    assert wrist.singularity(mechanism.geometry, poses).kind.tolist() == ["regular", "singular", "regular"]
+
+
+def test_margin_brackets_the_smallest_singular_value():
+    mechanism = random_mechanism(np.random.default_rng(17), 5)
+    poses = Rotation.random(200, np.random.default_rng(18))
+    margin = wrist.statics(mechanism, poses).margin
+    radius = np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
+    exact = wrist.singularity(mechanism.geometry, poses).smallest_singular_value / radius
+    assert (margin <= exact * (1 + 1e-9)).all()
+    assert (exact <= np.sqrt(3) * margin * (1 + 1e-9)).all()
+
+
+def test_folded_limb_is_marked():
+    geometry = preset("prototype").geometry
+    # Turn the arm so that B_1 comes to lie on the line through O and A_1.
+    turn, _ = Rotation.align_vectors(geometry.base_points[:1].copy(), geometry.platform_points[:1].copy())
+    assert wrist.statics(preset("prototype"), turn).status == "folded"
+    assert wrist.singularity(geometry, turn).kind == "folded"
+    assert np.isnan(wrist.inverse_kinematics(geometry, turn).normals[0]).all()
+
+
+def test_load_in_either_frame_and_at_a_point():
+    mechanism = preset("prototype")
+    pose = thesis_rotation(40, -20, -30, **DEGREES)
+    force, at = np.array([3.0, -5.0, 2.0]), np.array([0.01, 0.02, -0.4])
+    base = wrist.statics(mechanism, pose, Load(force, at=at))
+    arm = wrist.statics(mechanism, pose, Load(pose.inv().apply(force), at=at, frame="arm"))
+    couple = wrist.statics(mechanism, pose, Load(force, moment=np.cross(pose.apply(at), force)))
+    for other in (arm, couple):
+        np.testing.assert_allclose(other.actuator_forces, base.actuator_forces, rtol=1e-12)
+        np.testing.assert_allclose(other.shoulder_force, base.shoulder_force, rtol=1e-12)
+
+
+def test_stacks_keep_their_shape():
+    poses = thesis_rotation(np.zeros((4, 1)), np.linspace(0.1, 0.5, 5), 0.2)
+    forces = wrist.dynamics(preset("prototype"), poses, Motion(np.ones(3), np.zeros((5, 3))))
+    assert forces.actuator_forces.shape == (4, 5, 3)
+    assert forces.status.shape == (4, 5)
+    assert wrist.statics(preset("prototype"), poses[:0]).status.shape == (0, 5)
+
+
+def test_what_is_missing_or_wrong_is_named():
+    pose = Rotation.identity()
+    with pytest.raises(MissingData, match=r"scenario-one.*arm mass"):
+        wrist.statics(preset("scenario-one"), pose)
+    with pytest.raises(MissingData, match="inertia"):
+        wrist.dynamics(preset("appendix-d"), pose, Motion(np.ones(3), np.zeros(3)))
+    with pytest.raises(InvalidInput, match="Rotation"):
+        wrist.statics(preset("prototype"), np.eye(3))
+    with pytest.raises(InvalidInput, match=r"at least 3 UPU"):
+        wrist.statics(preset("prototype").replace(limbs=(Limb("SPS"),) * 3), pose, split="standalone")
+    heavy = preset("prototype").replace(limbs=(Limb(base_body=LimbBody.rod(0.1, 0.1, 0.01)),) * 3)
+    with pytest.raises(InvalidInput, match=r"mass 0\.1 kg"):
+        wrist.statics(heavy, pose)
+    with pytest.raises(InvalidInput, match="broadcast"):
+        wrist.dynamics(preset("prototype"), pose, Motion(np.ones((2, 3)), np.zeros(3)))

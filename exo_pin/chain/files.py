@@ -1,0 +1,183 @@
+"""Closures files: one TOML file beside a URDF that says what closes its loops.
+
+A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
+
+    schema = 1
+    name = "robot"
+
+    [root]                               # optional: how the URDF's root link hangs in the world
+    joint = "fixed"                      # fixed (default) | spherical | free_flyer | planar | translation
+    name = "root_joint"                  # of that joint, if it is not fixed
+    gravity_m_s2 = [0.0, 0.0, -9.81]     # default
+
+    [[closures]]
+    name = "loop"
+    type = "rigid"                       # see TYPES; rigid: 6 rows, spherical (also called point): 3 rows
+    frame_a = "hand"                     # a link or joint of the URDF, or "universe", the world
+    frame_b = "universe"
+    translation_a_m = [0.0, 0.0, 0.1]    # optional: where the closure's frame stands in frame_a, frame_b
+    quaternion_a_xyzw = [0.0, 0.0, 0.0, 1.0]
+    translation_b_m = [0.4, 0.0, 0.0]
+    quaternion_b_xyzw = [0.0, 0.0, 0.0, 1.0]
+
+    [roles]                              # optional: what the parts are for
+    actuated = ["slide"]                 # joints that carry an actuator
+    shoulder = "root_joint"              # the joint (or closure) whose reaction is asked for
+    arm = "arm"                          # the link that it carries
+    reference_point = "arm"              # frame with its origin at the shoulder centre O
+
+    [[roles.limbs]]
+    name = "limb_1"
+    kind = "UPU"                         # or SPS
+    slide = "limb_1_slide"               # the limb's actuated joint
+    platform_joint = "limb_1_platform_y" # its first joint after the arm
+    closure = "limb_1_base"              # the closure that holds it to the torso
+
+Lengths may also be given in mm (``translation_b_mm``). Orientations are unit quaternions, because roll, pitch and
+yaw lose digits near their lock. An unknown key, type, frame, joint or closure is an error that lists what there
+is; frames and joints are checked when a model is loaded with the closures.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from numpy.typing import ArrayLike
+
+from ..design.files import write_text
+from ..design.quantities import Table
+from ..errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
+from .closures import Closure, Closures, LimbRole, Placement, Roles, Root
+
+__all__ = ["closures_text", "read_closures", "write_closures"]
+
+_SCHEMA = 1
+
+
+def read_closures(path: str | PathLike[str]) -> Closures:
+    """Load a closures file.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is not TOML, or a key is unknown, missing or has a wrong value; the key is named.
+    UnknownName
+        If a closure type, root joint or closure name is not known; the message lists those there are.
+    """
+    try:
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileFormatError(f"cannot be read: {error}", path) from error
+    except tomllib.TOMLDecodeError as error:
+        raise FileFormatError(f"not TOML: {error}", path) from error
+    table = Table(data, path)
+    schema = table.integer("schema")
+    if schema != _SCHEMA:
+        raise table.error(f"this version reads schema {_SCHEMA}, got {schema}", "schema")
+    try:
+        return _read_root_table(table)
+    except FileFormatError:
+        raise
+    except UnknownName as error:
+        raise UnknownName(error.kind, error.name, error.available, where=str(path)) from error
+    except ExoPinError as error:
+        raise FileFormatError(str(error), path) from error
+
+
+def write_closures(closures: Closures, path: str | PathLike[str], comment: str = "") -> None:
+    """Save a closures file, so that it loads back bit for bit. It appears whole or not at all.
+
+    Parameters
+    ----------
+    closures : Closures
+        What to save.
+    path : path-like
+        The file.
+    comment : str
+        Lines for the head of the file.
+    """
+    write_text(path, closures_text(closures, comment))
+
+
+def closures_text(closures: Closures, comment: str = "") -> str:
+    """The text of a closures file."""
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name), "", "[root]"]
+    root = closures.root
+    lines += [_pair("joint", root.joint), _pair("name", root.name), _pair("gravity_m_s2", root.gravity)]
+    for closure in closures.closures:
+        lines += ["", "[[closures]]"]
+        lines += [_pair(key, getattr(closure, key)) for key in ("name", "type", "frame_a", "frame_b")]
+        for end, placement in (("a", closure.placement_a), ("b", closure.placement_b)):
+            if placement != Placement():
+                lines.append(_pair(f"translation_{end}_m", placement.translation))
+                lines.append(_pair(f"quaternion_{end}_xyzw", placement.quaternion))
+    roles = closures.roles
+    if roles != Roles():
+        lines += ["", "[roles]", _pair("actuated", roles.actuated)]
+        single = ("shoulder", "arm", "reference_point")
+        lines += [_pair(key, getattr(roles, key)) for key in single if getattr(roles, key) is not None]
+    for limb in roles.limbs:
+        lines += ["", "[[roles.limbs]]"]
+        lines += [_pair(key, getattr(limb, key)) for key in ("name", "kind", "slide", "platform_joint", "closure")]
+    return "\n".join(lines) + "\n"
+
+
+def _pair(key: str, value: Any) -> str:
+    """One ``key = value`` line; a list stays on its line, which tomli_w would break."""
+    if isinstance(value, tuple):
+        return f"{key} = [{', '.join(_pair('x', item)[4:] for item in value)}]"
+    return tomli_w.dumps({key: value}).rstrip("\n")
+
+
+def _read_root_table(table: Table) -> Closures:
+    name = table.text("name")
+    root_table, roles_table = table.table("root", required=False), table.table("roles", required=False)
+    closure_tables = table.tables("closures")
+    table.finish()
+    assert name is not None
+    return Closures(
+        name,
+        Root() if root_table is None else _read_root(root_table),
+        tuple(_read_closure(item) for item in closure_tables),
+        Roles() if roles_table is None else _read_roles(roles_table),
+    )
+
+
+def _read_root(table: Table) -> Root:
+    joint, name = table.text("joint", required=False), table.text("name", required=False)
+    gravity = table.quantity("acceleration", "gravity", (3,), required=False)
+    table.finish()
+    given = {"joint": joint, "name": name, "gravity": gravity}
+    return Root(**{key: value for key, value in given.items() if value is not None})
+
+
+def _read_closure(table: Table) -> Closure:
+    texts = [table.text(key) for key in ("name", "type", "frame_a", "frame_b")]
+    placements = []
+    for end in ("a", "b"):
+        translation = table.quantity("length", f"translation_{end}", (3,), required=False)
+        quaternion = table.quantity("number", f"quaternion_{end}_xyzw", (4,), required=False)
+        given: dict[str, ArrayLike | None] = {"translation": translation, "quaternion": quaternion}
+        try:
+            placements.append(Placement(**{key: value for key, value in given.items() if value is not None}))  # type: ignore[arg-type]
+        except InvalidInput as error:
+            raise table.error(str(error), f"quaternion_{end}_xyzw") from error
+    table.finish()
+    return Closure(*texts, *placements)  # type: ignore[arg-type]
+
+
+def _read_roles(table: Table) -> Roles:
+    actuated = table.texts("actuated")
+    shoulder, arm, point = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point"))
+    limbs = []
+    for limb in table.tables("limbs"):
+        texts = [limb.text(key) for key in ("name", "kind", "slide", "platform_joint", "closure")]
+        limb.finish()
+        limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
+    table.finish()
+    return Roles(actuated, shoulder, arm, point, tuple(limbs))

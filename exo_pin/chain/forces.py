@@ -1,0 +1,144 @@
+"""Recursive Newton-Euler on the tree, with the closures' wrenches, and what every joint transmits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from ..errors import InvalidInput, UnknownName
+from ..validation import FloatArray, as_finite
+from . import kernels
+
+if TYPE_CHECKING:
+    from .model import ClosedChain
+
+__all__ = ["TreeForces", "rnea"]
+
+
+@dataclass(frozen=True, eq=False)
+class TreeForces:
+    """Forces in a tree at one configuration and motion.
+
+    Attributes
+    ----------
+    tau : ndarray
+        Shape (nv,), generalised forces of the joints, N and N m.
+    """
+
+    tau: FloatArray
+    _chain: ClosedChain = field(repr=False)
+    _joint_wrenches: FloatArray = field(repr=False)  # (njoints, 6), local axes and origin
+    _closure_wrenches: FloatArray = field(repr=False)  # (m, 6) on a, world axes, about the world's origin
+    _poses: FloatArray = field(repr=False)  # (njoints, 4, 3)
+
+    def joint_wrench(
+        self, joint: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
+    ) -> FloatArray:
+        """Wrench that a joint transmits: what its parent's side puts on the child's side.
+
+        Parameters
+        ----------
+        joint : str
+            Name of the joint.
+        at : "origin" or array_like
+            Point about which the moment is told: the joint's origin, or shape (3,), m, world frame.
+        frame : {"world", "local"}
+            Axes of the answer: the world's or those of the joint's child link.
+
+        Returns
+        -------
+        ndarray
+            Shape (6,), force then moment, N and N m.
+        """
+        index = self._chain.joint_index(joint)
+        if index == 0:
+            raise InvalidInput("the world hangs on no joint")
+        pose = self._poses[index]
+        wrench = self._joint_wrenches[index].reshape(2, 3) @ pose[:3]  # R f, because pose[:3] is Rᵀ
+        return _told(wrench, pose[3], at, frame, pose)
+
+    def closure_wrench(
+        self, closure: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
+    ) -> FloatArray:
+        """Wrench that a closure transmits: what the body of frame b puts on the body of frame a.
+
+        Parameters
+        ----------
+        closure : str
+            Name of the closure.
+        at : "origin" or array_like
+            Point about which the moment is told: the closure's point, or shape (3,), m, world frame.
+        frame : {"world", "local"}
+            Axes of the answer: the world's or those of the closure's frame a.
+
+        Returns
+        -------
+        ndarray
+            Shape (6,), force then moment, N and N m.
+        """
+        names = [item.name for item in self._chain.closures]
+        if closure not in names:
+            raise UnknownName("closure", closure, names)
+        index = names.index(closure)
+        top = self._chain._topology
+        carrier = self._poses[top.joints[index, 0]]
+        pose = top.local[index, 0] @ carrier[:3]
+        pose[3] += carrier[3]
+        return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), pose[3] if _is_origin(at) else at, frame, pose)
+
+
+def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
+    if isinstance(at, str):
+        if at != "origin":
+            raise UnknownName("point", at, ("origin",))
+        return True
+    return False
+
+
+def _told(
+    wrench: FloatArray, point: FloatArray, at: Literal["origin"] | ArrayLike, frame: str, pose: FloatArray
+) -> FloatArray:
+    """A wrench (rows force, moment, world axes, about ``point``) as it was asked for."""
+    if frame not in ("world", "local"):
+        raise UnknownName("frame", frame, ("world", "local"))
+    force, moment = wrench
+    if not _is_origin(at):
+        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)  # type: ignore[arg-type]
+    both = np.stack([force, moment])
+    return (both @ pose[:3].T if frame == "local" else both).reshape(6)
+
+
+def rnea(
+    chain: ClosedChain,
+    q: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    multipliers: FloatArray | None,
+    external: Mapping[str, ArrayLike] | None,
+) -> TreeForces:
+    """See :meth:`ClosedChain.rnea`."""
+    work, top, model = chain._workspace, chain._topology, chain.model
+    data = work.data
+    pin.forwardKinematics(model, data, q)
+    work.external[:] = 0.0
+    work.wrenches[:] = 0.0
+    if multipliers is not None:
+        kernels.closure_wrenches(
+            work.poses, multipliers, top.joints, top.local, top.rows, work.wrenches, work.external
+        )
+    for name, value in (external or {}).items():
+        if name not in chain._frames:
+            raise UnknownName("frame", name, chain._frames)
+        given = as_finite(f"external[{name!r}]", value, (6,))
+        frame = model.frames[chain._frames[name]]
+        local = data.oMi[frame.parentJoint]
+        arm = (local * frame.placement).translation - local.translation
+        work.external[frame.parentJoint, :3] += local.rotation.T @ given[:3]
+        work.external[frame.parentJoint, 3:] += local.rotation.T @ (given[3:] + np.cross(arm, given[:3]))
+    tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
+    return TreeForces(tau, chain, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

@@ -1,0 +1,141 @@
+"""What never changes of a chain's loops, as arrays for the kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from ..errors import InvalidInput, UnknownName
+from ..validation import FloatArray, frozen
+from .closures import TYPES, Closures, Placement
+
+__all__ = ["Topology", "frame_table", "make_topology", "se3"]
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Arrays of a chain with m closures, read-only.
+
+    Attributes
+    ----------
+    joints : ndarray of int
+        Shape (m, 2), the joints that carry frames a and b.
+    local : ndarray
+        Shape (m, 2, 4, 3), the closure's frames in those joints; rows 0 to 2 are the columns of R, row 3 is p.
+    kinds, rows : ndarray of int
+        Shape (m,), type codes; shape (m + 1,), first row of each closure.
+    supports : ndarray
+        Shape (m, 2, nv), 1 for coordinates that move frame a (b).
+    signs : ndarray
+        Shape (m, nv), difference of the two.
+    length : float
+        The characteristic length that weighs metres against radians, m: the root mean square of the distances
+        between neighbouring joints and closures on their links.
+    row_scale : ndarray
+        Shape (rows,), 1/length for rows in metres, 1 for rows in radians.
+    metres : ndarray of bool
+        Shape (nv,), which coordinates are in metres.
+    """
+
+    joints: IntArray
+    local: FloatArray
+    kinds: IntArray
+    rows: IntArray
+    supports: FloatArray
+    signs: FloatArray
+    length: float
+    row_scale: FloatArray
+    metres: NDArray[np.bool_]
+
+    @property
+    def row_count(self) -> int:
+        """Number of constraint rows."""
+        return int(self.rows[-1])
+
+
+def se3(placement: Placement) -> pin.SE3:
+    """A placement as Pinocchio's."""
+    quaternion = pin.Quaternion(np.array(placement.quaternion)).normalized()
+    return pin.SE3(quaternion, np.array(placement.translation))
+
+
+def frame_table(model: pin.Model) -> dict[str, int]:
+    """Frame index by name.
+
+    A link and its joint may share a name: they share their frame too. The first one counts.
+    """
+    table: dict[str, int] = {}
+    for index, frame in enumerate(model.frames):
+        known = table.setdefault(frame.name, index)
+        other = model.frames[known]
+        if frame.parentJoint != other.parentJoint or not frame.placement.isApprox(other.placement, 1e-12):
+            raise InvalidInput(f"two frames in different places are called {frame.name!r}")
+    return table
+
+
+def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) -> Topology:
+    """Find the closures' frames in the model.
+
+    Raises
+    ------
+    UnknownName
+        If a frame is not in the model.
+    InvalidInput
+        If a closure joins a body with itself.
+    """
+    count = len(closures.closures)
+    joints, local = np.zeros((count, 2), dtype=np.int64), np.zeros((count, 2, 4, 3))
+    for c, closure in enumerate(closures.closures):
+        ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
+        for end, (name, placement) in enumerate(ends):
+            if name not in frames:
+                raise UnknownName("frame", name, frames, where=f"closure {closure.name!r}")
+            frame = model.frames[frames[name]]
+            pose = frame.placement * se3(placement)
+            joints[c, end] = frame.parentJoint
+            local[c, end, :3], local[c, end, 3] = pose.rotation.T, pose.translation
+        if joints[c, 0] == joints[c, 1]:
+            raise InvalidInput(
+                f"closure {closure.name!r} joins {closure.frame_a!r} and {closure.frame_b!r}, which are one rigid body"
+            )
+    kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
+    heights = [closure.rows for closure in closures.closures]
+    rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
+    moved = _supports(model)
+    supports = moved[joints].reshape(count, 2, model.nv)
+    length = _characteristic_length(model, local)
+    # The first three rows of every type are the displacement.
+    row_scale = np.concatenate([[1.0 / length] * 3 + [1.0] * (height - 3) for height in heights] or [[]])
+    for array in (joints, local, kinds, rows, supports, row_scale):
+        array.setflags(write=False)
+    signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
+    return Topology(joints, local, kinds, rows, supports, signs, length, row_scale, _metres(model))
+
+
+def _supports(model: pin.Model) -> FloatArray:
+    """Shape (njoints, nv): 1 for coordinates that move the joint's body."""
+    moved = np.zeros((model.njoints, model.nv))
+    for joint in range(1, model.njoints):
+        moved[joint] = moved[model.parents[joint]]
+        first = model.idx_vs[joint]
+        moved[joint, first : first + model.nvs[joint]] = 1.0
+    return moved
+
+
+def _characteristic_length(model: pin.Model, local: FloatArray) -> float:
+    offsets = [model.jointPlacements[joint].translation for joint in range(1, model.njoints)]
+    lengths = np.linalg.norm(np.concatenate([np.reshape(offsets, (-1, 3)), local[:, :, 3].reshape(-1, 3)]), axis=1)
+    lengths = lengths[lengths > 1e-9]
+    return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0
+
+
+def _metres(model: pin.Model) -> NDArray[np.bool_]:
+    """A coordinate that turns nothing is a translation."""
+    data = model.createData()
+    J = pin.computeJointJacobians(model, data, pin.neutral(model))
+    return np.asarray(np.linalg.norm(J[3:], axis=0) < 1e-9)

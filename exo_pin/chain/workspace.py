@@ -1,0 +1,104 @@
+"""One thread's scratch memory for a chain: Pinocchio's Data, NumPy windows on it, buffers for the kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.lib.stride_tricks import as_strided
+
+from ..errors import ExoPinError
+from ..validation import FloatArray
+from . import kernels
+from .topology import Topology
+
+__all__ = ["Workspace"]
+
+
+class Workspace:
+    """Pinocchio's Data for one chain and one thread.
+
+    Attributes
+    ----------
+    data : pinocchio.Data
+        Overwritten by every call.
+    poses : ndarray
+        Shape (njoints, 4, 3), a window on ``data.oMi``: rows 0 to 2 are the columns of R, row 3 is p.
+    forces : ndarray
+        Shape (njoints, 6), a window on ``data.f``.
+    external, external_vector
+        Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
+    J, dJ : ndarray
+        Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
+    gap, jacobian, drift, move
+        Buffers of shapes (rows,), (rows, nv), (rows,), (nv,).
+    """
+
+    def __init__(self, model: pin.Model, topology: Topology) -> None:
+        self._model, self._topology = model, topology
+        self.data = model.createData()
+        self.external_vector = pin.StdVec_Force()
+        for _ in range(model.njoints):
+            self.external_vector.append(pin.Force.Zero())
+        count = model.njoints
+        self.poses = _window(
+            [self.data.oMi[k].rotation.T for k in range(count)],
+            [self.data.oMi[k].translation for k in range(count)],
+            (4, 3),
+        )
+        self.forces = _force_window(self.data.f, count)
+        self.external = _force_window(self.external_vector, count)
+        self.J, self.dJ = self.data.J.T, self.data.dJ.T
+        rows = topology.row_count
+        self.gap, self.drift = np.zeros(rows), np.zeros(rows)
+        self.jacobian = np.zeros((rows, model.nv))
+        self.move = np.zeros(model.nv)
+        self.wrenches = np.zeros((len(topology.kinds), 6))
+
+    def residual(self, q: FloatArray) -> float:
+        """Fill ``gap`` and return its largest entry."""
+        top = self._topology
+        pin.forwardKinematics(self._model, self.data, q)
+        return kernels.residual(self.poses, top.joints, top.local, top.kinds, top.rows, self.gap)
+
+    def linearise(self, q: FloatArray) -> float:
+        """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
+        top = self._topology
+        pin.computeJointJacobians(self._model, self.data, q)
+        return kernels.residual_jacobian(
+            self.poses, self.J, top.joints, top.local, top.kinds, top.rows, top.signs, self.gap, self.jacobian
+        )
+
+    def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Fill ``drift`` and return it."""
+        top = self._topology
+        pin.computeJointJacobiansTimeVariation(self._model, self.data, q, v)
+        kernels.drift(self.poses, self.J, self.dJ, v, top.joints, top.local, top.rows, top.supports, self.drift)
+        return self.drift
+
+
+def _address(array: Any) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> FloatArray:
+    """One array over equal records that lie one after the other in memory.
+
+    A record is a C-ordered block ``first[k]`` with ``second[k]`` right behind it. Reading hundreds of poses through
+    the bindings one by one would cost more than the kinematics. The addresses are checked, because the layout is
+    Pinocchio's own affair.
+    """
+    size = 8 * shape[0] * shape[1]
+    start = _address(first[0])
+    for k, (one, other) in enumerate(zip(first, second, strict=True)):
+        block = _address(one) == start + k * size and one.flags.c_contiguous
+        tail = _address(other) == start + k * size + 8 * one.size and other.flags.c_contiguous
+        if not (block and tail and 8 * (one.size + other.size) == size):
+            raise ExoPinError(f"pinocchio {pin.__version__} keeps its arrays in an unexpected layout")
+    return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
+
+
+def _force_window(vector: Any, count: int) -> FloatArray:
+    window = _window([vector[k].linear for k in range(count)], [vector[k].angular for k in range(count)], (1, 6))
+    return window[:, 0, :]

@@ -1,0 +1,177 @@
+import dataclasses
+import threading
+
+import numpy as np
+import pytest
+import tomllib
+
+from exo_pin.chain import (
+    ClosedChain,
+    Closure,
+    Closures,
+    LimbRole,
+    Placement,
+    Roles,
+    Root,
+    read_closures,
+    write_closures,
+)
+from exo_pin.errors import FileFormatError, InvalidInput, UnknownName
+
+from mechanisms import four_bar
+
+GOOD = """
+schema = 1
+name = "robot"
+[[closures]]
+name = "loop"
+type = "point"
+frame_a = "hand"
+frame_b = "universe"
+translation_b_mm = [400.0, 0.0, 0.0]
+"""
+
+
+def random_closures(seed):
+    rng = np.random.default_rng(seed)
+
+    def place():
+        quaternion = rng.normal(size=4)
+        return Placement(tuple(rng.normal(size=3)), tuple(quaternion / np.linalg.norm(quaternion)))
+
+    closures = (
+        Closure("one", "rigid", 'a "quoted" link', "universe", place(), place()),
+        Closure("zwei ü", "spherical", "b", "c", placement_b=place()),
+    )
+    limb = LimbRole("limb_1", "UPU", "slide", "hip", "one")
+    roles = Roles(("slide", "other"), "ball", "arm", "centre", (limb,))
+    return Closures("robot", Root("spherical", "ball", tuple(rng.normal(size=3))), closures, roles)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_saving_and_loading_keeps_every_bit(tmp_path, seed):
+    closures = random_closures(seed)
+    path = tmp_path / "robot.closures.toml"
+    write_closures(closures, path, "for a test")
+    again = read_closures(path)
+    assert again == closures
+    write_closures(again, tmp_path / "again.toml", "for a test")
+    assert path.read_bytes() == (tmp_path / "again.toml").read_bytes()
+
+
+def test_units_aliases_and_defaults(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text(GOOD)
+    closures = read_closures(path)
+    assert closures.root == Root("fixed", "root_joint", (0.0, 0.0, -9.81))
+    assert closures.closures == (Closure("loop", "spherical", "hand", "universe", placement_b=Placement((0.4, 0, 0))),)
+    assert closures.rows == 3
+    assert closures.roles == Roles()
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "said"),
+    [
+        (('"point"', '"weld"'), UnknownName, "rigid, spherical"),
+        (("frame_a", "frame_c"), FileFormatError, "frame_a"),
+        (("frame_b =", 'colour = "red"\nframe_b ='), FileFormatError, "colour"),
+        (("schema = 1", "schema = 2"), FileFormatError, "schema"),
+        (("400.0", "nan"), FileFormatError, "finite"),
+        (("400.0, ", ""), FileFormatError, "shape"),
+        (("[[closures]]", '[root]\njoint = "hinge"\n[[closures]]'), UnknownName, "free_flyer"),
+        (("translation_b_mm = [400.0, 0.0, 0.0]", "quaternion_b_xyzw = [0, 0, 0, 2]"), FileFormatError, "unit"),
+        (("[[closures]]", "[[closures]"), FileFormatError, "TOML"),
+        (("[[closures]]", "[roles]\nactuated = [1]\n[[closures]]"), FileFormatError, "strings"),
+    ],
+)
+def test_a_bad_file_is_refused_and_told_why(tmp_path, change, error, said):
+    assert change[0] in GOOD
+    path = tmp_path / "robot.toml"
+    path.write_text(GOOD.replace(*change, 1))
+    with pytest.raises(error, match=said) as caught:
+        read_closures(path)
+    assert "robot.toml" in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileFormatError, match="nowhere"):
+        read_closures(tmp_path / "nowhere.toml")
+
+
+def test_names_are_unique_and_roles_refer_to_closures():
+    loop = Closure("loop", "rigid", "a", "b")
+    with pytest.raises(InvalidInput, match="twice"):
+        Closures(closures=(loop, loop))
+    with pytest.raises(UnknownName, match="loop"):
+        Closures(closures=(loop,), roles=Roles(limbs=(LimbRole("l", "UPU", "s", "p", "hoop"),)))
+    with pytest.raises(UnknownName, match="UPU"):
+        LimbRole("l", "RRR", "s", "p", "loop")
+
+
+def test_frames_and_joints_are_checked_against_the_model():
+    named = four_bar()
+    (closure,) = named.closures.closures
+    wrong = dataclasses.replace(named.closures, closures=(dataclasses.replace(closure, frame_b="rocket"),))
+    with pytest.raises(UnknownName, match="did you mean 'rocker'") as caught:
+        ClosedChain.from_urdf(named.urdf, wrong)
+    assert "ground" in caught.value.available
+    same = dataclasses.replace(named.closures, closures=(dataclasses.replace(closure, frame_b="coupler"),))
+    with pytest.raises(InvalidInput, match="one rigid body"):
+        ClosedChain.from_urdf(named.urdf, same)
+    for roles in (Roles(actuated=("motor",)), Roles(shoulder="motor")):
+        with pytest.raises(UnknownName, match="crank_hinge"):
+            ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, roles=roles))
+    with pytest.raises(UnknownName, match="coupler"):
+        ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, roles=Roles(arm="leg")))
+
+
+def test_a_urdf_that_is_none_is_refused(tmp_path):
+    named = four_bar()
+    with pytest.raises(FileFormatError, match="URDF"):
+        ClosedChain.from_urdf("<robot", named.closures)
+    with pytest.raises(FileFormatError, match="nowhere"):
+        ClosedChain.from_urdf(tmp_path / "nowhere.urdf", named.closures)
+    with pytest.raises(InvalidInput, match="closures"):
+        ClosedChain.from_urdf(named.urdf)
+    with pytest.raises(UnknownName, match="spherical"):
+        ClosedChain.from_urdf(named.urdf, named.closures, root_joint="hinge")
+    mimic = named.urdf.replace("</joint>", '<mimic joint="crank_hinge"/></joint>', 1)
+    with pytest.raises(FileFormatError, match="mimic"):
+        ClosedChain.from_urdf(mimic, named.closures)
+
+
+def test_the_closures_file_beside_the_urdf_is_found(tmp_path):
+    named = four_bar()
+    (tmp_path / "four.urdf").write_text(named.urdf)
+    write_closures(named.closures, tmp_path / "four.closures.toml")
+    assert tomllib.loads((tmp_path / "four.closures.toml").read_text())["name"] == "four_bar"
+    chain = ClosedChain.from_urdf(tmp_path / "four.urdf")
+    assert chain.description == named.closures
+
+
+def test_root_joint_and_gravity_of_the_file_are_applied():
+    named = four_bar()
+    leaning = dataclasses.replace(named.closures, root=Root("free_flyer", "float", (1.0, 2.0, -9.0)))
+    chain = ClosedChain.from_urdf(named.urdf, leaning)
+    assert chain.model.names[1] == "float"
+    np.testing.assert_array_equal(chain.model.gravity.linear, [1.0, 2.0, -9.0])
+    assert ClosedChain.from_urdf(named.urdf, leaning, root_joint="fixed").model.nv == 3
+
+
+def test_one_chain_serves_many_threads():
+    named = four_bar()
+    chain = named.chain()
+    rng = np.random.default_rng(3)
+    poses = named.q + rng.uniform(-0.5, 0.5, (4, 200, 3))
+    alone = [[chain.residual(q) for q in stack] for stack in poses]
+    found: list = [None] * 4
+
+    def work(index):
+        found[index] = [chain.residual(q) for q in poses[index]]
+
+    threads = [threading.Thread(target=work, args=(index,)) for index in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    np.testing.assert_array_equal(found, alone)

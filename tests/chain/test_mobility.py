@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+
+from exo_pin.chain import ClosedChain, mechanism_urdf
+from exo_pin.conventions import thesis_rotation
+from exo_pin.design import preset
+from exo_pin.errors import LoopNotClosed
+
+from mechanisms import five_bar, four_bar, random_wrist
+
+
+def wrist_chain(mechanism, part):
+    return ClosedChain.from_urdf(*mechanism_urdf(mechanism, part))
+
+
+def at(chain, orientation):
+    """The chain closed with its arm held at an orientation, its root at O."""
+    q = chain.neutral()
+    root = chain.configuration_slice("root_joint")
+    q[root] = np.concatenate([np.zeros(root.stop - root.start - 4), orientation.as_quat()])
+    return chain.close(q, hold=["root_joint"])
+
+
+ANGLES = [(0, 0, 0), (40, -20, -30), (-60, 10, 25), (20, -50, 5), (70, 30, -10)]
+POSES = [thesis_rotation(*angles, degrees=True) for angles in ANGLES]
+# The hinge of two UPU limbs' common plane apart, nothing is special about these poses; (90, 0, 0)° is singular.
+SINGULAR = thesis_rotation(90, 0, 0, degrees=True)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("pose", range(len(POSES)))
+@pytest.mark.parametrize(
+    ("part", "rows", "coordinates", "rank"), [("whole", 18, 18, 15), ("wrist", 18, 21, 18), ("floating", 21, 21, 18)]
+)
+def test_the_prototype_has_three_freedoms(side, pose, part, rows, coordinates, rank):
+    chain = wrist_chain(preset("prototype").on_side(side), part)
+    mobility = chain.mobility(at(chain, POSES[pose]))
+    assert (mobility.rows, mobility.coordinates, mobility.rank) == (rows, coordinates, rank)
+    assert mobility.degrees_of_freedom == 3
+    assert mobility.redundant == rows - rank
+    # The gap between what counts and what does not is wide: the tolerance decides nothing by a hair.
+    assert mobility.smallest > 1e3 * mobility.tolerance
+    assert (mobility.singular_values[rank:] < 0.1 * mobility.tolerance).all()
+
+
+@pytest.mark.parametrize(("part", "full"), [("whole", 18), ("floating", 21)])
+def test_locked_actuators_hold_the_arm_except_at_the_singular_pose(part, full):
+    chain = wrist_chain(preset("prototype"), part)
+    for pose in POSES:
+        mobility = chain.mobility(at(chain, pose), locked=chain.roles.actuated)
+        assert (mobility.rows, mobility.rank, mobility.degrees_of_freedom) == (full + 3, full, 0)
+    q = at(chain, SINGULAR)
+    assert chain.mobility(q).rank == full - 3
+    mobility = chain.mobility(q, locked=chain.roles.actuated)
+    assert (mobility.rank, mobility.degrees_of_freedom) == (full - 1, 1)
+
+
+def test_without_the_ball_joint_the_singular_pose_drops_the_rank():
+    chain = wrist_chain(preset("prototype"), "wrist")
+    assert chain.mobility(at(chain, SINGULAR)).rank == 17
+
+
+def test_locked_actuators_leave_the_smaller_margin_the_nearer_the_singularity():
+    chain = wrist_chain(preset("prototype"), "whole")
+    margins = [
+        chain.mobility(at(chain, thesis_rotation(angle, 0, 0, degrees=True)), chain.roles.actuated).smallest
+        for angle in (89.0, 89.9, 89.99)
+    ]
+    # Linear in the distance, to the curvature that 1° has.
+    assert margins[0] / margins[1] == pytest.approx(10, rel=0.1)
+    assert margins[1] / margins[2] == pytest.approx(10, rel=0.01)
+
+
+@pytest.mark.parametrize("kinds", ["SSS", "USUSU", "SSSS", "UUUUU"])
+def test_wrists_of_mixed_limbs(kinds):
+    mechanism = random_wrist(11, kinds)
+    upu = kinds.count("U")
+    for part in ("whole", "floating"):
+        chain = wrist_chain(mechanism, part)
+        mobility = chain.mobility(at(chain, thesis_rotation(0.2, -0.3, 0.1)))
+        assert mobility.degrees_of_freedom == 3
+        # With the ball joint, every UPU limb repeats one constraint.
+        assert mobility.redundant == upu
+
+
+def test_planar_mechanisms():
+    # A point closure of planar links repeats the row across the plane, a rigid one three rows.
+    for named, rows, freedoms, redundant in ((four_bar(), 3, 1, 1), (four_bar("link"), 6, 1, 3), (five_bar(), 3, 2, 1)):
+        chain = named.chain()
+        mobility = chain.mobility(named.q)
+        assert (mobility.rows, mobility.degrees_of_freedom, mobility.redundant) == (rows, freedoms, redundant)
+        assert chain.mobility(named.q, locked=chain.roles.actuated).degrees_of_freedom == 0
+
+
+def test_a_stretched_four_bar_gains_a_freedom_with_its_rocker_locked():
+    # Crank and coupler in line: dead point of the rocker, where locking it leaves the crank's velocity free.
+    named = four_bar()
+    chain = named.chain()
+    # Both along the same direction, total length 0.3 + √0.5, meeting the rocker of 0.5 from (0.4, 0).
+    reach = 0.3 + np.sqrt(0.5)
+    angle = np.arccos((0.4**2 + reach**2 - 0.5**2) / (2 * 0.4 * reach)) if reach < 0.9 else None
+    assert angle is None  # it cannot stretch out: 1.007 m is more than 0.4 + 0.5
+    # So fold them: coupler back over the crank, 0.407 m from the pivot.
+    reach = np.sqrt(0.5) - 0.3
+    angle = np.arccos((0.4**2 + reach**2 - 0.5**2) / (2 * 0.4 * reach))
+    tip = reach * np.array([np.cos(angle), np.sin(angle)])
+    q = np.array([angle + np.pi, -np.pi, np.arctan2(tip[1], tip[0] - 0.4)])
+    assert np.abs(chain.residual(q)).max() < 1e-15
+    assert chain.mobility(q).degrees_of_freedom == 1
+    assert chain.mobility(q, locked=["rocker_hinge"]).degrees_of_freedom == 1
+    assert chain.mobility(q, locked=["crank_hinge"]).degrees_of_freedom == 0
+
+
+def test_an_open_chain_has_no_mobility():
+    named = five_bar()
+    with pytest.raises(LoopNotClosed):
+        named.chain().mobility(named.q + 0.01)
+
+
+def test_a_chain_without_loops():
+    chain = wrist_chain(preset("prototype"), "shoulder")
+    mobility = chain.mobility(chain.neutral())
+    assert (mobility.rows, mobility.rank, mobility.degrees_of_freedom, mobility.smallest) == (0, 0, 3, 0.0)

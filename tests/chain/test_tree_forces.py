@@ -1,0 +1,173 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exo_pin.chain import ClosedChain, mechanism_urdf
+from exo_pin.conventions import thesis_rotation
+from exo_pin.design import Limb, preset
+from exo_pin.errors import InvalidInput, UnknownName
+
+from mechanisms import four_bar, random_wrist
+
+MECHANISMS = {
+    "prototype": preset("prototype"),
+    "heavy limbs": random_wrist(21, "UUU", with_masses=True),
+    "mixed": random_wrist(22, "USUSU", with_masses=True),
+}
+
+
+def moving(mechanism, part="whole", seed=0):
+    """A chain in random closed motion with random multipliers."""
+    rng = np.random.default_rng(seed)
+    chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part))
+    q = chain.close(pin.integrate(chain.model, chain.neutral(), rng.uniform(-0.3, 0.3, chain.model.nv)))
+    v, a = rng.normal(size=(2, chain.model.nv))
+    return chain, q, v, a, rng.normal(size=chain.row_count)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_multipliers_make_the_generalised_force_of_the_transposed_jacobian(name):
+    chain, q, v, a, multipliers = moving(MECHANISMS[name])
+    data = chain.model.createData()
+    free = pin.rnea(chain.model, data, q, v, a)
+    np.testing.assert_allclose(chain.rnea(q, v, a).tau, free, atol=1e-13)
+    expected = free - chain.constraint_jacobian(q).T @ multipliers
+    np.testing.assert_allclose(chain.rnea(q, v, a, multipliers).tau, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_joint_transmits_what_its_coordinates_feel(name):
+    # τ of a joint is its wrench along its own axes.
+    chain, q, v, a, multipliers = moving(MECHANISMS[name], seed=1)
+    forces = chain.rnea(q, v, a, multipliers)
+    data = chain.model.createData()
+    pin.computeJointJacobians(chain.model, data, q)
+    for joint in list(chain.model.names)[1:]:
+        wrench = forces.joint_wrench(joint, at=(0.0, 0.0, 0.0))
+        columns = data.J[:, chain.velocity_slice(joint)]
+        np.testing.assert_allclose(columns.T @ wrench, forces.tau[chain.velocity_slice(joint)], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+@pytest.mark.parametrize("part", ["whole", "floating"])
+def test_the_whole_is_in_balance(name, part):
+    # Rate of momentum about O = root joint + closures + weight + load.
+    chain, q, v, a, multipliers = moving(MECHANISMS[name], part, seed=2)
+    load = np.array([3.0, -5.0, 2.0, 0.4, 0.1, -0.7])
+    point = chain.placement(q, "arm").translation
+    forces = chain.rnea(q, v, a, multipliers, external={"arm": load})
+    data = chain.model.createData()
+    rate = pin.computeCentroidalMomentumTimeVariation(chain.model, data, q, v, a)
+    centre = data.com[0]
+    total = forces.joint_wrench("root_joint", at=(0.0, 0.0, 0.0))
+    for closure in chain.closures:
+        assert closure.frame_b == "universe"
+        total = total + forces.closure_wrench(closure.name, at=(0.0, 0.0, 0.0))
+    weight = data.mass[0] * chain.model.gravity.linear
+    total[:3] += weight + load[:3]
+    total[3:] += np.cross(centre, weight) + load[3:] + np.cross(point, load[:3])
+    expected = np.concatenate([rate.linear, rate.angular + np.cross(centre, rate.linear)])
+    np.testing.assert_allclose(total, expected, atol=1e-11)
+
+
+def test_frames_and_points_of_a_wrench():
+    chain, q, v, a, multipliers = moving(MECHANISMS["heavy limbs"], seed=3)
+    forces = chain.rnea(q, v, a, multipliers)
+    joint = chain.placement(q, "limb_2_slide")
+    wrench = forces.joint_wrench("limb_2_slide")
+    local = forces.joint_wrench("limb_2_slide", frame="local")
+    np.testing.assert_allclose(local[:3], joint.rotation.T @ wrench[:3], atol=1e-13)
+    np.testing.assert_allclose(local[3:], joint.rotation.T @ wrench[3:], atol=1e-13)
+    point = np.array([0.1, -0.2, 0.3])
+    there = forces.joint_wrench("limb_2_slide", at=point)
+    moment = wrench[3:] + np.cross(joint.translation - point, wrench[:3])
+    np.testing.assert_allclose(there, np.concatenate([wrench[:3], moment]), atol=1e-13)
+    # In its own axes at its own point, a closure's wrench is its multipliers.
+    for closure in chain.closures:
+        own = forces.closure_wrench(closure.name, frame="local")
+        rows = multipliers[chain.rows(closure.name)]
+        np.testing.assert_allclose(own[: len(rows)], rows, atol=1e-12)
+        np.testing.assert_allclose(own[len(rows) :], 0.0, atol=1e-12)
+
+
+def test_a_closure_between_two_links_pushes_both_ways():
+    named = four_bar()
+    chain = named.chain()
+    force = np.array([2.0, -3.0, 0.0])
+    forces = chain.rnea(named.q, multipliers=force)
+    # With λ in the axes of the coupler: what the coupler's hinge carries more, the rocker's carries less.
+    world = chain.placement(named.q, "coupler").rotation @ force
+    still = chain.rnea(named.q)
+    for hinge, sign in (("crank_hinge", -1.0), ("coupler_hinge", -1.0), ("rocker_hinge", 1.0)):
+        change = forces.joint_wrench(hinge)[:3] - still.joint_wrench(hinge)[:3]
+        np.testing.assert_allclose(change, sign * world, atol=1e-13)
+
+
+def test_the_four_bars_torque_balances_its_weight_by_hand():
+    # Virtual work: the crank's torque is the rate of potential energy along the closed motion.
+    named = four_bar()
+    chain = named.chain()
+    chain.model.gravity.linear = np.array([0.0, -9.81, 0.0])
+    passive = chain.velocity_indices(["coupler_hinge", "rocker_hinge"])
+    still = chain.rnea(named.q).tau
+    J = chain.constraint_jacobian(named.q)
+    multipliers = np.linalg.lstsq(J[:, passive].T, still[passive], rcond=None)[0]
+    forces = chain.rnea(named.q, multipliers=multipliers)
+    np.testing.assert_allclose(forces.tau[passive], 0.0, atol=1e-12)
+    # By hand, crank rate 1: its tip (0, 0.3) moves by (-0.3, 0). Coupler c and rocker r, with rates w_c and w_r:
+    # tip of the coupler (-0.3, 0) + w_c (-0.1, 0.7) = w_r (-0.4, 0.3), so w_r = 0.7/0.3 w_c and
+    # -0.3 - 0.1 w_c = -0.28/0.3 w_c, w_c = 0.09/0.25 = 0.36, w_r = 0.84.
+    # Heights' rates of the 1 kg rods' middles: crank 0, coupler 0.36 * 0.35, rocker 0.84 * 0.15.
+    by_hand = 9.81 * (0.0 + 0.36 * 0.35 + 0.84 * 0.15)
+    assert forces.tau[0] == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_prototype_of_bare_muscles_gives_the_known_reaction():
+    mechanism = preset("prototype").replace(limbs=(Limb("SPS"),) * 3)
+    chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism))
+    q = chain.neutral()
+    q[:4] = thesis_rotation(40, -20, -30, degrees=True).as_quat()
+    q = chain.close(q, hold=["root_joint"])
+    slides = chain.velocity_indices(chain.roles.actuated)
+    passive = np.setdiff1d(np.arange(chain.model.nv), slides)
+    J = chain.constraint_jacobian(q)
+    multipliers = np.linalg.solve(J[:, passive].T, chain.rnea(q).tau[passive])
+    forces = chain.rnea(q, multipliers=multipliers)
+    np.testing.assert_allclose(forces.tau[passive], 0.0, atol=1e-12)
+    # A positive slide lengthens the limb, so tension is the opposite.
+    np.testing.assert_allclose(-forces.tau[slides], [0.478730, 3.732240, 13.185893], atol=1e-6)
+    np.testing.assert_allclose(forces.joint_wrench("root_joint")[:3], [6.136294, 13.289826, -2.869032], atol=1e-6)
+
+
+def test_bad_input_is_refused():
+    chain, q, v, a, _ = moving(MECHANISMS["prototype"])
+    forces = chain.rnea(q, v, a)
+    for call in (
+        lambda: chain.rnea(q, v[:-1]),
+        lambda: chain.rnea(q, np.full_like(v, np.nan)),
+        lambda: chain.rnea(q, v, a, np.zeros(3)),
+        lambda: chain.rnea(q, external={"arm": [1.0, 2.0]}),
+        lambda: forces.joint_wrench("root_joint", at=[np.nan, 0, 0]),
+        lambda: forces.joint_wrench("universe"),
+    ):
+        with pytest.raises(InvalidInput):
+            call()
+    for call in (
+        lambda: chain.rnea(q, external={"leg": np.zeros(6)}),
+        lambda: forces.joint_wrench("hip"),
+        lambda: forces.joint_wrench("root_joint", at="centre"),
+        lambda: forces.joint_wrench("root_joint", frame="base"),
+        lambda: forces.closure_wrench("hip"),
+    ):
+        with pytest.raises(UnknownName):
+            call()
+
+
+def test_answers_are_the_callers_own():
+    chain, q, v, a, multipliers = moving(MECHANISMS["heavy limbs"])
+    forces = chain.rnea(q, v, a, multipliers)
+    before = forces.joint_wrench("limb_1_slide"), forces.closure_wrench("limb_1_base"), forces.tau.copy()
+    chain.rnea(chain.neutral())
+    after = forces.joint_wrench("limb_1_slide"), forces.closure_wrench("limb_1_base"), forces.tau
+    for one, other in zip(before, after, strict=True):
+        np.testing.assert_array_equal(one, other)

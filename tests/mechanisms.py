@@ -1,0 +1,99 @@
+"""Small named mechanisms with known answers, as URDF text, closures and a closed configuration found by hand."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
+from exo_pin.chain.xml import Body, Document
+from exo_pin.design import Arm, Limb, LimbBody, Mechanism, WristGeometry
+
+Z = (0.0, 0.0, 1.0)
+
+
+class Named(NamedTuple):
+    urdf: str
+    closures: Closures
+    q: np.ndarray  # closed, by hand
+
+    def chain(self) -> ClosedChain:
+        return ClosedChain.from_urdf(self.urdf, self.closures)
+
+
+def rod(length: float, mass: float = 1.0) -> Body:
+    """A thin rod along x from the link's origin; 1 mm thick, so that its inertia is positive definite."""
+    across = mass * length**2 / 12
+    return Body(mass, np.array([length / 2, 0.0, 0.0]), np.diag([1e-6, across, across + 1e-7]))
+
+
+def _planar(name: str, links: list[tuple[str, str, tuple[float, float], float]]) -> Document:
+    """Links along their own x, each on a hinge about z: (link, parent, hinge's place in the parent, length)."""
+    document = Document(name)
+    document.link("ground", None)
+    for link, parent, (x, y), length in links:
+        document.link(link, rod(length))
+        document.joint(f"{link}_hinge", "revolute", parent, link, [x, y, 0.0], Z, [-6.3, 6.3])
+    return document
+
+
+def _at(x: float) -> Placement:
+    return Placement((x, 0.0, 0.0))
+
+
+def four_bar(cut: str = "joint") -> Named:
+    """Ground pivots (0, 0) and (0.4, 0); crank 0.3 upright; its tip (0, 0.3) joined to the rocker's tip (0.7, 0.4).
+
+    The coupler then runs along (7, 1)/√50 and the rocker along (3, 4)/5. ``cut``: "joint" opens the loop at the
+    rocker's tip (three rows, of which the one across the plane is redundant), "link" in the middle of the rocker
+    (six rows, three redundant).
+    """
+    coupler = float(np.sqrt(0.5))
+    crank_angle, coupler_angle, rocker_angle = np.pi / 2, np.arctan2(1.0, 7.0), np.arctan2(4.0, 3.0)
+    links = [("crank", "ground", (0.0, 0.0), 0.3), ("coupler", "crank", (0.3, 0.0), coupler)]
+    q = [crank_angle, coupler_angle - crank_angle]
+    roles = Roles(actuated=("crank_hinge",))
+    if cut == "joint":
+        links.append(("rocker", "ground", (0.4, 0.0), 0.5))
+        closure = Closure("tip", "spherical", "coupler", "rocker", _at(coupler), _at(0.5))
+        return Named(
+            _planar("four_bar", links).text(),
+            Closures("four_bar", closures=(closure,), roles=roles),
+            np.array([*q, rocker_angle]),
+        )
+    # The upper half of the rocker hangs on the coupler, pointing down to the lower half.
+    links += [("upper", "coupler", (coupler, 0.0), 0.25), ("lower", "ground", (0.4, 0.0), 0.25)]
+    turned = Placement((0.25, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
+    closure = Closure("middle", "rigid", "upper", "lower", _at(0.25), turned)
+    q_link = np.array([*q, rocker_angle - np.pi - coupler_angle, rocker_angle])
+    return Named(
+        _planar("four_bar_link", links).text(), Closures("four_bar_link", closures=(closure,), roles=roles), q_link
+    )
+
+
+def five_bar() -> Named:
+    """Bases (∓0.1, 0), elbows (∓0.22, 0.16), tip (0, 0.325): cranks 0.2 and forearms 0.275 of 3-4-5 triangles."""
+    links = [
+        ("left_crank", "ground", (-0.1, 0.0), 0.2),
+        ("left_forearm", "left_crank", (0.2, 0.0), 0.275),
+        ("right_crank", "ground", (0.1, 0.0), 0.2),
+        ("right_forearm", "right_crank", (0.2, 0.0), 0.275),
+    ]
+    left, right = np.arctan2(4.0, -3.0), np.arctan2(4.0, 3.0)
+    left_forearm, right_forearm = np.arctan2(3.0, 4.0), np.arctan2(3.0, -4.0)
+    closure = Closure("tip", "spherical", "left_forearm", "right_forearm", _at(0.275), _at(0.275))
+    roles = Roles(actuated=("left_crank_hinge", "right_crank_hinge"))
+    q = np.array([left, left_forearm - left, right, right_forearm - right])
+    return Named(_planar("five_bar", links).text(), Closures("five_bar", closures=(closure,), roles=roles), q)
+
+
+def random_wrist(seed: int, kinds: str, with_masses: bool = False) -> Mechanism:
+    """A wrist with limbs of the given kinds ("U" for UPU, "S" for SPS), joints at random near two spheres."""
+    rng = np.random.default_rng(seed)
+    count = len(kinds)
+    spread = np.linspace(0.0, 2 * np.pi, count, endpoint=False) + rng.uniform(-0.3, 0.3, count)
+    base = np.stack([0.13 * np.cos(spread), rng.uniform(-0.1, -0.05, count), 0.13 * np.sin(spread)], axis=-1)
+    platform = np.stack([0.11 * np.cos(spread), 0.11 * np.sin(spread), rng.uniform(-0.25, -0.15, count)], axis=-1)
+    arm = Arm(2.5, [0.01, 0.02, -0.22], np.diag([0.03, 0.028, 0.004]))
+    halves = (LimbBody.rod(0.3, 0.12, 0.01), LimbBody.rod(0.2, 0.15, 0.015)) if with_masses else (None, None)
+    limbs = tuple(Limb("UPU" if kind == "U" else "SPS", *halves) for kind in kinds)
+    return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, name=f"random-{seed}")

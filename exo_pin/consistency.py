@@ -68,7 +68,7 @@ class _Subject:
         self.mechanism = mechanism
         self.geometry = mechanism.geometry
         # Kinematics needs no mass; where the design has none, any will do.
-        arm = mechanism.arm if mechanism.arm is not None else Arm(1.0, [0.0, 0.0, -0.2])
+        arm = mechanism.arm if mechanism.arm is not None else Arm(1.0, np.array([0.0, 0.0, -0.2]))
         self.model = EquilibriumModel(mechanism.replace(arm=arm))
         rng = np.random.default_rng(0)
         axes = rng.normal(size=(_POSES, 3))

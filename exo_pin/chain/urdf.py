@@ -237,9 +237,7 @@ def _half_body(half: LimbBody, along: FloatArray) -> Body:
     return Body(half.mass, half.centre * along, inertia)
 
 
-def _arm_body(
-    arm: Arm | None, points: FloatArray, assumed: AssumedMasses | None, document: Document
-) -> Body | None:
+def _arm_body(arm: Arm | None, points: FloatArray, assumed: AssumedMasses | None, document: Document) -> Body | None:
     if arm is None:
         return None if assumed is None else assumed.platform(points)
     if arm.inertia is not None:
@@ -253,7 +251,9 @@ def _head(mechanism: Mechanism, part: str, assumed: AssumedMasses | None) -> lis
     """Comments at the head of the file."""
     lines = [f"{mechanism.title or mechanism.name}: {part}. Written by exo_pin; load it with its closures file."]
     lines += [f"{key}: {text}" for key, text in mechanism.sources.items() if key in ("mechanism", "geometry", "arm")]
-    lines.append("Limits of effort and velocity are not known; URDF wants numbers. The slides' range is the geometry's.")
+    lines.append(
+        "Limits of effort and velocity are not known; URDF wants numbers. The slides' range is the geometry's."
+    )
     if assumed is not None:
         lines.append(assumed.statement)
     return lines

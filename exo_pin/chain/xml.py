@@ -128,7 +128,8 @@ class Document:
         head = ['<?xml version="1.0"?>', *(f"<!-- {note.replace('--', '- -')} -->" for note in self._notes)]
         used = [key for key in COLOURS if any(f'name="{key}"/>' in line for line in self._lines)]
         paint = [
-            f'  <material name="{key}"><color rgba="{" ".join(map(_number, COLOURS[key]))}"/></material>' for key in used
+            f'  <material name="{key}"><color rgba="{" ".join(map(_number, COLOURS[key]))}"/></material>'
+            for key in used
         ]
         return "\n".join([*head, f"<robot name={quoteattr(self.name)}>", *paint, *self._lines, "</robot>"]) + "\n"
 

@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, MIRROR, Side, as_side
 from ..errors import InvalidInput, MissingData, UnknownName
@@ -78,7 +79,7 @@ class Mechanism:
         return self.geometry.limb_count
 
     @property
-    def is_upu(self) -> FloatArray:
+    def is_upu(self) -> NDArray[np.bool_]:
         """Shape (n,), bool: which limbs have universal joints at both ends."""
         return np.array([limb.kind == "UPU" for limb in self.limbs])
 

@@ -56,7 +56,8 @@ class Certificate:
         if counts.max() == 0:
             return "Equilibrium determines every reaction."
         span = str(counts[0]) if counts.size == 1 else f"{counts[0]} to {counts[-1]}"
-        sure, open_ = [], []
+        sure: list[str] = []
+        open_: list[str] = []
         for name, flags in (
             ("limb forces f", self.actuator_forces),
             ("side forces g", self.constraint_forces),

@@ -109,7 +109,7 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
 
 
 def _unbounded(c: FloatArray, G: FloatArray) -> FloatArray:
-    return np.linalg.lstsq(G, -c, rcond=RANK_TOLERANCE)[0]
+    return np.asarray(np.linalg.lstsq(G, -c, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
 
 
 def _bounded(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, full_rank: bool) -> FloatArray:

@@ -60,7 +60,7 @@ def reaction(
     bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count)
     answer = _Answer(mechanism, query)
     quaternions = orientation.as_quat().reshape(-1, 4)
-    for row in np.flatnonzero(answer.status < STATUS.index("singular")):
+    for row in np.flatnonzero(answer.status < STATUS.index("singular")).tolist():
         R = query.matrices[row]
         q = model.configuration(R, quaternions[row])
         outside = np.concatenate([query.force[row], query.moment[row]])
@@ -206,7 +206,7 @@ def _tensions(state: Equilibrium) -> tuple[FloatArray, FloatArray]:
     A = state.moment_of_f
     n = A.shape[1]
     if n == 3:
-        return np.linalg.solve(A, state.moment), np.empty((3, 0))
+        return np.asarray(np.linalg.solve(A, state.moment), dtype=np.float64), np.empty((3, 0))
     U, values, Vt = np.linalg.svd(A)
     return Vt[:3].T @ ((U.T @ state.moment) / values), Vt[3:].T
 

@@ -3,13 +3,12 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import five_bar, four_bar, random_wrist
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, UndeterminedMotion, mechanism_urdf
 from exo_pin.design import preset
 from exo_pin.errors import InvalidInput, LoopNotClosed, UnknownName
-
-from mechanisms import five_bar, four_bar, random_wrist
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 STEP = 1e-5
@@ -146,7 +145,9 @@ def test_jacobian_is_the_derivative_of_the_residual_on_closed_loops(chain):
         for _ in range(3):
             v = rng.normal(size=chain.model.nv)
             ahead, behind = (chain.residual(pin.integrate(chain.model, q, s * STEP * v)) for s in (1, -1))
-            np.testing.assert_allclose(chain.constraint_jacobian(q) @ v, (ahead - behind) / (2 * STEP), atol=FINITE * 10)
+            np.testing.assert_allclose(
+                chain.constraint_jacobian(q) @ v, (ahead - behind) / (2 * STEP), atol=FINITE * 10
+            )
 
 
 def test_rows_in_metres_are_the_derivative_of_the_residual_everywhere(chain):
@@ -163,9 +164,7 @@ def test_drift_is_the_jacobians_rate(chain):
     rng = np.random.default_rng(11)
     for q in open_configurations(chain, 12, size=1.0):
         v = rng.normal(size=chain.model.nv)
-        ahead, behind = (
-            chain.constraint_jacobian(pin.integrate(chain.model, q, s * STEP * v)) @ v for s in (1, -1)
-        )
+        ahead, behind = (chain.constraint_jacobian(pin.integrate(chain.model, q, s * STEP * v)) @ v for s in (1, -1))
         expected = (ahead - behind) / (2 * STEP)
         np.testing.assert_allclose(chain.constraint_drift(q, v), expected, atol=FINITE * 100)
 

@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
+from mechanisms import five_bar, four_bar, random_wrist
 
 from exo_pin.chain import ClosedChain, mechanism_urdf
 from exo_pin.conventions import thesis_rotation
 from exo_pin.design import preset
 from exo_pin.errors import LoopNotClosed
-
-from mechanisms import five_bar, four_bar, random_wrist
 
 
 def wrist_chain(mechanism, part):

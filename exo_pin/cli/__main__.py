@@ -1,0 +1,7 @@
+"""``python -m exo_pin.cli``."""
+
+import sys
+
+from . import main
+
+sys.exit(main())

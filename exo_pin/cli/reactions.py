@@ -1,0 +1,74 @@
+"""``exo-pin reaction``: forces in a pose."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from ..errors import InvalidInput
+from ..exo import ShoulderExo
+from ..reaction import ConstraintBounds, Reaction, reaction_table
+from .options import add_design, add_person, add_pose, design, pose, pose_angles
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("reaction", help="forces on shoulder, limbs, cuff and torso in a pose")
+    add_design(parser)
+    add_pose(parser)
+    add_person(parser)
+    parser.add_argument(
+        "--side-force-limit",
+        metavar="N|actuator",
+        help="bound of the side forces for the column minimal: newtons, or no more than the limb's own tension",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.set_defaults(run=_reaction)
+
+
+def _reaction(options: argparse.Namespace) -> int:
+    exo, angles = design(options), pose_angles(options)
+    orientation, bounds = pose(options, exo.side), _bounds(options.side_force_limit)
+    answers = [exo.reaction(orientation), exo.reaction(orientation, split="minimal", constraint_bounds=bounds)]
+    if exo.mechanism.is_upu.sum() >= 3:
+        answers.append(exo.reaction(orientation, split="standalone"))
+    if options.json:
+        print(_json(exo, angles, answers))
+        return 0
+    print(
+        f"{exo.mechanism.title or exo.name}\n"
+        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
+        f"{_carried(exo)}\n"
+    )
+    print(reaction_table(answers))
+    return 0
+
+
+def _bounds(limit: str | None) -> ConstraintBounds:
+    if limit is None or limit == "actuator":
+        return limit
+    try:
+        newtons = float(limit)
+    except ValueError:
+        raise InvalidInput(f'expected --side-force-limit in N, or "actuator", got {limit!r}') from None
+    return (-newtons, newtons)
+
+
+def _carried(exo: ShoulderExo) -> str:
+    arm = exo.mechanism.require_arm("weight")
+    own = arm.person
+    if own is None:
+        return f"moving part of the device {arm.mass:.3g} kg, nobody's arm in it"
+    if own.mass == arm.mass:
+        return f"moving part {arm.mass:.3g} kg"
+    return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
+
+
+def _json(exo: ShoulderExo, angles: tuple[float, float, float], answers: Sequence[Reaction]) -> str:
+    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+    head = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
+    return json.dumps({**head, **{answer.split: json.loads(answer.to_json()) for answer in answers}}, indent=2)

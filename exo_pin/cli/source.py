@@ -1,0 +1,25 @@
+"""``exo-pin thesis``: the source recomputed."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from ..thesis import ledger, ledger_table
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("thesis", help="what the thesis prints beside what is computed")
+    parser.add_argument("--no-notes", action="store_true", help="leave out the column of notes")
+    parser.set_defaults(run=_thesis)
+
+
+def _thesis(options: argparse.Namespace) -> int:
+    rows = ledger()
+    print(ledger_table(rows, notes=not options.no_notes))
+    verdicts = [row.verdict for row in rows]
+    print("\n" + ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in sorted(set(verdicts))))
+    return 0

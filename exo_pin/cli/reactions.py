@@ -5,11 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from ..errors import InvalidInput
 from ..exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table
+from ..view.plots import overview, use_file_backend
 from .options import add_design, add_person, add_pose, design, pose, pose_angles
 
 __all__ = ["add_commands"]
@@ -29,6 +31,13 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.set_defaults(run=_reaction)
 
+    plot = commands.add_parser("plot", help="picture of the mechanism with its forces, and a map of shoulder force")
+    add_design(plot)
+    add_pose(plot)
+    add_person(plot)
+    plot.add_argument("--out", type=Path, default=Path("exo-pin.png"), metavar="FILE", help="PNG, SVG or PDF")
+    plot.set_defaults(run=_plot)
+
 
 def _reaction(options: argparse.Namespace) -> int:
     exo, angles = design(options), pose_angles(options)
@@ -45,6 +54,18 @@ def _reaction(options: argparse.Namespace) -> int:
         f"{_carried(exo)}\n"
     )
     print(reaction_table(answers))
+    return 0
+
+
+def _plot(options: argparse.Namespace) -> int:
+    exo = design(options)
+    use_file_backend()
+    figure = overview(exo, pose(options, exo.side))
+    try:
+        figure.savefig(options.out, dpi=120)
+    except ValueError as error:
+        raise InvalidInput(f"cannot write {options.out}: {error}") from error
+    print(options.out)
     return 0
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_mechanism", "overview", "shoulder_force_map"]
+__all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
 
 #: Okabe and Ito's palette.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK = (
@@ -34,7 +34,7 @@ BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK = (
     "#000000",
 )
 #: Length of an arrow, m per N.
-_METRES_PER_NEWTON = 0.004
+_METRES_PER_NEWTON = 0.002
 
 
 def _pyplot() -> Any:
@@ -43,6 +43,11 @@ def _pyplot() -> Any:
     except ImportError as error:
         raise MissingExtra("plot", "matplotlib") from error
     return plt
+
+
+def use_file_backend() -> None:
+    """Draw to files only, so that no screen is needed."""
+    _pyplot().switch_backend("agg")
 
 
 def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> Any:
@@ -66,44 +71,49 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     pose = as_rotation("orientation", orientation)
     answer = exo.reaction(pose)
     arm = exo.mechanism.require_arm("a drawing of forces")
-    state = exo.inverse_kinematics(pose)
-    a, b = exo.geometry.base_points, state.platform_points
-    _ring(ax, a, BLACK, "base on the torso")
-    _ring(ax, b, "0.45", "platform on the arm")
-    hand = pose.as_matrix() @ np.array([0.0, 0.0, -0.45])
-    ax.plot(*np.stack([np.zeros(3), hand], axis=1), color="0.8", linewidth=12, solid_capstyle="round", zorder=0)
-    labelled: set[str] = set()
+    R = pose.as_matrix()
+    a, b = exo.geometry.base_points, exo.inverse_kinematics(pose).platform_points
+    hand = R @ np.array([0.0, 0.0, -0.45])
+    ax.plot(*np.stack([np.zeros(3), hand], axis=1), color="0.85", linewidth=18, solid_capstyle="round", zorder=0)
+    ax.plot(*_ring(a, exo.geometry.base_axis).T, color=BLACK, linewidth=2, label="base ring on the torso")
+    axis = exo.geometry.platform_axis
+    ax.plot(*_ring(b, None if axis is None else R @ axis).T, color="0.5", linewidth=2, label="platform ring on the arm")
     for i, tension in enumerate(answer.actuator_forces):
         pulls = tension >= 0
-        label = "limb in tension" if pulls else "limb in compression"
         ax.plot(
             *np.stack([a[i], b[i]], axis=1),
             color=BLUE if pulls else ORANGE,
-            linestyle="-" if pulls else (0, (3, 1)),
-            linewidth=3,
-            label=None if label in labelled else label,
+            linestyle="-" if pulls else (0, (2, 0.6)),
+            linewidth=3.5,
+            marker="o",
+            markersize=4,
+            label=f"limb {i + 1} {'pulls' if pulls else 'pushes'} {abs(tension):.0f} N",
         )
-        labelled.add(label)
-        ax.text(*(0.35 * a[i] + 0.65 * b[i]), f" {tension:.0f} N", fontsize=8)
-    centre = pose.as_matrix() @ arm.centre_of_mass
+        ax.text(*(1.12 * a[i]), str(i + 1), fontsize=9, ha="center", va="center")
     weight = arm.mass * exo.mechanism.gravity
-    size = float(answer.magnitude)
-    _arrow(ax, centre, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
-    _arrow(ax, np.zeros(3), answer.shoulder_force, RED, f"shoulder on the arm, |F_s| = {size:.0f} N")
+    _arrow(ax, R @ arm.centre_of_mass, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
+    shoulder = answer.shoulder_force
+    _arrow(ax, np.zeros(3), shoulder, RED, f"shoulder on the arm {np.linalg.norm(shoulder):.0f} N")
     ax.set(xlabel="x forward, m", ylabel="y left, m", zlabel="z up, m")
-    _equal_axes(ax, np.vstack([a, b, hand[None], np.zeros((1, 3)), _METRES_PER_NEWTON * answer.shoulder_force[None]]))
-    ax.legend(fontsize=8, loc="upper left", frameon=False)
+    tips = np.stack([np.zeros(3), hand, _METRES_PER_NEWTON * shoulder])
+    _equal_axes(ax, np.vstack([a, b, tips]))
+    ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(-0.22, 1.05), frameon=False)
     return ax
 
 
-def _ring(ax: Any, points: FloatArray, color: str, label: str) -> None:
-    closed = np.vstack([points, points[:1]])
-    ax.plot(*closed.T, color=color, linewidth=1.5, marker="o", markersize=5, label=label)
+def _ring(points: FloatArray, axis: FloatArray | None) -> FloatArray:
+    """The circle about ``axis`` through the points, or the closed polygon of the points where there is no axis."""
+    if axis is None:
+        return np.vstack([points, points[:1]])
+    centre = axis * float(points.mean(axis=0) @ axis)
+    first = points[0] - centre
+    turns = np.linspace(0.0, 2 * np.pi, 73)[:, None]
+    return np.asarray(centre + np.cos(turns) * first + np.sin(turns) * np.cross(axis, first))
 
 
 def _arrow(ax: Any, start: FloatArray, force: FloatArray, color: str, label: str) -> None:
     tip = _METRES_PER_NEWTON * force
-    ax.quiver(*start, *tip, color=color, linewidth=2.5, arrow_length_ratio=0.15, label=label)
+    ax.quiver(*start, *tip, color=color, linewidth=3, arrow_length_ratio=0.2, label=label)
 
 
 def _equal_axes(ax: Any, points: FloatArray) -> None:
@@ -157,8 +167,10 @@ def shoulder_force_map(
     bar.ax.yaxis.set_major_formatter("{x:g}")
     if exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
-        curve = ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=2.0)
-        ax.clabel(curve, fmt={0.0: "singular: det X = 0"}, fontsize=8)
+        ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
+        ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
+        ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
+        ax.legend(loc="upper right", fontsize=8)
     ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
     return ax
 
@@ -176,10 +188,19 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
     plt = _pyplot()
     figure = plt.figure(figsize=(12, 5.2), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
-    left.view_init(elev=18, azim=40)
+    left.view_init(elev=14, azim=58)
     draw_mechanism(exo, orientation, left)
     flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
-    left.set_title(f"{exo.mechanism.title or exo.name}\nflexion {flexion:.0f}°, abduction {abduction:.0f}°")
+    left.set_title(f"{exo.name}: flexion {flexion:.0f}°, abduction {abduction:.0f}°")
     right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
-    right.plot(flexion, abduction, marker="o", markersize=9, markerfacecolor=RED, markeredgecolor="white")
+    right.plot(
+        flexion,
+        abduction,
+        "o",
+        markersize=9,
+        markerfacecolor=RED,
+        markeredgecolor="white",
+        label="the pose on the left",
+    )
+    right.legend(loc="upper right", fontsize=8)
     return figure

@@ -1,0 +1,125 @@
+"""The command line: what it prints, and what it says to a question that cannot be asked."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.cli import main
+
+POSE = ["--flexion", "60", "--abduction", "30"]
+
+
+def run(capsys, *arguments):
+    status = main(list(arguments))
+    return status, *capsys.readouterr()
+
+
+def test_reaction_prints_the_three_splits_side_by_side(capsys):
+    status, out, _ = run(capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male")
+    assert status == 0
+    header = next(line for line in out.splitlines() if "spherical" in line)
+    assert header.split() == ["spherical", "minimal", "standalone"]
+    force = next(line for line in out.splitlines() if line.startswith("shoulder force")).split()
+    exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
+    expected = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True)).magnitude
+    assert float(force[-3]) == pytest.approx(expected, abs=0.006)
+    assert force[-2:] == ["0.00", "0.00"]
+    assert "Equilibrium leaves 3 reactions open" in out
+    assert "trivial" in out
+    assert "% of body weight" in out
+
+
+def test_reaction_as_json_and_with_a_bound(capsys):
+    status, out, _ = run(capsys, "reaction", *POSE, "--side", "right", "--side-force-limit", "actuator", "--json")
+    assert status == 0
+    data = json.loads(out)
+    assert data["side"] == "right"
+    assert data["pose"] == {"flexion_deg": 60, "abduction_deg": 30, "internal_rotation_deg": 0}
+    left = ep.load("prototype").reaction(ep.shoulder_rotation(60, 30, 0, degrees=True))
+    np.testing.assert_allclose(data["spherical"]["actuator_forces"], left.actuator_forces, rtol=1e-9)
+    assert data["minimal"]["magnitude"] > 0.1
+    assert not data["minimal"]["trivial"]
+
+
+def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
+    ep.load("prototype").save(tmp_path / "mine.toml")
+    forces = []
+    for payload in ("0", "2"):
+        arguments = [str(tmp_path / "mine.toml"), *POSE, "--person", "1.6,60,female", "--payload", payload, "--json"]
+        status, out, _ = run(capsys, "reaction", *arguments)
+        assert status == 0
+        forces.append(json.loads(out)["spherical"]["magnitude"])
+    assert forces[1] > forces[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["reaction", "prototyp"], "did you mean 'prototype'"),
+        (["reaction", "none.toml"], "cannot be read"),
+        (["reaction", "scenario-one"], "has no arm mass"),
+        (["reaction", "--person", "175,75,male"], "0.5 to 2.6 m"),
+        (["reaction", "--person", "tall"], "HEIGHT,MASS,SEX"),
+        (["reaction", "--payload", "1"], "--person"),
+        (["reaction", "--flexion", "nan"], "finite"),
+        (["reaction", "--side-force-limit", "much"], "actuator"),
+        (["reaction", "--side-force-limit", "-3"], "lower bound above"),
+        (["urdf", "--out", "/proc/none"], "/proc/none"),
+        (["plot", "--out", "/tmp/picture.xyz"], "picture.xyz"),
+    ],
+)
+def test_a_question_that_cannot_be_asked_is_one_line_and_status_2(capsys, arguments, message):
+    status, out, err = run(capsys, *arguments)
+    assert status == 2
+    assert out == ""
+    assert err.startswith("exo-pin: ")
+    assert err.count("\n") == 1
+    assert message in err
+
+
+@pytest.mark.parametrize("arguments", [["nonsense"], ["reaction", "--flexion", "much"], []])
+def test_a_wrong_command_is_status_2(capsys, arguments):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+
+
+def test_check_tells_good_from_bad(capsys):
+    status, out, _ = run(capsys, "check", "prototype")
+    assert status == 0
+    assert "consistent" in out
+    assert "rank 15 of 18" in out
+
+
+def test_presets_and_thesis(capsys):
+    _, out, _ = run(capsys, "presets")
+    assert [line.split()[0] for line in out.splitlines()] == ep.presets()
+    status, out, _ = run(capsys, "thesis")
+    assert status == 0
+    for verdict in ("reproduced", "misprint, corrected", "not reproducible"):
+        assert verdict in out
+
+
+def test_urdf_writes_both_files(capsys, tmp_path):
+    status, out, _ = run(capsys, "urdf", "prototype", "--out", str(tmp_path))
+    assert status == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["prototype.closures.toml", "prototype.urdf"]
+    chain = ep.ClosedChain.from_urdf(tmp_path / "prototype.urdf", tmp_path / "prototype.closures.toml")
+    assert np.abs(chain.residual(chain.close(chain.neutral()))).max() < 1e-12
+
+
+def test_plot_writes_a_picture(capsys, tmp_path):
+    path = tmp_path / "picture.png"
+    status, _, _ = run(capsys, "plot", *POSE, "--person", "1.75,75,male", "--out", str(path))
+    assert status == 0
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_installed_command():
+    command = [sys.executable, "-m", "exo_pin.cli", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ep.__version__

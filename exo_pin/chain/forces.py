@@ -89,7 +89,8 @@ class TreeForces:
         carrier = self._poses[top.joints[index, 0]]
         pose = top.local[index, 0] @ carrier[:3]
         pose[3] += carrier[3]
-        return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), pose[3] if _is_origin(at) else at, frame, pose)
+        point = pose[3] if _is_origin(at) else at
+        return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
 
 
 def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
@@ -108,7 +109,7 @@ def _told(
         raise UnknownName("frame", frame, ("world", "local"))
     force, moment = wrench
     if not _is_origin(at):
-        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)  # type: ignore[arg-type]
+        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)
     both = np.stack([force, moment])
     return (both @ pose[:3].T if frame == "local" else both).reshape(6)
 
@@ -128,9 +129,7 @@ def rnea(
     work.external[:] = 0.0
     work.wrenches[:] = 0.0
     if multipliers is not None:
-        kernels.closure_wrenches(
-            work.poses, multipliers, top.joints, top.local, top.rows, work.wrenches, work.external
-        )
+        kernels.closure_wrenches(work.poses, multipliers, top.joints, top.local, top.rows, work.wrenches, work.external)
     for name, value in (external or {}).items():
         if name not in chain._frames:
             raise UnknownName("frame", name, chain._frames)

@@ -77,9 +77,7 @@ def _relative(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d: An
     _compose(poses[joints[c, 0]], local[c, 0], a)
     _compose(poses[joints[c, 1]], local[c, 1], b)
     for i in range(3):
-        d[i] = (
-            a[i, 0] * (a[3, 0] - b[3, 0]) + a[i, 1] * (a[3, 1] - b[3, 1]) + a[i, 2] * (a[3, 2] - b[3, 2])
-        )
+        d[i] = a[i, 0] * (a[3, 0] - b[3, 0]) + a[i, 1] * (a[3, 1] - b[3, 1]) + a[i, 2] * (a[3, 2] - b[3, 2])
         for j in range(3):
             Q[i, j] = b[i, 0] * a[j, 0] + b[i, 1] * a[j, 1] + b[i, 2] * a[j, 2]
 
@@ -170,9 +168,7 @@ def residual_jacobian(
 
 
 @_compile
-def drift(
-    poses: Any, J: Any, dJ: Any, v: Any, joints: Any, local: Any, rows: Any, supports: Any, out: Any
-) -> None:
+def drift(poses: Any, J: Any, dJ: Any, v: Any, joints: Any, local: Any, rows: Any, supports: Any, out: Any) -> None:
     """Fill the drift, (d/dt Jacobian) v, of all closures.
 
     Parameters
@@ -207,9 +203,7 @@ def drift(
         relative = twist_a[:3] - twist_b[:3] + np.cross(spin, p)
         omega = twist_a[3:]
         # d/dt of R_aᵀ (v + ω × p_b) and of R_aᵀ ω, world-coordinate bias first.
-        acceleration[:3] = (
-            bias[:3] + np.cross(bias[3:], p) + np.cross(spin, moving) - np.cross(omega, relative)
-        )
+        acceleration[:3] = bias[:3] + np.cross(bias[3:], p) + np.cross(spin, moving) - np.cross(omega, relative)
         acceleration[3:] = bias[3:] - np.cross(omega, spin)
         first, count = rows[c], rows[c + 1] - rows[c]
         for i in range(count):
@@ -234,9 +228,7 @@ def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> No
 
 
 @_compile
-def closure_wrenches(
-    poses: Any, multipliers: Any, joints: Any, local: Any, rows: Any, wrenches: Any, out: Any
-) -> None:
+def closure_wrenches(poses: Any, multipliers: Any, joints: Any, local: Any, rows: Any, wrenches: Any, out: Any) -> None:
     """Turn multipliers into wrenches on the bodies that the closures join.
 
     Parameters

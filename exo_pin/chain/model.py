@@ -289,12 +289,13 @@ class ClosedChain:
             steps. An open loop is never returned.
         """
         start = self._configuration(q)
-        work = self._workspace
-        if work.residual(start) <= tolerance:
+        held = self.velocity_indices(hold) if hold else None
+        if self._workspace.residual(start) <= tolerance:
             return start.copy()
         tolerance = as_positive("tolerance", tolerance)
         weight = np.where(self._topology.metres, self._topology.length**2, 1.0)
-        weight[self.velocity_indices(hold)] = 0.0
+        if held is not None:
+            weight[held] = 0.0
         return closing.close(self, start, weight, tolerance, max(int(max_iterations), 0))[0].copy()
 
     def mobility(self, q: ArrayLike, locked: Iterable[str] = ()) -> Mobility:

@@ -23,9 +23,7 @@ def _loop(points: Sequence[FloatArray], origin: FloatArray, colour: str) -> list
     """A closed polygon of rods, seen from ``origin``."""
     corners = [np.asarray(point) - origin for point in points]
     nexts = corners[1:] + corners[:1]
-    return [
-        Picture(colour, _ROD_RADIUS, _point(one), _point(other)) for one, other in zip(corners, nexts, strict=True)
-    ]
+    return [Picture(colour, _ROD_RADIUS, _point(one), _point(other)) for one, other in zip(corners, nexts, strict=True)]
 
 
 def arm_visuals(points: FloatArray, with_platform: bool) -> list[Picture]:
@@ -47,9 +45,7 @@ def arm_visuals(points: FloatArray, with_platform: bool) -> list[Picture]:
     return pictures
 
 
-def limb_visuals(
-    s: FloatArray, length: float, a: FloatArray, ring: Sequence[FloatArray]
-) -> dict[str, list[Picture]]:
+def limb_visuals(s: FloatArray, length: float, a: FloatArray, ring: Sequence[FloatArray]) -> dict[str, list[Picture]]:
     """Pictures of a limb's links: halves that telescope, crosses, and the base ring if ``ring`` has its corners."""
     zero = (0.0, 0.0, 0.0)
     return {

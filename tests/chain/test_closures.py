@@ -1,9 +1,10 @@
 import dataclasses
 import threading
+import tomllib
 
 import numpy as np
 import pytest
-import tomllib
+from mechanisms import four_bar
 
 from exo_pin.chain import (
     ClosedChain,
@@ -17,8 +18,6 @@ from exo_pin.chain import (
     write_closures,
 )
 from exo_pin.errors import FileFormatError, InvalidInput, UnknownName
-
-from mechanisms import four_bar
 
 GOOD = """
 schema = 1

@@ -1,13 +1,12 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import four_bar, random_wrist
 
 from exo_pin.chain import ClosedChain, mechanism_urdf
 from exo_pin.conventions import thesis_rotation
 from exo_pin.design import Limb, preset
 from exo_pin.errors import InvalidInput, UnknownName
-
-from mechanisms import four_bar, random_wrist
 
 MECHANISMS = {
     "prototype": preset("prototype"),

@@ -4,6 +4,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import random_wrist
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import (
@@ -18,8 +19,6 @@ from exo_pin.chain import (
 from exo_pin.conventions import shoulder_rotation, thesis_rotation
 from exo_pin.design import WristGeometry, preset, presets
 from exo_pin.errors import InvalidInput, UnknownName
-
-from mechanisms import random_wrist
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()
@@ -232,7 +231,8 @@ def test_names_are_escaped(tmp_path):
     mechanism = preset("prototype").replace(name='a<"b">', title="one -- two")
     xml, closures = mechanism_urdf(mechanism)
     assert ET.fromstring(xml).get("name") == 'a<"b">-whole'
-    assert np.abs(ClosedChain.from_urdf(xml, closures).residual(ClosedChain.from_urdf(xml, closures).neutral())).max() < 1e-15
+    chain = ClosedChain.from_urdf(xml, closures)
+    assert np.abs(chain.residual(chain.neutral())).max() < 1e-15
 
 
 def test_write_urdf_makes_a_pair_that_loads(tmp_path):

@@ -205,8 +205,10 @@ def _neutral_pose(subject: _Subject) -> Finding:
     margin = singularity(subject.geometry, subject.geometry.neutral)
     lengths = ", ".join(f"{length * 1e3:.1f}" for length in state.lengths)
     text = f"limbs {lengths} mm, {margin.kind}, {float(margin.amplification):.3g} N per N m in the worst direction"
-    if margin.kind in ("singular", "folded") or state.lengths.min() < 1e-6:
+    if state.lengths.min() < 1e-6:
         return Finding("neutral pose", "fail", text)
+    if margin.kind != "regular":
+        return Finding("neutral pose", "note", f"{text}: choose another neutral pose, or another geometry")
     beyond = [
         f"limb {i + 1}"
         for i, limb in enumerate(subject.mechanism.limbs)
@@ -218,7 +220,7 @@ def _neutral_pose(subject: _Subject) -> Finding:
     ]
     if beyond:
         return Finding("neutral pose", "note", f"{text}; outside the stroke of {', '.join(beyond)}")
-    return Finding("neutral pose", "note" if margin.kind == "near" else "pass", text)
+    return Finding("neutral pose", "pass", text)
 
 
 #: The checks by name, in the order they run.

@@ -107,6 +107,7 @@ def test_presets_and_thesis(capsys):
 def test_urdf_writes_both_files(capsys, tmp_path):
     status, out, _ = run(capsys, "urdf", "prototype", "--out", str(tmp_path))
     assert status == 0
+    assert out.splitlines() == [str(tmp_path / "prototype.urdf"), str(tmp_path / "prototype.closures.toml")]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["prototype.closures.toml", "prototype.urdf"]
     chain = ep.ClosedChain.from_urdf(tmp_path / "prototype.urdf", tmp_path / "prototype.closures.toml")
     assert np.abs(chain.residual(chain.close(chain.neutral()))).max() < 1e-12

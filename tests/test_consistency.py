@@ -27,12 +27,12 @@ def outcome(report, name):
     return next(finding for finding in report.findings if finding.name == name)
 
 
-def test_a_singular_neutral_pose_fails():
+def test_a_singular_neutral_pose_is_noted():
     singular = ep.load("prototype").replace(
         geometry=ep.load("prototype").geometry.replace(neutral=ep.thesis_rotation(90, 0, 0, degrees=True))
     )
     finding = outcome(singular.check(), "neutral pose")
-    assert finding.outcome == "fail"
+    assert finding.outcome == "note"
     assert "singular" in finding.detail
 
 
@@ -69,7 +69,8 @@ def test_axes_that_miss_the_centre_are_found(monkeypatch):
         head, tail = xml.split('<joint name="limb_1_base_y"', 1)
         before, after = tail.split('<axis xyz="', 1)
         numbers, rest = after.split('"', 1)
-        axis = np.array([float(number) for number in numbers.split()]) + [1e-4, 0, 0]
+        axis = np.array([float(number) for number in numbers.split()])
+        axis[0] += 1e-4
         axis /= np.linalg.norm(axis)
         changed = " ".join(repr(float(value)) for value in axis)
         return f'{head}<joint name="limb_1_base_y"{before}<axis xyz="{changed}"{rest}', closures

@@ -57,7 +57,7 @@ def close(
         return q, 0
     gap, jacobian, move = work.gap, work.jacobian, work.move
     size = float(np.linalg.norm(scale * gap))
-    factor = 1.0
+    factor, count = 1.0, 0
     for count in range(1, iterations + 1):
         _step(jacobian, gap, scale, weight, max(_DAMPING * factor * size, _LEAST_DAMPING), move)
         trial = pin.integrate(chain.model, q, move)

@@ -124,7 +124,7 @@ class Root:
 
     joint: str = "fixed"
     name: str = "root_joint"
-    gravity: tuple[float, float, float] = tuple(GRAVITY.tolist())  # type: ignore[assignment]
+    gravity: tuple[float, float, float] = tuple(GRAVITY.tolist())
 
     def __post_init__(self) -> None:
         if self.joint not in ROOT_JOINTS:

@@ -45,8 +45,11 @@ def write_urdf(
     Raises
     ------
     InvalidInput
-        If the folder cannot be made, or for what :func:`mechanism_urdf` refuses.
+        If the folder cannot be made, the mechanism's name is no file name, or for what :func:`mechanism_urdf`
+        refuses.
     """
+    if Path(mechanism.name).name != mechanism.name:
+        raise InvalidInput(f"expected a mechanism whose name can name a file, got {mechanism.name!r}")
     xml, closures = mechanism_urdf(mechanism, part, assumed)
     stem = f"{mechanism.name}{_SUFFIX[part]}"
     return _write(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": _closures_file(closures, stem)})[0]
@@ -61,7 +64,7 @@ def published_urdf() -> dict[str, str]:
     prototype = preset("prototype")
     parts = {f"{name}-wrist": mechanism_urdf(preset(name), "wrist", assumed) for name in presets()}
     parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
-    parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder", assumed)
+    parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
     parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
     texts: dict[str, str] = {}
     for stem, (xml, closures) in parts.items():

@@ -89,9 +89,8 @@ class TreeForces:
         carrier = self._poses[top.joints[index, 0]]
         pose = top.local[index, 0] @ carrier[:3]
         pose[3] += carrier[3]
-        return _told(
-            self._closure_wrenches[index].reshape(2, 3), np.zeros(3), pose[3] if _is_origin(at) else at, frame, pose
-        )
+        point = pose[3] if _is_origin(at) else at
+        return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
 
 
 def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
@@ -110,7 +109,7 @@ def _told(
         raise UnknownName("frame", frame, ("world", "local"))
     force, moment = wrench
     if not _is_origin(at):
-        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)  # type: ignore[arg-type]
+        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)
     both = np.stack([force, moment])
     return (both @ pose[:3].T if frame == "local" else both).reshape(6)
 

@@ -6,19 +6,18 @@ import math
 import threading
 from collections.abc import Iterable, Mapping
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ..errors import FileFormatError, InvalidInput, LoopNotClosed, UnknownName
+from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, as_finite, as_positive
 from . import closing, forces, mobility, motion
 from .closures import Closure, Closures, Roles
-from .files import read_closures
 from .forces import TreeForces
+from .loading import load_model
 from .mobility import Mobility
 from .topology import frame_table, make_topology
 from .workspace import Workspace
@@ -27,13 +26,6 @@ __all__ = ["CLOSED", "ClosedChain"]
 
 #: Largest residual, m and rad, at which a question about a closed chain is still answered.
 CLOSED = 1e-8
-
-_ROOT_MODELS = {
-    "spherical": pin.JointModelSpherical,
-    "free_flyer": pin.JointModelFreeFlyer,
-    "planar": pin.JointModelPlanar,
-    "translation": pin.JointModelTranslation,
-}
 
 
 class ClosedChain:
@@ -102,28 +94,7 @@ class ClosedChain:
         UnknownName
             If a root joint, frame, joint or closure type is not known.
         """
-        text, path = _urdf_text(urdf)
-        if closures is None:
-            if path is None:
-                raise InvalidInput("expected closures, because the URDF is no file that they could stand beside")
-            closures = path.with_suffix(".closures.toml")
-        if not isinstance(closures, Closures):
-            closures = read_closures(closures)
-        root = closures.root
-        hangs = root.joint if root_joint is None else root_joint
-        if hangs != "fixed" and hangs not in _ROOT_MODELS:
-            raise UnknownName("root joint", hangs, ("fixed", *_ROOT_MODELS))
-        if "<mimic" in text:
-            raise FileFormatError("mimic joints are not read; say what couples them as a closure", path)
-        try:
-            if hangs == "fixed":
-                model = pin.buildModelFromXML(text)
-            else:
-                model = pin.buildModelFromXML(text, _ROOT_MODELS[hangs](), root.name)
-        except (RuntimeError, ValueError) as error:
-            raise FileFormatError(f"not a URDF that Pinocchio reads: {error}", path) from error
-        model.gravity.linear = np.array(root.gravity)
-        return cls(model, closures)
+        return cls(*load_model(urdf, closures, root_joint))
 
     @property
     def model(self) -> pin.Model:
@@ -289,12 +260,13 @@ class ClosedChain:
             steps. An open loop is never returned.
         """
         start = self._configuration(q)
-        work = self._workspace
-        if work.residual(start) <= tolerance:
+        held = self.velocity_indices(hold) if hold else None
+        if self._workspace.residual(start) <= tolerance:
             return start.copy()
         tolerance = as_positive("tolerance", tolerance)
         weight = np.where(self._topology.metres, self._topology.length**2, 1.0)
-        weight[self.velocity_indices(hold)] = 0.0
+        if held is not None:
+            weight[held] = 0.0
         return closing.close(self, start, weight, tolerance, max(int(max_iterations), 0))[0].copy()
 
     def mobility(self, q: ArrayLike, locked: Iterable[str] = ()) -> Mobility:
@@ -481,13 +453,3 @@ class ClosedChain:
         for frame in (roles.arm, roles.reference_point):
             if frame is not None and frame not in self._frames:
                 raise UnknownName("frame", frame, self._frames, where="roles")
-
-
-def _urdf_text(urdf: str | PathLike[str]) -> tuple[str, Path | None]:
-    """The XML, and the file that it came from."""
-    if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
-        return urdf, None
-    try:
-        return Path(urdf).read_text(encoding="utf-8"), Path(urdf)
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileFormatError(f"cannot be read: {error}", urdf) from error

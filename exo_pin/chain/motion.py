@@ -82,6 +82,8 @@ def _solve(chain: ClosedChain, q: FloatArray, matrix: FloatArray, right: FloatAr
         if rank < columns:
             raise UndeterminedMotion(q.copy(), columns - rank)
         solution = answer[:columns].reshape(-1)
+    # Consistent equations leave rounding and the loops' residual (at most 1e-8) times the condition; contradictory
+    # ones leave what was given.
     left = matrix @ solution - right
     size = float(np.abs(right).max(initial=0.0)) + float(np.abs(solution).max(initial=0.0))
     if not np.abs(left).max(initial=0.0) <= 1e-6 * size:

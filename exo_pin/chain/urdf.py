@@ -130,8 +130,8 @@ def dummy_shoulder_urdf(arm: Arm | None = None, assumed: AssumedMasses | None = 
     """
     notes = [
         "The shoulder unit of the dummy (Figure 5-4): flange bearing about Y, universal joint about X and Z.",
-        "Table 5-6: Y turns freely; |theta_x - 90| + |theta_z| below 95 degrees is a diamond, which joint limits cannot",
-        "say. The limits here are the box around it: -5 to 185 degrees and -95 to 95 degrees.",
+        "Table 5-6: Y turns freely; |theta_x - 90| + |theta_z| below 95 degrees is a diamond, which joint limits",
+        "cannot say. The limits here are the box around it: -5 to 185 degrees and -95 to 95 degrees.",
         *([] if assumed is None else [assumed.statement]),
     ]
     document = Document("dummy-shoulder", notes)
@@ -207,21 +207,18 @@ class _Limb:
         name, limb = self.name, self.limb
         looks = limb_visuals(self.s, self.length, self.a, ring)
         cross = None if assumed is None else assumed.cross_body()
-        halves = [
-            None if half is None else _half_body(half, along)
-            for half, along in (
-                (limb.platform_body or (assumed and assumed.platform_half(self.length)), -self.s),
-                (limb.base_body or (assumed and assumed.base_half(self.length)), self.s),
-            )
-        ]
+        platform_half, base_half = limb.platform_body, limb.base_body
+        if assumed is not None:
+            platform_half = platform_half or assumed.platform_half(self.length)
+            base_half = base_half or assumed.base_half(self.length)
         turn = np.array([-_TURN, _TURN])
         zero = np.zeros(3)
         links = [f"{name}_{key}" for key in ("platform_cross", "platform_body", "base_body", "base_cross", "base")]
         document.link(links[0], cross, looks["cross"])
         document.joint(f"{name}_platform_y", "revolute", "arm", links[0], self.b, self.y_platform, turn)
-        document.link(links[1], halves[0], looks["platform_body"])
+        document.link(links[1], _half_body(platform_half, -self.s), looks["platform_body"])
         document.joint(f"{name}_platform_x", "revolute", links[0], links[1], zero, self.x, turn)
-        document.link(links[2], halves[1], looks["base_body"])
+        document.link(links[2], _half_body(base_half, self.s), looks["base_body"])
         document.joint(f"{name}_slide", "prismatic", links[1], links[2], self.a - self.b, -self.s, self.travel)
         if self.is_upu:
             document.link(links[3], cross, looks["cross"])
@@ -230,8 +227,10 @@ class _Limb:
             document.joint(f"{name}_base_y", "revolute", links[3], links[4], zero, self.y_base, turn)
 
 
-def _half_body(half: LimbBody, along: FloatArray) -> Body:
+def _half_body(half: LimbBody | None, along: FloatArray) -> Body | None:
     """A half of a limb; ``along`` points from its own joint to the other end."""
+    if half is None:
+        return None
     line = np.outer(along, along)
     inertia = half.transverse_inertia * (np.eye(3) - line) + half.axial_inertia * line
     return Body(half.mass, half.centre * along, inertia)

@@ -127,10 +127,7 @@ class Document:
         """The XML."""
         head = ['<?xml version="1.0"?>', *(f"<!-- {note.replace('--', '- -')} -->" for note in self._notes)]
         used = [key for key in COLOURS if any(f'name="{key}"/>' in line for line in self._lines)]
-        paint = [
-            f'  <material name="{key}"><color rgba="{" ".join(map(_number, COLOURS[key]))}"/></material>'
-            for key in used
-        ]
+        paint = [f'  <material name="{key}"><color rgba="{_numbers(COLOURS[key])}"/></material>' for key in used]
         return "\n".join([*head, f"<robot name={quoteattr(self.name)}>", *paint, *self._lines, "</robot>"]) + "\n"
 
 

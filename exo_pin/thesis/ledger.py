@@ -122,5 +122,5 @@ def ledger_table(rows: Iterable[Row], notes: bool = True) -> str:
             numbers(row.computed, row.digits),
             row.verdict,
         ] + [row.note] * notes
-        lines.append("| " + " | ".join(cells) + " |")
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines)

@@ -59,7 +59,7 @@ def test_a_published_file_is_closed_in_its_neutral_pose_and_has_masses(name):
         inertia = chain.model.inertias[joint]
         assert inertia.mass > 0.0
         assert np.linalg.eigvalsh(inertia.inertia)[0] > 0.0
-    assert "assumed" in (FOLDER / name).read_text() or name in ("prototype-shoulder.urdf",)
+    assert ("assumed" in (FOLDER / name).read_text()) == (name != "prototype-shoulder.urdf")
     frames = ET.parse(FOLDER / name).findall("link")
     assert all(link.find("visual") is not None for link in frames)
 
@@ -67,12 +67,13 @@ def test_a_published_file_is_closed_in_its_neutral_pose_and_has_masses(name):
 @pytest.mark.parametrize("name", URDFS)
 def test_mujoco_reads_the_published_files(name):
     mujoco = pytest.importorskip("mujoco")
-    model = mujoco.MjModel.from_xml_path(str(FOLDER / name))
-    chain = ClosedChain.from_urdf(FOLDER / name, root_joint="fixed") if "dummy" in name else None
-    # MuJoCo fixes the root link to the world; the rest of the tree has the same joints.
-    root = ClosedChain.from_urdf(FOLDER / name)
-    joints = len(root.model.names) - (1 if chain else 2)
-    assert model.njnt == joints
+    theirs = mujoco.MjModel.from_xml_path(str(FOLDER / name))
+    # MuJoCo fixes the root link to the world; the rest of the tree is the same.
+    ours = ClosedChain.from_urdf(FOLDER / name).model
+    moving = [joint for joint in range(1, ours.njoints) if ours.names[joint] != "root_joint"]
+    assert theirs.njnt == len(moving)
+    mass = sum(ours.inertias[joint].mass for joint in moving)
+    assert theirs.body_mass.sum() == pytest.approx(mass, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
@@ -231,10 +232,8 @@ def test_names_are_escaped(tmp_path):
     mechanism = preset("prototype").replace(name='a<"b">', title="one -- two")
     xml, closures = mechanism_urdf(mechanism)
     assert ET.fromstring(xml).get("name") == 'a<"b">-whole'
-    assert (
-        np.abs(ClosedChain.from_urdf(xml, closures).residual(ClosedChain.from_urdf(xml, closures).neutral())).max()
-        < 1e-15
-    )
+    chain = ClosedChain.from_urdf(xml, closures)
+    assert np.abs(chain.residual(chain.neutral())).max() < 1e-15
 
 
 def test_write_urdf_makes_a_pair_that_loads(tmp_path):
@@ -246,6 +245,8 @@ def test_write_urdf_makes_a_pair_that_loads(tmp_path):
     chain = ClosedChain.from_urdf(path)
     assert chain.roles.shoulder == "shoulder"
     assert chain.row_count == 21
+    with pytest.raises(InvalidInput, match="name"):
+        write_urdf(preset("prototype").replace(name="../out"), tmp_path)
     (tmp_path / "file").write_text("")
     with pytest.raises(InvalidInput, match="folder"):
         write_urdf(preset("prototype"), tmp_path / "file")

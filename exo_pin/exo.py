@@ -6,7 +6,7 @@ import functools
 from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
 
@@ -29,6 +29,9 @@ from .design import (
 from .errors import InvalidInput, UnknownName
 from .reaction import ConstraintBounds, EquilibriumModel, Reaction, reaction
 from .validation import FloatArray
+
+if TYPE_CHECKING:
+    from .view import Scene
 
 __all__ = ["ShoulderExo", "load"]
 
@@ -250,6 +253,23 @@ class ShoulderExo:
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
         return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds)
+
+    def view(self, **options: Any) -> Scene:
+        """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
+
+        Parameters
+        ----------
+        **options
+            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``.
+
+        Returns
+        -------
+        Scene
+            At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
+        """
+        from .view import Scene
+
+        return Scene(self, **options)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

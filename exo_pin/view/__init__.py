@@ -1,1 +1,11 @@
-"""Pictures of mechanisms and their forces."""
+"""Seeing it: the scene in three dimensions by Meshcat, and plots by matplotlib (:mod:`exo_pin.view.plots`)."""
+
+from __future__ import annotations
+
+from .additions import glenoid_axis
+from .browser import Browser, find_browser
+from .human import human_urdf
+from .recording import Recording
+from .scene import LIMB_STYLES, Scene
+
+__all__ = ["LIMB_STYLES", "Browser", "Recording", "Scene", "find_browser", "glenoid_axis", "human_urdf"]

@@ -49,7 +49,7 @@ def _shares() -> Iterator[Path]:
     try:
         for file in importlib.metadata.files(_PACKAGE) or ():
             if file.name == "human.urdf":
-                yield Path(str(file.locate())).parents[3]
+                yield Path(str(file.locate())).parents[4]
     except importlib.metadata.PackageNotFoundError:
         pass  # a system package, perhaps
     for prefix in (*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix, "/usr/local", "/usr"):
@@ -81,7 +81,7 @@ class Human:
 
     def __init__(self, stage: Stage, side: str, opacity: float = 0.5, elbow_flexion: float = 0.0) -> None:
         urdf = human_urdf()
-        share = str(urdf.parents[3])
+        share = str(urdf.parents[4])
         self._model = pin.buildModelFromUrdf(str(urdf))
         visuals = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.VISUAL, package_dirs=[share])
         moving = f"{side}_"

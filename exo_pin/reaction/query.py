@@ -23,9 +23,9 @@ __all__ = ["Split", "reaction"]
 
 Split = Literal["spherical", "minimal", "standalone"]
 _CHOSEN_BY = {
-    "spherical": "limbs without side force are assumed (g = 0)",
-    "minimal": "the side forces of least shoulder force are assumed",
-    "standalone": "a shoulder that carries nothing is assumed (F_s = 0)",
+    "spherical": "limbs that carry no side force (g = 0)",
+    "minimal": "the side forces within their bounds that make the shoulder force least",
+    "standalone": "a shoulder that carries nothing (F_s = 0)",
 }
 
 

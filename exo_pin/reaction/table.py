@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 __all__ = ["reaction_table"]
 
+#: Columns of a line of text below the table.
+_WIDTH = 100
+
 
 def reaction_table(reactions: Sequence[Reaction]) -> str:
     """Lay out answers to the same question side by side.
@@ -87,16 +90,16 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 
 
 def _notes(reactions: Sequence[Reaction]) -> list[str]:
-    notes = [""]
-    said: set[str] = set()
+    statements = dict.fromkeys(reaction.certificate.statement for reaction in reactions)
+    lines = ["", *(textwrap.fill(statement, _WIDTH) for statement in statements)]
     for reaction in reactions:
-        line = f"{reaction.split}: {reaction.certificate}"
+        if not (reaction.certificate.undetermined > 0).any():
+            continue
+        line = f"{reaction.split} assumes {reaction.certificate.chosen_by}."
         if reaction.trivial:
             line += (
-                " The zero is trivial: side forces are passive reactions of the structure, and without a bound on "
+                " Its zero is trivial: side forces are passive reactions of the structure, and without a bound on "
                 "them the limbs alone can carry the arm."
             )
-        if line not in said:
-            notes.append(textwrap.fill(line, 100, subsequent_indent="  "))
-            said.add(line)
-    return notes
+        lines.append(textwrap.fill(line, _WIDTH, subsequent_indent="  "))
+    return lines

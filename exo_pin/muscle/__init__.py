@@ -1,0 +1,1 @@
+"""Pneumatic muscles: force laws, their dynamics, and how both are identified."""

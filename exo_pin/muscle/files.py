@@ -18,7 +18,7 @@ from .literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
 from .static import BAR, PolynomialModel, StaticModel
 from .validity import Validity
 
-__all__ = ["load_parameters", "parse_parameters", "read_toml", "save_parameters", "write_toml"]
+__all__ = ["load_parameters", "parameter_content", "parse_parameters", "read_toml", "save_parameters", "write_toml"]
 
 #: (attribute, key in the file, power of bar in its unit) of the constants of each form.
 _CONSTANTS: dict[str, tuple[type[StaticModel], tuple[tuple[str, str, int], ...]]] = {
@@ -84,18 +84,39 @@ def _unit(i: int, j: int) -> str:
 def save_parameters(
     model: StaticModel, path: str | PathLike[str], notes: tuple[str, ...] = (), **extra: Mapping[str, Any]
 ) -> None:
-    """Write a static model as a parameter set.
+    """Write a static model as a parameter set, a TOML file.
+
+    Parameters
+    ----------
+    model, notes
+        As in :func:`parameter_content`.
+    path : path
+        File to write; it is written whole or not at all.
+    **extra : mapping
+        Further tables of the file; ``identification`` is the one that is read over.
+
+    Raises
+    ------
+    InvalidInput
+        As in :func:`parameter_content`.
+    """
+    write_toml(parameter_content(model, notes) | {key: dict(value) for key, value in extra.items()}, path)
+
+
+def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Content of the parameter file of a static model.
 
     Parameters
     ----------
     model : StaticModel
         Of its reference length: a scaled one is refused, since scaling is an assumption and not a measurement.
-    path : path
-        File to write.
     notes : tuple of str
         What a reader must know.
-    **extra : mapping
-        Further tables of the file, for example ``identification``.
+
+    Returns
+    -------
+    dict
+        What :func:`parse_parameters` reads.
 
     Raises
     ------
@@ -131,7 +152,7 @@ def save_parameters(
         if isinstance(model, Colbrunn):
             constants["efficiency_per_bar"] = [c * BAR**k for k, c in enumerate(model.efficiency)]
         content["constants"] = constants
-    write_toml(content | {key: dict(value) for key, value in extra.items()}, path)
+    return content
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -146,7 +167,7 @@ def _validity_table(validity: Validity) -> dict[str, Any]:
     return table
 
 
-class _Reader:
+class Reader:
     """Takes keys out of a table and knows where it stands when one is missing or left over."""
 
     def __init__(self, table: Any, path: str | None, prefix: str = "") -> None:
@@ -170,7 +191,7 @@ class _Reader:
             raise FileFormatError(f"unknown key {key!r}", self.path, key)
 
 
-def _number(value: Any, reader: _Reader, key: str) -> float:
+def as_number(value: Any, reader: Reader, key: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise FileFormatError(f"expected {reader.prefix + key} to be a number, got {value!r}", reader.path, key)
     return float(value)
@@ -196,23 +217,23 @@ def parse_parameters(content: Mapping[str, Any], path: str | None = None) -> tup
     FileFormatError
         If a key is missing, unknown or of a wrong kind, a unit is not the expected one, or a value is impossible.
     """
-    top = _Reader(dict(content), path)
+    top = Reader(dict(content), path)
     form = top.take("form")
     notes = tuple(str(note) for note in top.take("notes", []))
     common: dict[str, Any] = {
         "name": str(top.take("name")),
         "source": str(top.take("source", "")),
-        "reference_length": _number(top.take("reference_length_m"), top, "reference_length_m"),
+        "reference_length": as_number(top.take("reference_length_m"), top, "reference_length_m"),
     }
     try:
-        common["validity"] = _parse_validity(_Reader(top.take("validity"), path, "validity."))
+        common["validity"] = _parse_validity(Reader(top.take("validity"), path, "validity."))
         build: Callable[[], StaticModel]
         if form == "polynomial":
             terms = _parse_terms(top.take("coefficients"), path)
             build = lambda: PolynomialModel.from_bar(terms, **common)  # noqa: E731
         elif form in _CONSTANTS:
             kind, _ = _CONSTANTS[form]
-            constants = _parse_constants(form, _Reader(top.take("constants"), path, "constants."))
+            constants = _parse_constants(form, Reader(top.take("constants"), path, "constants."))
             build = lambda: kind(**constants, **common)  # noqa: E731
         else:
             known = ", ".join(sorted(["polynomial", *_CONSTANTS]))
@@ -225,7 +246,7 @@ def parse_parameters(content: Mapping[str, Any], path: str | None = None) -> tup
         raise FileFormatError(str(error), path) from None
 
 
-def _parse_validity(reader: _Reader) -> Validity:
+def _parse_validity(reader: Reader) -> Validity:
     strain, pressure = reader.take("strain"), reader.take("pressure_bar")
     if not isinstance(pressure, list) or len(pressure) != 2:
         raise FileFormatError(
@@ -238,12 +259,12 @@ def _parse_validity(reader: _Reader) -> Validity:
     line = None
     if slope is not None:
         line = (
-            _number(slope, reader, "capability_slope_N_per_bar") / BAR,
-            _number(intercept, reader, "capability_intercept_N"),
+            as_number(slope, reader, "capability_slope_N_per_bar") / BAR,
+            as_number(intercept, reader, "capability_intercept_N"),
         )
     basis = str(reader.take("basis", ""))
     reader.done()
-    bounds = [_number(p, reader, "pressure_bar") * BAR for p in pressure]
+    bounds = [as_number(p, reader, "pressure_bar") * BAR for p in pressure]
     return Validity(strain=strain, pressure=(bounds[0], bounds[1]), capability=line, basis=basis)
 
 
@@ -252,7 +273,7 @@ def _parse_terms(rows: Any, path: str | None) -> dict[tuple[int, int], float]:
         raise FileFormatError("expected coefficients to be a list of tables", path, "coefficients")
     terms: dict[tuple[int, int], float] = {}
     for row in rows:
-        reader = _Reader(row, path, "coefficients.")
+        reader = Reader(row, path, "coefficients.")
         powers = (reader.take("contraction_power"), reader.take("pressure_power"))
         if not all(isinstance(p, int) and not isinstance(p, bool) and p >= 0 for p in powers):
             raise FileFormatError(f"expected whole powers of zero or more, got {powers}", path, "coefficients")
@@ -265,21 +286,21 @@ def _parse_terms(rows: Any, path: str | None) -> dict[tuple[int, int], float]:
                 path,
                 "coefficients.unit",
             )
-        terms[powers] = _number(reader.take("value"), reader, "value")
+        terms[powers] = as_number(reader.take("value"), reader, "value")
         reader.take("symbol", "")
         reader.done()
     return terms
 
 
-def _parse_constants(form: str, reader: _Reader) -> dict[str, Any]:
+def _parse_constants(form: str, reader: Reader) -> dict[str, Any]:
     constants: dict[str, Any] = {
-        name: _number(reader.take(key), reader, key) * BAR**power for name, key, power in _CONSTANTS[form][1]
+        name: as_number(reader.take(key), reader, key) * BAR**power for name, key, power in _CONSTANTS[form][1]
     }
     if form == "colbrunn":
         rows = reader.take("efficiency_per_bar")
         if not isinstance(rows, list):
             raise FileFormatError("expected constants.efficiency_per_bar to be a list", reader.path, "constants")
-        constants["efficiency"] = [_number(c, reader, "efficiency_per_bar") / BAR**k for k, c in enumerate(rows)]
+        constants["efficiency"] = [as_number(c, reader, "efficiency_per_bar") / BAR**k for k, c in enumerate(rows)]
     reader.done()
     return constants
 

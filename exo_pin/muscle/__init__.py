@@ -14,7 +14,8 @@ positive when pulling.
 [27.8, 68.1]
 
 Modules: ``static`` and ``literature`` (force laws), ``validity`` (where they hold), ``measured`` (printed tables),
-``published`` (named parameter sets), ``region``, ``identify``, ``selection`` (from measurements to a law), ``friction``,
+``published`` (named parameter sets), ``region``, ``identify``, ``forms``, ``selection`` (from measurements to a
+law), ``friction``,
 ``dynamic``, ``pressure``, ``simulate``, ``response`` (a hung mass in motion), ``identify_dynamic``, ``actuator`` (a
 muscle in a limb), ``ledger`` (published numbers recomputed), ``plots``.
 """
@@ -31,13 +32,14 @@ from .identify import StaticIdentification, identify_static
 from .identify_dynamic import DynamicIdentification, Recording, identify_dynamic
 from .literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge, pujana_arrese
 from .measured import SteadyStates, Table, steady_states, table, tables
+from .polynomial import PolynomialModel
 from .pressure import PressureInput, PressureStep, PressureTrace
 from .published import ParameterSet, muscle_model, muscle_models, parameter_set
 from .region import Region, find_region
 from .response import Mode, StepResponse
 from .selection import Selection, select_model
 from .simulate import simulate
-from .static import PolynomialModel, StaticModel
+from .static import StaticModel
 from .validity import Validity
 
 __all__ = [

@@ -19,8 +19,8 @@ __all__ = ["Muscle"]
 class Muscle:
     """A pneumatic muscle that a limb carries.
 
-    A limb of length l (between its joint centres, the l_i of the mechanism) holds a muscle of length l - end_fitting,
-    whose contraction is nominal length less that.
+    A limb of length l (between its joint centres, the l_i of the mechanism) holds a muscle of length l -
+    end_fitting, whose contraction is nominal length less that.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
 
-__all__ = ["G", "DynamicModel"]
+__all__ = ["DynamicModel", "G"]
 
 #: Standard gravity of the source, m/s².
 G = float(-GRAVITY[2])
@@ -39,7 +39,8 @@ class DynamicModel:
     name : str
         Name of the parameter set.
     static : StaticModel
-        Of its reference length: how friction and damping scale with length is not known, so a scaled one is refused.
+        Of its reference length: how friction and damping scale with length is not known, so a scaled one is
+        refused.
     friction : FrictionLaw
         Coulomb friction.
     damping : Damping
@@ -67,12 +68,12 @@ class DynamicModel:
                 )
         if self.static.scale != 1.0:
             raise InvalidInput(
-                f"expected a static model of its reference length {self.static.reference_length:g} m, got one scaled "
+                f"expected a static model of its own {self.static.reference_length:g} m, got one scaled "
                 f"to {self.static.length:g} m: no scaling of friction and damping is known"
             )
 
     def limits(self) -> list[str]:
-        """Names of the conditions under which the dynamic part opposes the motion, in the order of :meth:`margins`."""
+        """Names of the conditions under which friction and damping oppose the motion, in :meth:`margins`' order."""
         factors = self.friction.factors(0.0, 0.0, 0.0)
         names = [f"friction factor {i + 1} (N/Pa, Pa or N)" for i in range(len(factors))]
         return [*names, "damping D_1 v + D_2 (N s/(m Pa))"]

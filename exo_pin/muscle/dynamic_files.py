@@ -10,10 +10,11 @@ from typing import Any
 
 from ..errors import FileFormatError, InvalidInput, UnknownName
 from .dynamic import DynamicModel
-from .files import Reader, as_number, parameter_content, parse_parameters, read_toml, write_toml
+from .files import parameter_content, parse_parameters
 from .friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from .published import muscle_model, muscle_models
 from .static import BAR, StaticModel
+from .toml import Reader, as_number, read_toml, write_toml
 
 __all__ = ["dynamic_model", "dynamic_models", "load_dynamic", "save_dynamic"]
 

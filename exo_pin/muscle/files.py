@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
-import tomllib
 from collections.abc import Callable, Mapping
 from os import PathLike, fspath
-from pathlib import Path
 from typing import Any
-
-import tomli_w
 
 from ..errors import FileFormatError, InvalidInput
 from .identify import coefficient_name
 from .literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
-from .static import BAR, PolynomialModel, StaticModel
+from .polynomial import PolynomialModel
+from .static import BAR, StaticModel
+from .toml import Reader, as_number, read_toml, write_toml
 from .validity import Validity
 
-__all__ = ["load_parameters", "parameter_content", "parse_parameters", "read_toml", "save_parameters", "write_toml"]
+__all__ = ["load_parameters", "parameter_content", "parse_parameters", "save_parameters"]
 
 #: (attribute, key in the file, power of bar in its unit) of the constants of each form.
 _CONSTANTS: dict[str, tuple[type[StaticModel], tuple[tuple[str, str, int], ...]]] = {
@@ -44,36 +40,6 @@ _CONSTANTS: dict[str, tuple[type[StaticModel], tuple[tuple[str, str, int], ...]]
         ),
     ),
 }
-
-
-def write_toml(content: Mapping[str, Any], path: str | PathLike[str]) -> None:
-    """Write a TOML file whole or not at all: beside its place first, then moved there."""
-    target = Path(fspath(path))
-    text = tomli_w.dumps(content)
-    handle, temporary = tempfile.mkstemp(prefix=target.name, suffix=".part", dir=target.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        Path(temporary).replace(target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    FileFormatError
-        If there is no such file or it is not TOML.
-    """
-    try:
-        return tomllib.loads(Path(fspath(path)).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileFormatError(f"cannot be read: {error.strerror or error}", path) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FileFormatError(f"is not TOML: {error}", path) from None
 
 
 def _unit(i: int, j: int) -> str:
@@ -165,36 +131,6 @@ def _validity_table(validity: Validity) -> dict[str, Any]:
         table["capability_slope_N_per_bar"] = validity.capability[0] * BAR
         table["capability_intercept_N"] = validity.capability[1]
     return table
-
-
-class Reader:
-    """Takes keys out of a table and knows where it stands when one is missing or left over."""
-
-    def __init__(self, table: Any, path: str | None, prefix: str = "") -> None:
-        self.path = path
-        self.prefix = prefix
-        if not isinstance(table, dict):
-            raise FileFormatError(f"expected {prefix.rstrip('.') or 'the file'} to be a table", path, prefix)
-        self.left = dict(table)
-
-    def take(self, key: str, default: Any = ...) -> Any:
-        if key in self.left:
-            return self.left.pop(key)
-        if default is ...:
-            raise FileFormatError(f"key {self.prefix + key!r} is missing", self.path, self.prefix + key)
-        return default
-
-    def done(self, allowed: tuple[str, ...] = ()) -> None:
-        unknown = sorted(set(self.left) - set(allowed))
-        if unknown:
-            key = self.prefix + unknown[0]
-            raise FileFormatError(f"unknown key {key!r}", self.path, key)
-
-
-def as_number(value: Any, reader: Reader, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FileFormatError(f"expected {reader.prefix + key} to be a number, got {value!r}", reader.path, key)
-    return float(value)
 
 
 def parse_parameters(content: Mapping[str, Any], path: str | None = None) -> tuple[StaticModel, tuple[str, ...]]:

@@ -1,8 +1,8 @@
 """What opposes a moving muscle: Coulomb friction (3-16) and damping (3-21), with the ranges where they do oppose.
 
 As printed, both can drive the motion instead: the Coulomb term (P + φ)(N_2 x² + N_1 x + N_0) is negative where a
-factor is, and the damping P (D_1 v² + D_2 v) pushes where D_1 v + D_2 < 0, above 0.8 m/s for (3-30). Those states are
-outside the range of the laws here. Pressures of the printed coefficients are in bar, contraction in m.
+factor is, and the damping P (D_1 v² + D_2 v) pushes where D_1 v + D_2 < 0, above 0.8 m/s for (3-30). Those states
+are outside the range of the laws here. Pressures of the printed coefficients are in bar, contraction in m.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class FrictionLaw(ABC):
 
     @abstractmethod
     def factors(self, x: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
-        """Return the factors of the law at x (m), pressure (Pa), mass (kg); it is friction where none is negative."""
+        """Return the factors of the law at x (m), pressure (Pa), mass (kg), none negative where it is friction."""
 
     def printed(self, x: Any, pressure: Any, mass: float) -> Any:
         """Bound in N as the formula gives it, negative where the formula is no friction."""
@@ -32,7 +32,7 @@ class FrictionLaw(ABC):
         return product
 
     def bound(self, x: float, pressure: float, mass: float) -> float:
-        """Bound in N, zero where a factor of the formula is negative (a product of two negatives is no friction)."""
+        """Bound in N, zero where a factor of the formula is negative (two negatives make no friction)."""
         product = 1.0
         for factor in self.factors(x, pressure, mass):
             if factor <= 0.0:

@@ -1,8 +1,9 @@
 """Coefficients of a static force law from measurements, by linear least squares, with what they are worth.
 
-The law is linear in its coefficients, so fit, covariance and leave-one-out errors are closed forms. The coefficients
-of (3-10) are nearly interchangeable on such data (K_2 against S_2, say): refits give other coefficients and the same
-forces. So the answer names the coefficients that the data cannot tell apart, and gives the uncertainty of the force.
+The law is linear in its coefficients, so fit, covariance and leave-one-out errors are closed forms. The
+coefficients of (3-10) are nearly interchangeable on such data (K_2 against S_2, say): refits give other
+coefficients and the same forces. So the answer names the coefficients that the data cannot tell apart, and gives
+the uncertainty of the force.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from scipy.stats import t as student
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_positive, frozen
 from .errors import NotIdentifiable
+from .polynomial import PolynomialModel
 from .region import SECOND_ORDER, Powers, Region, as_measurements, design_matrix, find_region, hull
-from .static import PolynomialModel
 from .validity import Validity
 
 __all__ = ["CONDITION_LIMIT", "StaticIdentification", "coefficient_name", "collinear", "identify_static"]
@@ -36,9 +37,9 @@ def coefficient_name(powers: tuple[int, int]) -> str:
 def collinear(jacobian: FloatArray) -> NDArray[np.bool_]:
     """Which columns the data cannot tell apart.
 
-    Columns are scaled to unit length. A column is flagged if more than half of the variance of its coefficient comes
-    from directions with a condition index above ``CONDITION_LIMIT`` (variance decomposition of Belsley, Kuh and
-    Welsch), or if it is zero.
+    Columns are scaled to unit length. A column is flagged if more than half of the variance of its coefficient
+    comes from directions with a condition index above ``CONDITION_LIMIT`` (variance decomposition of Belsley, Kuh
+    and Welsch), or if it is zero.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ __all__ = ["DynamicIdentification", "Recording", "identify_dynamic"]
 _NAMES = ("N_2", "N_1", "N_0", "D_1", "D_2")
 #: Sizes of the coefficients (m, bar), so that the steps of the search are alike.
 _SCALE = np.array([200.0, 100.0, 5.0, 1.0, 1.0])
-#: Relative step of the finite differences: the simulated contraction is exact to about 1e-9 of its size, so a step of
+#: Relative step of the finite differences. The simulated contraction is exact to about 1e-9 of its size: a step of
 #: 1e-4 leaves five digits of the derivative.
 _STEP = 1e-4
 #: How many of the first guesses are followed up.
@@ -76,7 +76,7 @@ class Recording:
         object.__setattr__(self, "start", None if start is None else float(as_finite("start", start, ())))
 
     def residual(self, model: DynamicModel) -> FloatArray:
-        """Simulated less recorded contraction, shape (n,), m."""
+        """Return simulated less recorded contraction, shape (n,), m."""
         # A small negative first sample is noise about the stop.
         start = max(0.0, float(self.contraction[0])) if self.start is None else self.start
         response = simulate(
@@ -155,7 +155,9 @@ def _build(static: StaticModel, values: FloatArray, load_bar_per_kg: float, name
     return DynamicModel(
         name=name,
         static=static,
-        friction=LoadDependentFriction.from_bar(*(float(v) for v in values[:3]), load_bar_per_kg),
+        friction=LoadDependentFriction.from_bar(
+            float(values[0]), float(values[1]), float(values[2]), load_bar_per_kg
+        ),
         damping=Damping.from_bar(float(values[3]), float(values[4])),
         source=source,
     )

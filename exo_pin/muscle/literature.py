@@ -15,7 +15,8 @@ import numpy as np
 
 from ..errors import InvalidInput
 from ..validation import as_finite, as_positive
-from .static import PolynomialModel, StaticModel
+from .polynomial import PolynomialModel
+from .static import StaticModel
 
 __all__ = ["ChouHannaford", "Colbrunn", "TonduLopez", "Wickramatunge", "pujana_arrese"]
 

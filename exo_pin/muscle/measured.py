@@ -172,7 +172,10 @@ class SteadyStates:
     def select(self, mask: NDArray[np.bool_]) -> SteadyStates:
         """Return those where ``mask``, shape (n,), is True."""
         return SteadyStates(
-            *(frozen(getattr(self, k)[mask]) for k in ("contraction", "pressure", "force", "regulator")),
+            contraction=frozen(self.contraction[mask]),
+            pressure=frozen(self.pressure[mask]),
+            force=frozen(self.force[mask]),
+            regulator=frozen(self.regulator[mask]),
             called_valid=self.called_valid[mask],
         )
 

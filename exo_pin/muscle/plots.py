@@ -60,7 +60,7 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
         If matplotlib is not installed.
     """
     figure, axis = _figure(7.6, 4.8)
-    low, high = model.validity.strain
+    high = model.validity.strain[1]
     x = np.linspace(0.0, 1.12 * high, 700) * model.length
     p = np.linspace(0.0, 1.1 * model.validity.pressure[1], 600)
     force = model.force(x[np.newaxis], p[:, np.newaxis], outside="mark")

@@ -108,4 +108,4 @@ class PressureTrace(PressureInput):
 
     def sample(self, times: FloatArray) -> FloatArray:
         """See :meth:`PressureInput.sample`."""
-        return frozen(np.asarray(self._curve(np.clip(times, *self.breaks))))
+        return frozen(np.asarray(self._curve(np.clip(times, self.breaks[0], self.breaks[1]))))

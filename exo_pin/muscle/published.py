@@ -1,7 +1,7 @@
 """Named parameter sets: those the source prints, and those fitted to its tables by this package.
 
-The fitted ones (their names begin with "fitted-", and "best") are generated: :func:`refit` makes them again from the
-printed tables, and ``for name, set in refit().items(): save_parameters(set, ...)`` writes their files.
+The fitted ones (their names begin with "fitted-", and "best") are generated: :func:`refit` makes them again from
+the printed tables, and ``for name, set in refit().items(): save_parameters(set, ...)`` writes their files.
 """
 
 from __future__ import annotations
@@ -11,12 +11,14 @@ from functools import cache
 from importlib.resources import files
 
 from ..errors import UnknownName
-from .files import parse_parameters, read_toml
+from .files import parse_parameters
+from .forms import candidates
 from .identify import identify_static
 from .measured import NOMINAL_LENGTH, steady_states
 from .region import SECOND_ORDER, find_region
-from .selection import candidates, select_model
+from .selection import select_model
 from .static import StaticModel
+from .toml import read_toml
 
 __all__ = ["ParameterSet", "muscle_model", "muscle_models", "parameter_set", "refit"]
 

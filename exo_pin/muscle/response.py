@@ -42,8 +42,8 @@ class StepResponse:
     mass : float
         kg.
     muscle_work, friction_loss, damping_loss, impact_loss : float
-        J over the whole motion: work of the static force on the mass and what friction, damping and hits on the stop
-        took.
+        J over the whole motion: work of the static force on the mass and what friction, damping and hits on the
+        stop took.
     energy_residual : float
         J, gain of kinetic and potential energy less the balance of the above: the integration's own error.
     error_estimate : float or None

@@ -173,7 +173,8 @@ class Validity:
         if not inside.all():
             index = tuple(int(i) for i in np.argwhere(~inside)[0])
             shape = inside.shape
-            pick = [float(np.broadcast_to(a, shape)[index]) for a in (strain, pressure)]
+            at_strain = float(np.broadcast_to(strain, shape)[index])
+            at_pressure = float(np.broadcast_to(pressure, shape)[index])
             pull = None if force is None else float(np.broadcast_to(force, shape)[index])
-            raise OutsideValidity(model, self.explain(*pick, pull), int((~inside).sum()), index)
+            raise OutsideValidity(model, self.explain(at_strain, at_pressure, pull), int((~inside).sum()), index)
         return values

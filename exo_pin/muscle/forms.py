@@ -89,6 +89,8 @@ def _fit_tondu_lopez(x: FloatArray, p: FloatArray, f: FloatArray, length: float)
     base = pi * RADIUS**2 * p
     matrix = np.column_stack([base * (1 - x / length) ** 2, -base])
     a, b = np.linalg.lstsq(matrix, f, rcond=None)[0]
+    if a <= 0 or b <= 0:
+        raise NotIdentifiable("these data give a Tondu-Lopez muscle that cannot exist", ("a", "b"))
     validity = hull(x, p, length)
     return TonduLopez(
         name="fitted-tondu-lopez", reference_length=length, validity=validity, radius=RADIUS, a=float(a), b=float(b)

@@ -63,7 +63,11 @@ class Phases:
 
     def net(self, x: float, t: float) -> float:
         """Net force on the resting mass without friction, N, positive shortens."""
-        return float(self.model.static.unchecked_force(x, self.pressure(t))) - self.mass * G
+        return self.pull(x, self.pressure(t)) - self.mass * G
+
+    def pull(self, x: float, pressure: float) -> float:
+        """Static force in N, zero where the law would push: a slack muscle does not."""
+        return max(0.0, float(self.model.static.unchecked_force(x, pressure)))
 
     def bound(self, x: float, t: float) -> float:
         """Friction bound in N."""
@@ -89,12 +93,12 @@ class Phases:
 
     def derivative(self, direction: float) -> Callable[[float, FloatArray], list[float]]:
         """Return the equation of motion while sliding in a direction, shortening positive."""
-        static, friction, damping = self.model.static, self.model.friction, self.model.damping
+        friction, damping = self.model.friction, self.model.damping
 
         def rhs(t: float, y: FloatArray) -> list[float]:
             x, v = float(y[0]), float(y[1])
             p = self.pressure(t)
-            pull = float(static.unchecked_force(x, p))
+            pull = self.pull(x, p)
             drag = p * max(0.0, damping.rate(v)) * v
             rub = direction * friction.bound(x, p, self.mass)
             return [v, (pull - drag - rub) / self.mass - G, pull * v, rub * v, drag * v]
@@ -120,8 +124,10 @@ class Phases:
         return events + [self._edge(i, inside) for i, inside in enumerate(self.edges)]
 
     def margins(self, t: float, y: FloatArray) -> tuple[float, ...]:
-        """Return what must be zero or more for friction and damping to oppose the motion."""
-        return self.model.margins(float(y[0]), float(y[1]), self.pressure(t), self.mass)
+        """Return what must be zero or more for friction and damping to oppose the motion, and for a pull."""
+        x, p = float(y[0]), self.pressure(t)
+        force = float(self.model.static.unchecked_force(x, p))
+        return *self.model.margins(x, float(y[1]), p, self.mass), force
 
     def _edge(self, index: int, inside: bool) -> Event:
         def edge(t: float, y: FloatArray) -> float:

@@ -205,7 +205,7 @@ def plot_responses(
         if rest_bands is not None and label in rest_bands:
             model, pressure = rest_bands[label]
             band = model.rest_band(response.mass, pressure)
-            where = f"where the friction of {label} can hold it"
+            where = f"{label}: can rest here"
             top.axhspan(band[0] * 1e3, band[1] * 1e3, color=color, alpha=0.12, linewidth=0, label=where)
     if measured is not None:
         top.axhline(measured * 1e3, color=_INK, linewidth=1, linestyle="--", label="measured steady state")

@@ -35,8 +35,8 @@ class StepResponse:
     mode : ndarray of int
         Shape (n,), values of :class:`Mode`.
     inside : ndarray of bool
-        Shape (n,), whether the model's range holds there. Elsewhere friction and damping are cut at zero, so that
-        they never push, and the motion is an extrapolation.
+        Shape (n,), whether the model's range holds there. Elsewhere pull, friction and damping are cut at
+        zero, so that they never push, and the motion is an extrapolation.
     switches : tuple of (float, Mode)
         Times in s and the mode that begins there.
     mass : float

@@ -188,7 +188,8 @@ def identify_static(
     powers : tuple of (int, int)
         Powers of contraction and pressure of the terms; (3-10) by default.
     select : {"all", "region"}
-        Fit all measurements, or those of the region that :func:`find_region` finds.
+        Fit all measurements, or those of the region that :func:`find_region` finds; the intervals take that choice
+        as given.
     name, source : str
         Name and source of the parameter set.
     validity : Validity or None

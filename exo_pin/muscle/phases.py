@@ -37,6 +37,9 @@ _STEPS_PER_PERIOD = 50
 #: First step of a sliding phase, s.
 _FIRST_STEP = 1e-6
 
+#: Stands for a margin of zero that counts as inside.
+_INSIDE = 1e-300
+
 Event = Callable[[float, FloatArray], float]
 
 
@@ -56,22 +59,28 @@ class Phases:
     switches: list[tuple[float, Mode]] = field(default_factory=list)
     impact_loss: float = 0.0
     edges: list[bool] = field(default_factory=list)
+    #: Where the present phase ends at the latest: at a jump of the pressure it still has the value before it.
+    until: float = inf
 
     def __post_init__(self) -> None:
         self.states = np.full((len(self.times), STATE_SIZE), np.nan)
         self.modes = np.zeros(len(self.times), dtype=int)
 
+    def at(self, t: float) -> float:
+        """Return the pressure in Pa that the present phase has at ``t``."""
+        return self.pressure.before(t) if t >= self.until else self.pressure(t)
+
     def net(self, x: float, t: float) -> float:
         """Net force on the resting mass without friction, N, positive shortens."""
-        return self.pull(x, self.pressure(t)) - self.mass * G
+        return self.pull(x, self.at(t)) - self.mass * G
 
     def pull(self, x: float, pressure: float) -> float:
-        """Static force in N, zero where the law would push: a slack muscle does not."""
+        """Return the static force in N, zero where the law would push: a slack muscle does not."""
         return max(0.0, float(self.model.static.unchecked_force(x, pressure)))
 
     def bound(self, x: float, t: float) -> float:
         """Friction bound in N."""
-        return self.model.friction.bound(x, self.pressure(t), self.mass)
+        return self.model.friction.bound(x, self.at(t), self.mass)
 
     def mode_at_rest(self, t: float, x: float) -> Mode:
         """Decide what a mass does that has no velocity at this moment."""
@@ -97,7 +106,7 @@ class Phases:
 
         def rhs(t: float, y: FloatArray) -> list[float]:
             x, v = float(y[0]), float(y[1])
-            p = self.pressure(t)
+            p = self.at(t)
             pull = self.pull(x, p)
             drag = p * max(0.0, damping.rate(v)) * v
             rub = direction * friction.bound(x, p, self.mass)
@@ -125,13 +134,15 @@ class Phases:
 
     def margins(self, t: float, y: FloatArray) -> tuple[float, ...]:
         """Return what must be zero or more for friction and damping to oppose the motion, and for a pull."""
-        x, p = float(y[0]), self.pressure(t)
+        x, p = float(y[0]), self.at(t)
         force = float(self.model.static.unchecked_force(x, p))
         return *self.model.margins(x, float(y[1]), p, self.mass), force
 
     def _edge(self, index: int, inside: bool) -> Event:
         def edge(t: float, y: FloatArray) -> float:
-            return float(self.margins(t, y)[index])
+            value = float(self.margins(t, y)[index])
+            # On the edge is inside; a margin that is zero throughout (no friction, no damping) is no crossing.
+            return value if value != 0.0 or not inside else _INSIDE
 
         # Only the crossing to the other side counts, so that a restart on the edge does not meet it again.
         edge.terminal, edge.direction = True, -1.0 if inside else 1.0  # type: ignore[attr-defined]
@@ -164,6 +175,7 @@ class Phases:
 
     def phase(self, t: float, end: float, y: FloatArray, mode: Mode) -> tuple[float, FloatArray, int | None]:
         """Integrate one phase; return when and where it ends, and the event that ended it."""
+        self.until = end
         resting = mode in (Mode.STICKING, Mode.AT_STOP)
         options = dict(self.options)
         if resting:
@@ -184,6 +196,7 @@ class Phases:
         if solution.status < 0:
             raise SolverFailed("solve_ivp", inf, solution.message)
         self.check(solution.t, solution.y)
+        self.until = inf
         reached = float(solution.t[-1])
         within = (self.times >= t) & (self.times <= reached)
         if within.any():

@@ -71,8 +71,8 @@ def simulate(
         At the start, m/s, shortening positive.
     outside : {"raise", "mark"}
         What to do when the motion leaves the range of the model, which is looked at in every step. "mark" goes on
-        with pull, friction and damping cut at zero, and says in ``inside`` where. Held by its braid the muscle is outside
-        the force law's range, so a response from an empty muscle needs "mark".
+        with pull, friction and damping cut at zero, and says in ``inside`` where. Held by its braid the muscle is
+        outside the force law's range, so a response from an empty muscle needs "mark".
     stop : float
         Contraction in m at which the braid holds. Table 3-2 shows -0.1 to 1.1 mm for every weight at 0.4 bar.
     rtol, atol : float

@@ -1,4 +1,4 @@
-"""Static identification: fit, covariance, leave-one-out, what cannot be told apart, and the region from the data."""
+"""Static identification: fit, covariance, leave-one-out, what cannot be told apart, the region found."""
 
 import numpy as np
 import pytest

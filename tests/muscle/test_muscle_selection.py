@@ -1,9 +1,12 @@
 """The model "best", chosen by cross-validation on the printed data, with its figures."""
 
+import tomllib
+from importlib.resources import files
+
 import numpy as np
 import pytest
 
-from exo_pin.muscle import NotIdentifiable, muscle_model, muscle_models, select_model, steady_states
+from exo_pin.muscle import NotIdentifiable, find_region, muscle_model, muscle_models, select_model, steady_states
 from exo_pin.muscle.forms import candidates
 from exo_pin.muscle.published import refit
 
@@ -28,7 +31,9 @@ def test_best_beats_the_second_order_law(selection):
 
 
 def test_the_laws_of_the_literature_are_worse_by_far(selection):
-    figures = {name: selection.score(name).leave_one_out_rms for name in ("wickramatunge", "colbrunn", "tondu-lopez")}
+    figures = {
+        name: selection.score(name).leave_one_out_rms for name in ("wickramatunge", "colbrunn", "tondu-lopez")
+    }
     np.testing.assert_allclose(list(figures.values()), [1.336, 1.449, 4.029], atol=1e-3)
     # With L_0 kept, the laws of Chou-Hannaford and Tondu-Lopez span the same forces.
     assert abs(selection.score("chou-hannaford").leave_one_out_rms - figures["tondu-lopez"]) < 1e-9
@@ -55,6 +60,20 @@ def test_it_wins_on_the_region_found_too():
     np.testing.assert_allclose(figures, [0.38093, 0.74054], atol=1e-5)
 
 
+def test_shipped_figures_are_those_of_the_selection():
+    figures = tomllib.loads((files("exo_pin.muscle") / "parameters" / "best.toml").read_text())["identification"]
+    states = steady_states()
+    region = find_region(states.contraction, states.pressure, states.force, 0.3)
+    kept = states.select(region.kept)
+    found = select_model(kept.contraction, kept.pressure, kept.force, 0.3, nested=True)
+    assert figures["measurements"] == 27
+    assert figures["winner"] == found.winner.candidate.name
+    fresh = [found.winner.leave_one_out_rms, found.nested_rms, found.score(SECOND_ORDER).leave_one_out_rms]
+    shipped = [figures[k] for k in ("leave_one_out_rms_N", "nested_rms_N", "second_order_leave_one_out_rms_N")]
+    np.testing.assert_allclose(shipped, fresh, rtol=1e-6)
+    assert shipped[1] < shipped[2]
+
+
 def test_shipped_fits_are_what_a_refit_gives():
     fresh = refit()
     assert set(fresh) == {n for n in muscle_models() if not n.startswith("tang-")}
@@ -69,7 +88,9 @@ def test_shipped_fits_are_what_a_refit_gives():
     # The printed sets of Chapter 3 hold in the same region: it was found, not typed in.
     for name in ("tang-3-25", "tang-3-3a", "tang-optimised"):
         np.testing.assert_allclose(muscle_model(name).validity.strain, fresh["best"].validity.strain, rtol=1e-9)
-        np.testing.assert_allclose(muscle_model(name).validity.capability, fresh["best"].validity.capability, rtol=1e-6)
+        np.testing.assert_allclose(
+            muscle_model(name).validity.capability, fresh["best"].validity.capability, rtol=1e-6
+        )
 
 
 def test_a_truth_of_second_order_is_not_overfitted():

@@ -240,10 +240,8 @@ def test_colbrunn_pulls_nothing_when_fully_contracted():
     model = next(m for m in all_models() if m.name == "colbrunn")
     assert model.unchecked_force(0.101, 3e5) == 0.0
     assert model.unchecked_force(0.099, 3e5) != 0.0
-    no_limit = Colbrunn(
-        name="", reference_length=0.3, validity=WIDE, braid_length=0.36, turns=7.3, efficiency=(1.0,), limit_force=0.0,
-        least_length=0.1,
-    )  # fmt: skip
+    braid = {"braid_length": 0.36, "turns": 7.3, "efficiency": (1.0,), "limit_force": 0.0, "least_length": 0.1}
+    no_limit = Colbrunn(name="", reference_length=0.3, validity=WIDE, **braid)
     chou = next(m for m in all_models() if m.name == "chou")
     x, p = inside(chou)
     np.testing.assert_allclose(no_limit.force(x, p), chou.force(x, p))

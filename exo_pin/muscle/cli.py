@@ -7,6 +7,7 @@ import argparse
 import csv
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from ..validation import FloatArray
 from .cli_identify import add_identify, named_static
 from .dynamic import DynamicModel, G
 from .dynamic_files import dynamic_model, dynamic_models, load_dynamic
+from .friction import ConstantFriction
+from .plots import plot_force_map, plot_responses
 from .pressure import PressureStep
 from .published import muscle_models
 from .simulate import simulate
@@ -91,6 +94,7 @@ def _add_force(commands: Any) -> None:
     _static_arguments(parser)
     parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
     parser.add_argument("--pressure-bar", type=float, nargs="+", required=True)
+    parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
     parser.set_defaults(handler=_force)
 
 
@@ -104,6 +108,9 @@ def _force(args: argparse.Namespace) -> int:
     print(f"{model.name}, {model.length * 1e3:g} mm")
     heads = ("contraction_mm", "pressure_bar", "force_N", "stiffness_N_per_mm", "gain_N_per_bar")
     _print_table(heads, (x, p, force, stiffness / 1e3, gain * BAR), (2, 3, 2, 3, 2))
+    if args.plot:
+        plot_force_map(model).savefig(args.plot, dpi=150)
+        print(f"wrote {args.plot}")
     return 0
 
 
@@ -140,6 +147,9 @@ def _add_step(commands: Any) -> None:
     parser.add_argument("--duration-s", type=float, default=4.0)
     parser.add_argument("--mark", action="store_true", help="go on outside the model's range and say how much")
     parser.add_argument("--csv", help="write time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside")
+    parser.add_argument(
+        "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"
+    )
     parser.set_defaults(handler=_step)
 
 
@@ -160,6 +170,11 @@ def _step(args: argparse.Namespace) -> int:
     if args.csv:
         _write_csv(args.csv, response)
         print(f"wrote {args.csv}")
+    if args.plot:
+        constant = replace(model, name="constant friction of 2.5 N", friction=ConstantFriction())
+        beside = simulate(constant, mass, pressure, times, outside="mark", estimate_error=False)
+        plot_responses({model.name: response, constant.name: beside}).savefig(args.plot, dpi=150)
+        print(f"wrote {args.plot}")
     return 0
 
 

@@ -136,6 +136,14 @@ def test_step(run, tmp_path):
     assert "inside range   9" in run("step", "--mass-kg", 2.3, "--to-bar", 3.6, "--mark")
 
 
+def test_pictures(run, tmp_path):
+    map_path, step_path = tmp_path / "map.png", tmp_path / "step.png"
+    run("force", "--contraction-mm", 50, "--pressure-bar", 3, "--plot", map_path)
+    run("step", "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6, "--duration-s", 1.5, "--plot", step_path)
+    for path in (map_path, step_path):
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

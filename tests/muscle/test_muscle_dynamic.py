@@ -14,7 +14,6 @@ from exo_pin.muscle import (
 )
 
 G = 9.81
-BAR = 1e5
 
 
 def test_no_energy_from_closed_cycles_inside_the_range():

@@ -24,7 +24,6 @@ from exo_pin.muscle import (
 )
 
 G = 9.81
-BAR = 1e5
 
 
 def linear(stiffness=800.0, friction=2.5, damping=(0.0, 0.0)):

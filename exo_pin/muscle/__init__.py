@@ -15,9 +15,8 @@ positive when pulling.
 
 Modules: ``static`` and ``literature`` (force laws), ``validity`` (where they hold), ``measured`` (printed tables),
 ``published`` (named parameter sets), ``region``, ``identify``, ``forms``, ``selection`` (from measurements to a
-law), ``friction``,
-``dynamic``, ``pressure``, ``simulate``, ``response`` (a hung mass in motion), ``identify_dynamic``, ``actuator`` (a
-muscle in a limb), ``ledger`` (published numbers recomputed), ``plots``.
+law), ``friction``, ``dynamic``, ``pressure``, ``simulate``, ``response`` (a hung mass in motion),
+``identify_dynamic``, ``actuator`` (a muscle in a limb), ``ledger`` (published numbers recomputed), ``plots``.
 """
 
 from __future__ import annotations

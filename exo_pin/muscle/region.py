@@ -1,9 +1,8 @@
 """Where the force law holds, found from the data: the thick line of Tables 3-3a and 3-3b (Section 3.2.1).
 
 A weight beyond the muscle's capability leaves the braid almost unstretched, and the muscle then follows another
-law.
-So the measurements, sorted by contraction, are split in two regimes; each gets its own least-squares fit and its
-own scatter, and the split is judged by its likelihood (a change point). Of all splits that the data cannot tell
+law. So the measurements, sorted by contraction, are split in two regimes; each gets its own least-squares fit and
+its own scatter, and the split is judged by its likelihood (a change point). Of all splits that the data cannot tell
 from the most likely one at 95 %, the one that keeps the fewest measurements is taken. The capability line is then
 the straight line in pressure and force that parts kept from rejected measurements by the widest margin.
 """

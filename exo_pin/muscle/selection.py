@@ -2,11 +2,10 @@
 
 Candidates are polynomials in contraction and pressure, (3-10) among them, and the laws of the literature. One that
 would not behave like a muscle where it was measured (pull more when shorter, or less with more air) is not
-admitted.
-Of the admitted ones within one standard error of the least squared leave-one-out error, the one with the fewest
-coefficients is taken (the one-standard-error rule of Breiman and others): smaller differences are chance. Choosing
-by an error makes that error optimistic, so the whole choice can also be repeated with each measurement left out in
-turn (nested cross-validation).
+admitted. Of the admitted ones within one standard error of the least squared leave-one-out error, the one with the
+fewest coefficients is taken (the one-standard-error rule of Breiman and others): smaller differences are chance.
+Choosing by an error makes that error optimistic, so the whole choice can also be repeated with each measurement
+left out in turn (nested cross-validation).
 """
 
 from __future__ import annotations

@@ -6,7 +6,16 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from exo_pin.muscle import NotIdentifiable, find_region, muscle_model, muscle_models, select_model, steady_states
+from exo_pin.muscle import (
+    NotIdentifiable,
+    find_region,
+    muscle_model,
+    muscle_models,
+    parameter_set,
+    select_model,
+    steady_states,
+    table,
+)
 from exo_pin.muscle.forms import candidates
 from exo_pin.muscle.published import refit
 
@@ -72,6 +81,15 @@ def test_shipped_figures_are_those_of_the_selection():
     shipped = [figures[k] for k in ("leave_one_out_rms_N", "nested_rms_N", "second_order_leave_one_out_rms_N")]
     np.testing.assert_allclose(shipped, fresh, rtol=1e-6)
     assert shipped[1] < shipped[2]
+
+
+def test_what_the_notes_say_of_table_a_3():
+    sheet = table("a-3")
+    x, p = sheet.row("contraction_mm") / 1e3, sheet.row("pressure_bar") * 1e5
+    more = muscle_model("best").force(x, p, outside="mark") - 42.3
+    assert more.count() == 7
+    assert 4.1 < more.min() < more.max() < 5.0
+    assert any("4.1 to 5.0 N" in note for note in parameter_set("best").notes)
 
 
 def test_shipped_fits_are_what_a_refit_gives():

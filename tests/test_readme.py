@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from exo_pin.cli import main
-from exo_pin.thesis import ledger, ledger_table
+from exo_pin.thesis import condensed, ledger
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
@@ -50,7 +50,7 @@ def test_code_and_its_output():
 
 def test_ledger_is_not_stale():
     table = re.search(r"<!-- output: ledger -->\n(.*?)\n\n", README, re.DOTALL)[1]
-    assert_same(table, ledger_table(ledger(), notes=False))
+    assert_same(table, condensed(ledger()))
 
 
 def test_pictures_and_files_exist():

@@ -24,7 +24,7 @@ from __future__ import annotations
 from .actuator import Muscle
 from .dynamic import DynamicModel
 from .dynamic_files import dynamic_model, dynamic_models, load_dynamic, save_dynamic
-from .errors import MissingExtra, NotIdentifiable, OutsideValidity
+from .errors import NotIdentifiable, OutsideValidity
 from .files import load_parameters, save_parameters
 from .friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from .identify import StaticIdentification, identify_static
@@ -50,7 +50,6 @@ __all__ = [
     "DynamicModel",
     "FrictionLaw",
     "LoadDependentFriction",
-    "MissingExtra",
     "Mode",
     "Muscle",
     "NotIdentifiable",

@@ -67,9 +67,7 @@ class DynamicModel:
     def __post_init__(self) -> None:
         for key, kind in (("static", StaticModel), ("friction", FrictionLaw), ("damping", Damping)):
             if not isinstance(getattr(self, key), kind):
-                raise InvalidInput(
-                    f"expected {key} to be a {kind.__name__}, got {type(getattr(self, key)).__name__}"
-                )
+                raise InvalidInput(f"expected {key} to be a {kind.__name__}, got {type(getattr(self, key)).__name__}")
         if self.static.scale != 1.0:
             raise InvalidInput(
                 f"expected a static model of its own {self.static.reference_length:g} m, got one scaled "
@@ -86,9 +84,7 @@ class DynamicModel:
         """Quantities that must be zero or more for friction and damping to oppose the motion (m, m/s, Pa, kg)."""
         return (*self.friction.factors(x, pressure, mass), self.damping.rate(velocity))
 
-    def contains(
-        self, contraction: FloatArray, velocity: FloatArray, pressure: FloatArray, mass: float
-    ) -> BoolArray:
+    def contains(self, contraction: FloatArray, velocity: FloatArray, pressure: FloatArray, mass: float) -> BoolArray:
         """Whether each state is inside the range of the static law and of friction and damping.
 
         Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..errors import ExoPinError, InvalidInput
 
-__all__ = ["MissingExtra", "NotIdentifiable", "OutsideValidity"]
+__all__ = ["NotIdentifiable", "OutsideValidity"]
 
 
 class OutsideValidity(InvalidInput):
@@ -46,17 +46,3 @@ class NotIdentifiable(ExoPinError, ValueError):
     def __init__(self, message: str, coefficients: tuple[str, ...] = ()) -> None:
         self.coefficients = tuple(coefficients)
         super().__init__(message)
-
-
-class MissingExtra(ExoPinError, ImportError):
-    """An optional dependency is not installed.
-
-    Attributes
-    ----------
-    extra : str
-        The extra that brings it, for example ``"exo_pin[plot]"``.
-    """
-
-    def __init__(self, package: str, extra: str, needed_for: str) -> None:
-        self.extra = extra
-        super().__init__(f"{needed_for} needs {package}: install {extra}")

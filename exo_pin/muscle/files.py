@@ -90,9 +90,7 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
         If the model is scaled or of a form that has no file format.
     """
     if model.scale != 1.0:
-        raise InvalidInput(
-            f"expected a model of its reference length {model.reference_length:g} m, got a scaled one"
-        )
+        raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
     content: dict[str, Any] = {"name": model.name, "source": model.source, "notes": list(notes)}
     content["reference_length_m"] = model.reference_length
     if isinstance(model, PolynomialModel):
@@ -185,9 +183,7 @@ def parse_parameters(content: Mapping[str, Any], path: str | None = None) -> tup
 def _parse_validity(reader: Reader) -> Validity:
     strain, pressure = reader.take("strain"), reader.take("pressure_bar")
     if not isinstance(pressure, list) or len(pressure) != 2:
-        raise FileFormatError(
-            "expected validity.pressure_bar to be two numbers", reader.path, "validity.pressure_bar"
-        )
+        raise FileFormatError("expected validity.pressure_bar to be two numbers", reader.path, "validity.pressure_bar")
     slope = reader.take("capability_slope_N_per_bar", None)
     intercept = reader.take("capability_intercept_N", None)
     if (slope is None) != (intercept is None):

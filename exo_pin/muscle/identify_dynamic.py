@@ -155,9 +155,7 @@ def _build(static: StaticModel, values: FloatArray, load_bar_per_kg: float, name
     return DynamicModel(
         name=name,
         static=static,
-        friction=LoadDependentFriction.from_bar(
-            float(values[0]), float(values[1]), float(values[2]), load_bar_per_kg
-        ),
+        friction=LoadDependentFriction.from_bar(float(values[0]), float(values[1]), float(values[2]), load_bar_per_kg),
         damping=Damping.from_bar(float(values[3]), float(values[4])),
         source=source,
     )

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, MissingExtra
 from .dynamic import DynamicModel
-from .errors import MissingExtra
 from .measured import SteadyStates, steady_states
 from .response import StepResponse
 from .static import BAR, StaticModel
@@ -29,7 +28,7 @@ def _figure(width: float, height: float, **kwargs: Any) -> tuple[Figure, Any]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise MissingExtra("matplotlib", "exo_pin[plot]", "a plot") from None
+        raise MissingExtra("plot", "matplotlib") from None
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(**kwargs)

@@ -120,6 +120,4 @@ def refit() -> dict[str, StaticModel]:
     for form in candidates(len(kept.force)):
         if form.powers is None:
             fitted[f"fitted-{form.name}"] = form.fit(*columns, NOMINAL_LENGTH)
-    return {
-        name: replace(model, name=name, source=source, validity=region.validity) for name, model in fitted.items()
-    }
+    return {name: replace(model, name=name, source=source, validity=region.validity) for name, model in fitted.items()}

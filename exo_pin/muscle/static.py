@@ -126,9 +126,7 @@ class StaticModel(ABC):
         """
         return self._force(x * self.scale, pressure)
 
-    def _ask(
-        self, function: Callable[[Any, Any], Any], contraction: Any, pressure: Any, outside: str
-    ) -> FloatArray:
+    def _ask(self, function: Callable[[Any, Any], Any], contraction: Any, pressure: Any, outside: str) -> FloatArray:
         x, p = _broadcast(contraction=contraction, pressure=pressure)
         x = x * self.scale
         strain = x / self.reference_length

@@ -15,9 +15,7 @@ def test_length_of_the_muscle_is_the_limb_less_its_fitting():
     limb = muscle()
     np.testing.assert_allclose(limb.contraction([0.35, 0.30, 0.36]), [0.0, 0.05, -0.01], atol=1e-15)
     short, long = limb.length_range()
-    np.testing.assert_allclose(
-        [short, long], [0.35 - 0.25 * 0.0750980 / 0.3, 0.35 - 0.25 * 0.012317 / 0.3], rtol=1e-9
-    )
+    np.testing.assert_allclose([short, long], [0.35 - 0.25 * 0.0750980 / 0.3, 0.35 - 0.25 * 0.012317 / 0.3], rtol=1e-9)
     limb.force_limits([short, long])
 
 

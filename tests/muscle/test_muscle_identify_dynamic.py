@@ -39,9 +39,7 @@ def test_noisy_responses_give_the_coefficients_back():
 
 
 def test_clean_responses_give_them_exactly():
-    found = identify_dynamic(
-        recordings(0.0, seed=1, samples=61), dynamic_model("tang-3-31").static, start=TRUTH * 1.1
-    )
+    found = identify_dynamic(recordings(0.0, seed=1, samples=61), dynamic_model("tang-3-31").static, start=TRUTH * 1.1)
     np.testing.assert_allclose(found.coefficients, TRUTH, rtol=1e-3)
     assert found.sigma < 1e-7
 

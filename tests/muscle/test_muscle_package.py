@@ -24,9 +24,7 @@ def test_the_example_runs():
 def imports(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     return {
-        node.module
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module
+        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module
     }
 
 

@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from exo_pin.errors import InvalidInput
-from exo_pin.muscle import MissingExtra, PressureStep, dynamic_model, muscle_model, simulate, steady_states
+from exo_pin.errors import InvalidInput, MissingExtra
+from exo_pin.muscle import PressureStep, dynamic_model, muscle_model, simulate, steady_states
 from exo_pin.muscle.plots import plot_force_map, plot_measured, plot_responses
 
 PNG = b"\x89PNG"

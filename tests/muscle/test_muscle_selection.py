@@ -40,9 +40,7 @@ def test_best_beats_the_second_order_law(selection):
 
 
 def test_the_laws_of_the_literature_are_worse_by_far(selection):
-    figures = {
-        name: selection.score(name).leave_one_out_rms for name in ("wickramatunge", "colbrunn", "tondu-lopez")
-    }
+    figures = {name: selection.score(name).leave_one_out_rms for name in ("wickramatunge", "colbrunn", "tondu-lopez")}
     np.testing.assert_allclose(list(figures.values()), [1.336, 1.449, 4.029], atol=1e-3)
     # With L_0 kept, the laws of Chou-Hannaford and Tondu-Lopez span the same forces.
     assert abs(selection.score("chou-hannaford").leave_one_out_rms - figures["tondu-lopez"]) < 1e-9
@@ -106,9 +104,7 @@ def test_shipped_fits_are_what_a_refit_gives():
     # The printed sets of Chapter 3 hold in the same region: it was found, not typed in.
     for name in ("tang-3-25", "tang-3-3a", "tang-optimised"):
         np.testing.assert_allclose(muscle_model(name).validity.strain, fresh["best"].validity.strain, rtol=1e-9)
-        np.testing.assert_allclose(
-            muscle_model(name).validity.capability, fresh["best"].validity.capability, rtol=1e-6
-        )
+        np.testing.assert_allclose(muscle_model(name).validity.capability, fresh["best"].validity.capability, rtol=1e-6)
 
 
 def test_a_truth_of_second_order_is_not_overfitted():

@@ -130,9 +130,7 @@ def test_results_do_not_depend_on_step_size_or_method(name):
         {"method": "RK45", "rtol": 1e-9, "atol": 1e-11},
         {"method": "Radau", "rtol": 1e-8, "atol": 1e-10},
     ]
-    runs = [
-        simulate(model, 22.74 / G, pressure, times, outside="mark", estimate_error=False, **s) for s in settings
-    ]
+    runs = [simulate(model, 22.74 / G, pressure, times, outside="mark", estimate_error=False, **s) for s in settings]
     stroke = np.ptp(runs[0].contraction)
     for run in runs[1:]:
         assert np.abs(run.contraction - runs[0].contraction).max() < 1e-6 * stroke
@@ -147,9 +145,7 @@ def test_results_do_not_depend_on_step_size_or_method(name):
 
 def test_energy_balance_closes():
     model = dynamic_model("tang-3-31")
-    response = simulate(
-        model, 12.74 / G, PressureStep(0.0, 3.6e5, 0.0, 0.15), np.linspace(0, 3, 301), outside="mark"
-    )
+    response = simulate(model, 12.74 / G, PressureStep(0.0, 3.6e5, 0.0, 0.15), np.linspace(0, 3, 301), outside="mark")
     gained = response.mass * G * (response.contraction[-1] - response.contraction[0])
     spent = response.friction_loss + response.damping_loss + response.impact_loss
     np.testing.assert_allclose(response.muscle_work, gained + spent, atol=1e-9)
@@ -236,9 +232,7 @@ def test_a_jump_of_the_pressure_is_met_exactly():
     """A jump while the mass is moving: the same as two simulations, one on each side of it."""
     model = dynamic_model("tang-constant-friction")
     first, second = np.linspace(0.0, 0.2, 21), np.linspace(0.2, 0.6, 41)
-    whole = simulate(
-        model, 2.0, PressureStep(3e5, 3.5e5, 0.2), np.concatenate([first, second[1:]]), contraction=0.035
-    )
+    whole = simulate(model, 2.0, PressureStep(3e5, 3.5e5, 0.2), np.concatenate([first, second[1:]]), contraction=0.035)
     before = simulate(model, 2.0, PressureStep(3e5, 3e5), first, contraction=0.035)
     assert abs(before.velocity[-1]) > 0.05
     after = simulate(
@@ -295,9 +289,7 @@ def test_bad_input_is_named():
     with pytest.raises(OutsideValidity, match="lifts it beyond"):
         simulate(model, 0.1, step, times)
     with pytest.raises(InvalidInput, match="no scaling"):
-        DynamicModel(
-            name="", static=muscle_model("best", 0.15), friction=ConstantFriction(), damping=Damping(0.0, 0.0)
-        )
+        DynamicModel(name="", static=muscle_model("best", 0.15), friction=ConstantFriction(), damping=Damping(0.0, 0.0))
     with pytest.raises(InvalidInput, match="FrictionLaw"):
         DynamicModel(name="", static=muscle_model("best"), friction=2.5, damping=Damping(0.0, 0.0))
     with pytest.raises(InvalidInput, match="rise"):

@@ -126,8 +126,7 @@ def test_lost_minus_signs_are_needed(name, powers):
         validity=model.validity,
     )
     right, wrong = (
-        np.abs(m.unchecked_force(states.contraction, states.pressure) - states.force).max()
-        for m in (model, as_printed)
+        np.abs(m.unchecked_force(states.contraction, states.pressure) - states.force).max() for m in (model, as_printed)
     )
     assert right < 2.5
     assert wrong > 50

@@ -17,7 +17,7 @@ def test_rows_are_unique_and_hold_both_numbers():
     assert len(ROWS) == len(rows)
     for row in rows:
         assert row.printed.shape == row.computed.shape
-        assert np.isfinite(row.computed).all()
+        assert np.isfinite(row.computed).all() or row.verdict == "not reproducible"
         assert row.verdict == "reproduced" or row.note
 
 

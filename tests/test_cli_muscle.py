@@ -6,6 +6,7 @@ import csv
 import numpy as np
 import pytest
 
+from exo_pin.cli.muscles import add_commands
 from exo_pin.errors import FileFormatError, InvalidInput
 from exo_pin.muscle import (
     OutsideValidity,
@@ -17,17 +18,16 @@ from exo_pin.muscle import (
     simulate,
     steady_states,
 )
-from exo_pin.muscle.cli import add_parser
 
 
 @pytest.fixture
 def run(capsys):
     parser = argparse.ArgumentParser()
-    add_parser(parser.add_subparsers(required=True))
+    add_commands(parser.add_subparsers(required=True))
 
     def call(*words):
         args = parser.parse_args(["muscle", *map(str, words)])
-        assert args.handler(args) == 0
+        assert args.run(args) == 0
         return capsys.readouterr().out
 
     return call
@@ -67,9 +67,7 @@ def test_outside_is_refused_or_marked(run):
 
 
 def test_pressure_and_scaling(run):
-    out = run(
-        "pressure", "--force-N", 13, "--contraction-mm", 37.5, "--length-mm", 150, "--model", "tang-optimised"
-    )
+    out = run("pressure", "--force-N", 13, "--contraction-mm", 37.5, "--length-mm", 150, "--model", "tang-optimised")
     assert out.splitlines()[0] == "tang-optimised, 150 mm"
     assert out.splitlines()[2].split() == ["13.00", "37.50", "4.001"]
     out = run("pressure", "--force-N", 300, "--contraction-mm", 50, "--mark")
@@ -113,9 +111,7 @@ def test_identify_responses(run, tmp_path):
     expected = model.friction.printed(x, 3.6e5, 1.3)
     # Pressure between samples of 40 ms is interpolated: some per cent.
     np.testing.assert_allclose(found.friction.printed(x, 3.6e5, 1.3), expected, rtol=0.15)
-    assert run("step", "--model", output, "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6).startswith(
-        "ident"
-    )
+    assert run("step", "--model", output, "--weight-N", 22.74, "--from-bar", 2.6, "--to-bar", 3.6).startswith("ident")
 
 
 def test_step(run, tmp_path):

@@ -1,6 +1,5 @@
 """Command ``exo-pin muscle identify``: from a CSV file of measurements to a parameter set."""
 
-# ruff: noqa: T201
 from __future__ import annotations
 
 import argparse
@@ -12,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import FileFormatError, InvalidInput
+from ..muscle.dynamic import G
+from ..muscle.dynamic_files import save_dynamic
+from ..muscle.files import load_parameters, save_parameters
+from ..muscle.identify import StaticIdentification, identify_static
+from ..muscle.identify_dynamic import Recording, identify_dynamic
+from ..muscle.published import muscle_model, muscle_models
+from ..muscle.static import BAR, StaticModel
 from ..validation import FloatArray
-from .dynamic import G
-from .dynamic_files import save_dynamic
-from .files import load_parameters, save_parameters
-from .identify import StaticIdentification, identify_static
-from .identify_dynamic import Recording, identify_dynamic
-from .published import muscle_model, muscle_models
-from .static import BAR, StaticModel
 
 __all__ = ["add_identify", "named_static", "read_columns"]
 
@@ -102,7 +101,7 @@ def add_identify(commands: Any) -> None:
     parser.add_argument("--level", type=float, default=0.95, help="confidence of the intervals (default: 0.95)")
     parser.add_argument("--name", default="identified")
     parser.add_argument("--output", help="TOML file to write")
-    parser.set_defaults(handler=_identify)
+    parser.set_defaults(run=_identify)
 
 
 def _identify(args: argparse.Namespace) -> int:
@@ -180,8 +179,6 @@ def _identification_table(found: StaticIdentification, level: float) -> dict[str
         "leave_one_out_rms_N": found.leave_one_out_rms,
         "level": level,
         "indistinct": list(found.indistinct),
-        "intervals": {
-            n: list(map(float, pair)) for n, pair in zip(found.names, found.intervals(level), strict=True)
-        },
+        "intervals": {n: list(map(float, pair)) for n, pair in zip(found.names, found.intervals(level), strict=True)},
         "covariance": [list(map(float, row)) for row in found.covariance],
     }

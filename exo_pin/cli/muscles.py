@@ -1,11 +1,9 @@
-"""Command line of the muscles: ``exo-pin muscle force|pressure|identify|step``. Printing is allowed only here."""
+"""``exo-pin muscle force|pressure|identify|step``: pneumatic muscles."""
 
-# ruff: noqa: T201
 from __future__ import annotations
 
 import argparse
 import csv
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,50 +11,35 @@ from typing import Any
 
 import numpy as np
 
+from ..muscle.dynamic import DynamicModel, G
+from ..muscle.dynamic_files import dynamic_model, dynamic_models, load_dynamic
+from ..muscle.friction import ConstantFriction
+from ..muscle.plots import plot_force_map, plot_responses
+from ..muscle.pressure import PressureStep
+from ..muscle.published import muscle_models
+from ..muscle.simulate import simulate
+from ..muscle.static import BAR, StaticModel
 from ..validation import FloatArray
-from .cli_identify import add_identify, named_static
-from .dynamic import DynamicModel, G
-from .dynamic_files import dynamic_model, dynamic_models, load_dynamic
-from .friction import ConstantFriction
-from .plots import plot_force_map, plot_responses
-from .pressure import PressureStep
-from .published import muscle_models
-from .simulate import simulate
-from .static import BAR, StaticModel
+from .muscles_identify import add_identify, named_static
 
-__all__ = ["add_parser"]
+__all__ = ["add_commands"]
 
 
-def add_parser(subparsers: Any) -> argparse.ArgumentParser:
-    """Register ``muscle`` with its four commands.
-
-    Parameters
-    ----------
-    subparsers
-        What ``ArgumentParser.add_subparsers`` returned. Each command sets ``handler``, a function of the parsed
-        arguments that prints and returns an exit status; errors of exo_pin travel to the caller.
-
-    Returns
-    -------
-    argparse.ArgumentParser
-        The parser of ``muscle``.
-    """
-    parser: argparse.ArgumentParser = subparsers.add_parser("muscle", help="pneumatic muscles")
-    commands = parser.add_subparsers(dest="muscle_command", required=True)
-    _add_force(commands)
-    _add_pressure(commands)
-    add_identify(commands)
-    _add_step(commands)
-    return parser
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("muscle", help="pneumatic muscles: force, pressure, identification, step response")
+    own = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_force(own)
+    _add_pressure(own)
+    add_identify(own)
+    _add_step(own)
 
 
 def _static_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", default="best", help=f"{', '.join(muscle_models())}, or the path of a .toml (default: best)"
     )
-    parser.add_argument(
-        "--length-mm", type=float, help="nominal length; scaled by equal strain (default: as measured)"
-    )
+    parser.add_argument("--length-mm", type=float, help="nominal length; scaled by equal strain (default: as measured)")
     parser.add_argument(
         "--mark",
         action="store_true",
@@ -95,7 +78,7 @@ def _add_force(commands: Any) -> None:
     parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
     parser.add_argument("--pressure-bar", type=float, nargs="+", required=True)
     parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
-    parser.set_defaults(handler=_force)
+    parser.set_defaults(run=_force)
 
 
 def _force(args: argparse.Namespace) -> int:
@@ -119,7 +102,7 @@ def _add_pressure(commands: Any) -> None:
     _static_arguments(parser)
     parser.add_argument("--force-N", type=float, nargs="+", required=True, dest="force_N")
     parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
-    parser.set_defaults(handler=_pressure)
+    parser.set_defaults(run=_pressure)
 
 
 def _pressure(args: argparse.Namespace) -> int:
@@ -150,7 +133,7 @@ def _add_step(commands: Any) -> None:
     parser.add_argument(
         "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"
     )
-    parser.set_defaults(handler=_step)
+    parser.set_defaults(run=_step)
 
 
 def _step(args: argparse.Namespace) -> int:
@@ -194,15 +177,3 @@ def _write_csv(path: str, response: Any) -> None:
         writer.writerow(("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside"))
         writer.writerows((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", int(i)) for t, x, v, p, i in rows)
     temporary.replace(path)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the muscle commands alone; the package's own command line hooks :func:`add_parser` instead."""
-    parser = argparse.ArgumentParser(prog="exo-pin")
-    add_parser(parser.add_subparsers(required=True))
-    args = parser.parse_args(arguments)
-    return int(args.handler(args))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -15,8 +15,10 @@ from .chain import ClosedChain
 from .conventions import shoulder_angles, shoulder_rotation, thesis_angles, thesis_rotation
 from .design import (
     Arm,
+    CentreOffset,
     Limb,
     LimbBody,
+    LimbGuide,
     Load,
     Mechanism,
     Motion,
@@ -41,6 +43,7 @@ from .reaction import Reaction, reaction_table
 
 __all__ = [
     "Arm",
+    "CentreOffset",
     "ClosedChain",
     "ExoPinError",
     "FileFormatError",
@@ -48,6 +51,7 @@ __all__ = [
     "InvalidInput",
     "Limb",
     "LimbBody",
+    "LimbGuide",
     "Load",
     "LoopNotClosed",
     "Mechanism",

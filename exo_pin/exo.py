@@ -8,6 +8,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from . import wrist
@@ -15,6 +16,7 @@ from .chain import AssumedMasses, ClosedChain, mechanism_urdf, write_urdf
 from .consistency import Report, check
 from .design import (
     Arm,
+    CentreOffset,
     Limb,
     Load,
     Mechanism,
@@ -212,6 +214,7 @@ class ShoulderExo:
         load: Load | None = None,
         split: str = "spherical",
         constraint_bounds: ConstraintBounds = None,
+        centre_offset: CentreOffset | ArrayLike | None = None,
     ) -> Reaction:
         """Forces on shoulder, limbs, arm and torso.
 
@@ -227,16 +230,22 @@ class ShoulderExo:
             Angular velocity and acceleration; the arm is at rest if left out.
         load : Load, optional
             Force and couple on the arm, besides its weight.
-        split : {"spherical", "minimal", "standalone"}
+        split : {"spherical", "minimal", "elastic", "standalone"}
             "spherical": g = 0, limbs that carry no side force, as bare pneumatic muscles; (D-30).
             "minimal": the g within ``constraint_bounds`` that make |F_s| least: the best that a perfect structure
             could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
             the least is zero wherever det X is not, and the answer says that it is trivial.
+            "elastic": by stiffness of the limbs' guides, their joints and the shoulder
+            (:mod:`exo_pin.reaction.elastic`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
             With more than three limbs, what is still open is chosen with the least sum of squares; in "minimal" the
             tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator" or (lower, upper), optional
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n).
+        centre_offset : CentreOffset or array_like, optional
+            Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
+            and cuff together. Both effects count, lever arms and misfit, in the displaced geometry; massless
+            limbs only.
 
         Returns
         -------
@@ -245,11 +254,12 @@ class ShoulderExo:
         Raises
         ------
         MissingData
-            If the design has no arm, or ``motion`` is given and the arm's inertia is not known.
+            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or "elastic" is
+            asked and the shoulder's stiffness is not known.
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
-        return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds)
+        return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds, centre_offset)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

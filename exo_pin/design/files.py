@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from ..errors import ExoPinError, FileFormatError, UnknownName
 from .arm import Arm
 from .geometry import WristGeometry
+from .guide import LimbGuide
 from .limb import Limb, LimbBody, Stroke
 from .mechanism import Mechanism
 from .quantities import Table
@@ -219,6 +220,7 @@ def _read_shoulder(table: Table, sources: dict[str, str]) -> Shoulder:
     shoulder = Shoulder(
         table.quantity("angle", "abduction_centre", required=False),
         table.quantity("angle", "half_diagonal", required=False),
+        table.quantity("stiffness", "stiffness", (3, 3), required=False),
     )
     table.finish()
     return shoulder
@@ -239,8 +241,24 @@ def _read_limb(table: Table, index: int, sources: dict[str, str]) -> Limb:
         stroke_table.finish()
     halves = [_read_limb_body(table.table(key, required=False)) for key in ("base_body", "platform_body")]
     limit = table.quantity("angle", "joint_half_diagonal", required=False)
+    guide = _read_guide(table.table("guide", required=False))
     table.finish()
-    return Limb(kind, halves[0], halves[1], stroke, limit)  # type: ignore[arg-type]
+    return Limb(kind, halves[0], halves[1], stroke, limit, guide)  # type: ignore[arg-type]
+
+
+def _read_guide(table: Table | None) -> LimbGuide | None:
+    if table is None:
+        return None
+    joint = table.quantity("stiffness", "joint_stiffness", required=False)
+    twist = table.quantity("twist stiffness", "joint_twist_stiffness", required=False)
+    guide = LimbGuide(
+        table.quantity("rigidity", "bending_rigidity"),
+        table.quantity("rigidity", "torsional_rigidity"),
+        np.inf if joint is None else joint,
+        np.inf if twist is None else twist,
+    )
+    table.finish()
+    return guide
 
 
 def _read_limb_body(table: Table | None) -> LimbBody | None:
@@ -271,7 +289,9 @@ def _as_table(mechanism: Mechanism) -> dict[str, Any]:
     if mechanism.arm is not None:
         table["arm"] = _sourced("arm", sources, _arm_table(mechanism.arm))
     shoulder = _present(
-        abduction_centre_rad=mechanism.shoulder.abduction_centre, half_diagonal_rad=mechanism.shoulder.half_diagonal
+        abduction_centre_rad=mechanism.shoulder.abduction_centre,
+        half_diagonal_rad=mechanism.shoulder.half_diagonal,
+        stiffness_N_m=mechanism.shoulder.stiffness,
     )
     if shoulder:
         table["shoulder"] = _sourced("shoulder", sources, shoulder)
@@ -357,4 +377,15 @@ def _limb_table(limb: Limb) -> dict[str, Any]:
         ),
         base_body=half(limb.base_body),
         platform_body=half(limb.platform_body),
+        guide=None if limb.guide is None else _guide_table(limb.guide),
     )
+
+
+def _guide_table(guide: LimbGuide) -> dict[str, float]:
+    table = {
+        "bending_rigidity_N_m2": guide.bending_rigidity,
+        "torsional_rigidity_N_m2": guide.torsional_rigidity,
+        "joint_stiffness_N_m": guide.joint_stiffness,
+        "joint_twist_stiffness_N_m_rad": guide.joint_twist_stiffness,
+    }
+    return {key: value for key, value in table.items() if np.isfinite(value)}

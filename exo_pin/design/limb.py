@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InvalidInput, UnknownName
 from ..validation import as_finite, as_inertia, as_positive
+from .guide import LimbGuide
 
 __all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]
 
@@ -101,6 +102,9 @@ class Limb:
         What the actuator can do.
     joint_limit : float or None
         Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that a universal joint's angles keep to, rad.
+    guide : LimbGuide or None
+        Elasticity across the limb's line; None for a bare muscle, which has no stiffness there. Of no effect on
+        an SPS limb.
     """
 
     kind: LimbKind = "UPU"
@@ -108,11 +112,13 @@ class Limb:
     platform_body: LimbBody | None = None
     stroke: Stroke | None = None
     joint_limit: float | None = None
+    guide: LimbGuide | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in ("UPU", "SPS"):
             raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
-        for name, kind in (("base_body", LimbBody), ("platform_body", LimbBody), ("stroke", Stroke)):
+        kinds = {"base_body": LimbBody, "platform_body": LimbBody, "stroke": Stroke, "guide": LimbGuide}
+        for name, kind in kinds.items():
             value = getattr(self, name)
             if value is not None and not isinstance(value, kind):
                 raise InvalidInput(f"expected {name} to be a {kind.__name__} or None, got {type(value).__name__}")

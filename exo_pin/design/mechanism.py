@@ -129,6 +129,7 @@ class Mechanism:
             self,
             geometry=self.geometry.mirrored(),
             arm=None if self.arm is None else self.arm.mirrored(),
+            shoulder=self.shoulder.mirrored(),
             gravity=self.gravity @ MIRROR,
             side="right" if self.side == "left" else "left",
         )

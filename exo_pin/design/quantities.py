@@ -20,6 +20,9 @@ UNITS: dict[str, dict[str, float]] = {
     "mass": {"_kg": 1.0, "_g": 1e-3},
     "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
     "acceleration": {"_m_s2": 1.0},
+    "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
+    "twist stiffness": {"_N_m_rad": 1.0},
+    "rigidity": {"_N_m2": 1.0},
     "number": {"": 1.0},
 }
 

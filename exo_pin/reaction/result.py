@@ -65,6 +65,10 @@ class Reaction:
     trivial : bool
         Whether the least shoulder force is zero by construction: no bound on the side forces of three or more
         UPU limbs, so that the limbs alone can always carry the arm. It then says nothing about the device.
+    centre_displacement : ndarray or None
+        δ, shape (..., 3), m: how far the shoulder's centre gives way, for split "elastic".
+    side_stiffness : ndarray or None
+        k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
     """
 
     shoulder_force: FloatArray
@@ -83,6 +87,8 @@ class Reaction:
     certificate: Certificate
     body_weight: float | None = None
     trivial: bool = False
+    centre_displacement: FloatArray | None = None
+    side_stiffness: FloatArray | None = None
 
     @property
     def magnitude(self) -> FloatArray:
@@ -149,6 +155,8 @@ class Reaction:
             "trivial": self.trivial,
             "certificate": str(self.certificate),
             "body_weight": self.body_weight,
+            "centre_displacement": self.centre_displacement,
+            "side_stiffness": self.side_stiffness,
         }
 
     def to_json(self, indent: int | None = 2) -> str:

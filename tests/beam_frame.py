@@ -36,8 +36,8 @@ def beam_stiffness(length, EI, GJ):
 def solve(base, arm_points, guides, K_s, force, moment):
     """Displacement of O, shoulder force on the arm, tensions, and the limbs' forces on the arm.
 
-    Coordinates: translation and rotation of the arm, then per limb the free rotations (two at A, two at B), and the give
-    of its joints (displacement across the limb at A and B, twist across both axes at A and B).
+    Coordinates: translation and rotation of the arm, then per limb the free rotations (two at A, two at B), and the
+    give of its joints (displacement across the limb at A and B, twist across both axes at A and B).
     """
     n = len(base)
     size = 6 + 8 * n

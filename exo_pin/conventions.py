@@ -45,10 +45,8 @@ MIRROR: FloatArray = frozen(np.diag([1.0, -1.0, 1.0]))
 
 def as_side(side: str) -> Side:
     """Return ``side`` if it is "left" or "right", else raise UnknownName."""
-    if side == "left":
-        return "left"
-    if side == "right":
-        return "right"
+    if isinstance(side, str) and side in ("left", "right"):
+        return "left" if side == "left" else "right"
     raise UnknownName("side", side, ("left", "right"))
 
 

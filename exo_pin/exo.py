@@ -67,7 +67,7 @@ class ShoulderExo:
         self._mechanism = Mechanism(
             geometry,
             arm=arm,
-            limbs=() if limbs is None else tuple(limbs),
+            limbs=() if limbs is None else limbs,  # type: ignore[arg-type]
             shoulder=Shoulder() if shoulder is None else shoulder,
             **details,
         )
@@ -284,7 +284,12 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     FileFormatError
         If the file has an unknown, missing or wrong key.
     """
-    text = fspath(source)
+    try:
+        text = fspath(source)
+    except TypeError:
+        text = b""
+    if not isinstance(text, str):
+        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {source!r:.60}")
     if text in presets():
         mechanism = preset(text)
     elif text.endswith(".toml"):

@@ -12,11 +12,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from os import PathLike
 
-import pytest
-
 from .consistency import CHECKS, run_check
 from .design import Mechanism
+from .errors import MissingExtra
 from .exo import ShoulderExo, load
+
+try:
+    import pytest
+except ImportError as error:
+    raise MissingExtra("test", "pytest") from error
 
 __all__ = ["consistency_checks"]
 

@@ -14,7 +14,7 @@ import numpy as np
 import tomli_w
 from scipy.spatial.transform import Rotation
 
-from ..errors import ExoPinError, FileFormatError, UnknownName
+from ..errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from .arm import Arm
 from .geometry import WristGeometry
 from .guide import LimbGuide
@@ -62,8 +62,8 @@ def read_mechanism(path: str | PathLike[str]) -> Mechanism:
         If the file is not TOML, or a key is unknown, missing or has a wrong value; the key is named.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError, TypeError) as error:
         raise FileFormatError(f"cannot be read: {error}", path) from error
     return _parse(text, path)
 
@@ -79,7 +79,12 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
 def write_text(path: str | PathLike[str], text: str) -> None:
     """Write a text file so that a reader finds the old one or the new one, never half of it."""
     target = Path(path)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    if target.is_dir():
+        raise InvalidInput(f"expected a file to write, got the folder {str(target)!r}")
+    try:
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    except OSError as error:
+        raise InvalidInput(f"cannot write {str(target)!r}: {error.strerror}") from error
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:
             stream.write(text)
@@ -93,7 +98,7 @@ def write_text(path: str | PathLike[str], text: str) -> None:
 def _parse(text: str, path: str | PathLike[str]) -> Mechanism:
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise FileFormatError(f"not TOML: {error}", path) from error
     root = Table(data, path)
     schema = root.integer("schema")
@@ -186,7 +191,9 @@ def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
         return _read_body(table)
     body_mass = table.quantity("mass", "body_mass", required=False)
     table.finish()
-    arms = [_read_body(part, body_mass) for part in parts]
+    # The person's mass belongs to the person's parts; where all is device it is kept with that.
+    worn = not all(part.get_flag("device") for part in parts)
+    arms = [_read_body(part, None if worn and part.get_flag("device") else body_mass) for part in parts]
     total = arms[0]
     for part in arms[1:]:
         total = total + part
@@ -210,9 +217,8 @@ def _read_body(table: Table, body_mass: float | None = None) -> Arm:
         about_centre = None if about_centre is None else about_centre * flip
         about_origin = None if about_origin is None else about_origin * flip
     if about_origin is not None:
-        arm = Arm.from_inertia_about_origin(mass, centre, about_origin, device=device)
-        return Arm(arm.mass, arm.centre_of_mass, arm.inertia, device=device, body_mass=body_mass)
-    return Arm(mass, centre, about_centre, device=device, body_mass=None if device else body_mass)
+        about_centre = Arm.from_inertia_about_origin(mass, centre, about_origin).inertia
+    return Arm(mass, centre, about_centre, device=device, body_mass=body_mass)
 
 
 def _read_shoulder(table: Table, sources: dict[str, str]) -> Shoulder:
@@ -241,9 +247,10 @@ def _read_limb(table: Table, index: int, sources: dict[str, str]) -> Limb:
         stroke_table.finish()
     halves = [_read_limb_body(table.table(key, required=False)) for key in ("base_body", "platform_body")]
     limit = table.quantity("angle", "joint_half_diagonal", required=False)
+    straight = table.quantity("number", "joint_straight", (3,), required=False)
     guide = _read_guide(table.table("guide", required=False))
     table.finish()
-    return Limb(kind, halves[0], halves[1], stroke, limit, guide)  # type: ignore[arg-type]
+    return Limb(kind, halves[0], halves[1], stroke, limit, straight, guide)  # type: ignore[arg-type]
 
 
 def _read_guide(table: Table | None) -> LimbGuide | None:
@@ -367,6 +374,7 @@ def _limb_table(limb: Limb) -> dict[str, Any]:
     return _present(
         kind=limb.kind,
         joint_half_diagonal_rad=limb.joint_limit,
+        joint_straight=None if limb.joint_straight is None else list(limb.joint_straight),
         stroke=None
         if stroke is None
         else _present(

@@ -13,6 +13,11 @@ from ..validation import FloatArray, as_finite
 
 __all__ = ["CentreOffset", "Load", "Motion"]
 
+#: No arm turns faster (rad/s) or is accelerated more (rad/s²): beyond it a number is a slip.
+_FASTEST = 1e6
+#: Largest load, N or N m, that is not a slip.
+_STRONGEST = 1e9
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -31,7 +36,12 @@ class Motion:
 
     def __post_init__(self) -> None:
         for name in ("angular_velocity", "angular_acceleration"):
-            object.__setattr__(self, name, as_finite(name, getattr(self, name), (3,), stack=True))
+            value = as_finite(name, getattr(self, name), (3,), stack=True)
+            if np.abs(value).max(initial=0.0) > _FASTEST:
+                raise InvalidInput(
+                    f"expected {name} in rad/s or rad/s² below {_FASTEST:g}, got {np.abs(value).max():g}"
+                )
+            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +66,15 @@ class Load:
     frame: Literal["base", "arm"] = "base"
 
     def __post_init__(self) -> None:
-        moment = np.zeros(3) if np.ndim(self.moment) == 0 and self.moment == 0 else self.moment
+        moment = np.zeros(3) if isinstance(self.moment, (int, float)) and self.moment == 0 else self.moment
         for name, value in (("force", self.force), ("moment", moment), ("at", self.at)):
-            object.__setattr__(self, name, as_finite(name, value, (3,), stack=True))
+            array = as_finite(name, value, (3,), stack=True)
+            if np.abs(array).max(initial=0.0) > _STRONGEST:
+                raise InvalidInput(f"expected {name} below {_STRONGEST:g}, got {np.abs(array).max():g}")
+            object.__setattr__(self, name, array)
         if np.abs(np.asarray(self.at)).max(initial=0.0) > 5.0:
             raise InvalidInput(f"expected at in m, got {self.at} (millimetres?)")
-        if self.frame not in ("base", "arm"):
+        if not isinstance(self.frame, str) or self.frame not in ("base", "arm"):
             raise UnknownName("frame", self.frame, ("base", "arm"))
 
 

@@ -90,6 +90,10 @@ class Table:
         """A boolean, False if absent."""
         return bool(self._typed(key, bool, False))
 
+    def get_flag(self, key: str) -> bool:
+        """Look at a boolean without taking it."""
+        return self._data.get(key) is True
+
     def integer(self, key: str) -> int:
         """A required integer."""
         value = self._typed(key, int, True)

@@ -195,7 +195,8 @@ def _inertia(subject: _Subject) -> Finding:
         return Finding("inertia", "note", f"{arm.mass:.4g} kg without inertia: no motion can be asked")
     principal = np.linalg.eigvalsh(arm.inertia)
     shown = ", ".join(f"{value:.3g}" for value in principal)
-    possible = principal[0] >= 0 and principal[2] <= principal[0] + principal[1] + 1e-9 * principal[2]
+    slack = 1e-9 * principal[2]
+    possible = principal[0] >= -slack and principal[2] <= principal[0] + principal[1] + slack
     return Finding("inertia", "pass" if possible else "fail", f"{arm.mass:.4g} kg, principal moments {shown} kg m²")
 
 
@@ -249,13 +250,20 @@ def check(mechanism: Mechanism) -> Report:
     Report
         A check that cannot run because of the mechanism itself counts as failed, with the error as its evidence.
     """
-    subject = _Subject(mechanism)
+    try:
+        subject = _Subject(mechanism)
+    except ExoPinError as error:
+        return Report(mechanism.name, tuple(Finding(name, "fail", str(error)) for name in CHECKS))
     return Report(mechanism.name, tuple(_run(name, subject) for name in CHECKS))
 
 
 def run_check(name: str, mechanism: Mechanism) -> Finding:
     """Run one check of :data:`CHECKS`."""
-    return _run(name, _Subject(mechanism))
+    try:
+        subject = _Subject(mechanism)
+    except ExoPinError as error:
+        return Finding(name, "fail", str(error))
+    return _run(name, subject)
 
 
 def _run(name: str, subject: _Subject) -> Finding:

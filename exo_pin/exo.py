@@ -284,12 +284,9 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     FileFormatError
         If the file has an unknown, missing or wrong key.
     """
-    try:
-        text = fspath(source)
-    except TypeError:
-        text = b""
-    if not isinstance(text, str):
+    if not isinstance(source, (str, PathLike)):
         raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {source!r:.60}")
+    text = fspath(source)
     if text in presets():
         mechanism = preset(text)
     elif text.endswith(".toml"):

@@ -10,7 +10,7 @@ from ..design import Arm, Mechanism
 from ..errors import SolverFailed
 from ..validation import FloatArray
 from ..wrist.forces import STATUS, classify
-from ..wrist.kernels import arm_load
+from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN, arm_load
 from ..wrist.side import side_wrenches
 from ..wrist.stacks import Query
 from .bounds import SideForceBounds
@@ -20,7 +20,30 @@ from .equilibrium import Equilibrium
 from .program import least_force
 from .result import Reaction
 
-__all__ = ["Answer", "arm_loads"]
+__all__ = ["Answer", "arm_loads", "is_trivial"]
+
+#: Gravity by which a person's weight is counted, m/s², whatever the design's gravity is.
+STANDARD_GRAVITY = 9.81
+#: Ratio of singular values below which what is open does not reach every shoulder force.
+_REACHES = 1e-9
+
+
+def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether what has no bound reaches every shoulder force, so that the least one is zero by construction.
+
+    Parameters
+    ----------
+    effect : ndarray
+        Shoulder force per N of each open force, shape (3, m).
+    lower, upper : ndarray
+        Bounds, shape (m,), N.
+    """
+    free = effect[:, np.isinf(lower) & np.isinf(upper)]
+    if free.shape[1] < 3:
+        return False
+    values = np.linalg.svd(free, compute_uv=False)
+    return bool(values[2] > _REACHES * values[0])
+
 
 _CHOSEN_BY = {
     "spherical": "limbs that carry no side force (g = 0)",
@@ -52,6 +75,7 @@ class Answer:
         self.redundant = np.full(count, -1)
         self.f_unique, self.g_unique = np.zeros((count, n), dtype=bool), np.zeros((count, n), dtype=bool)
         self.shoulder_unique, self.torso_unique = np.zeros((count, 3), dtype=bool), np.zeros(count, dtype=bool)
+        self.trivial = np.zeros(count, dtype=bool)
         self.displacement: FloatArray | None = None
         self.stiffness: FloatArray | None = None
 
@@ -63,6 +87,8 @@ class Answer:
             chosen = self._choose(row, state, split, bounds, f0, stress)
         except SolverFailed:
             self.status[row] = STATUS.index("not_solved")
+            return
+        if self.status[row] >= STATUS.index("singular"):
             return
         self.f[row], self.g[row] = chosen
         self.shoulder[row], closure = _apply(state, chosen)
@@ -83,20 +109,33 @@ class Answer:
         own, side = stress.shape[1], state.shoulder_of_g[:, self.upu]
         effect = np.hstack([state.shoulder_of_f @ stress, side])
         constant = state.shoulder + state.shoulder_of_f @ f0
+        low, high = np.full(len(f0), -np.inf), np.full(len(f0), np.inf)
+        if split == "minimal":
+            low, high = bounds.at(row, f0)
         free = np.full(own, np.inf)
+        lower, upper = np.concatenate([-free, low[self.upu]]), np.concatenate([free, high[self.upu]])
         if split == "standalone":
-            unbounded = np.full(effect.shape[1], np.inf)
-            open_forces = least_force(constant, effect, -unbounded, unbounded).variables
+            self.judge_standalone(row, effect)
         else:
-            lower, upper = bounds.at(row, f0)
-            open_forces = least_force(
-                constant,
-                effect,
-                np.concatenate([-free, lower[self.upu]]),
-                np.concatenate([free, upper[self.upu]]),
-            ).variables
+            self.trivial[row] = is_trivial(effect, lower, upper)
+        if self.status[row] >= STATUS.index("singular"):
+            return Chosen(f0, g)
+        open_forces = least_force(constant, effect, lower, upper).variables
         g[self.upu] = open_forces[own:]
         return Chosen(f0 + stress @ open_forces[:own], g)
+
+    def judge_standalone(self, row: int, effect: FloatArray) -> None:
+        """Mark a pose in which the limbs alone hold the centre badly, or not at all.
+
+        The margin becomes the smallest singular value of the effect of what is open on the shoulder force, where that
+        is the lesser one: dimensionless, N of force at O per N of limb force.
+        """
+        reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
+        self.margin[row] = min(self.margin[row], reach)
+        if self.margin[row] < SINGULAR_MARGIN:
+            self.status[row] = STATUS.index("singular")
+        elif self.margin[row] < NEAR_MARGIN:
+            self.status[row] = STATUS.index("near_singular")
 
     def prepare_elastic(self, query: Query) -> None:
         """Side stiffnesses of all poses, and room for the displacement of the shoulder's centre."""
@@ -135,9 +174,12 @@ class Answer:
         limbs[3:] /= self.radius
         self.torso_unique[row] = bool(is_determined(limbs).all())
 
-    def finished(self, query: Query, split: str, trivial: bool) -> Reaction:
+    def finished(self, query: Query, split: str) -> Reaction:
         """Shape everything to the caller's stack."""
         shape = query.shape
+        self._refuse_what_is_not_finite()
+        answered = self.status < STATUS.index("singular")
+        trivial = split == "minimal" and bool(answered.any() and self.trivial[answered].all())
 
         def stacked(array: np.ndarray) -> np.ndarray:
             return array.reshape((*shape, *array.shape[1:]))
@@ -170,7 +212,7 @@ class Answer:
         arm = self.mechanism.arm
         weight = None
         if arm is not None and arm.body_mass is not None:
-            weight = arm.body_mass * float(np.linalg.norm(self.mechanism.gravity))
+            weight = arm.body_mass * STANDARD_GRAVITY
         return Reaction(
             shoulder_force=stacked(self.shoulder),
             actuator_forces=stacked(self.f),
@@ -191,6 +233,16 @@ class Answer:
             centre_displacement=None if self.displacement is None else stacked(self.displacement),
             side_stiffness=None if self.stiffness is None else stacked(self.stiffness),
         )
+
+    def _refuse_what_is_not_finite(self) -> None:
+        """A row that overflowed has no answer, and says so."""
+        arrays = (self.shoulder, self.f, self.g, self.on_arm.reshape(len(self.f), self.f.shape[1] * 6))
+        finite = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
+        lost = ~finite & (self.status < STATUS.index("singular"))
+        self.status[lost] = STATUS.index("not_solved")
+        for array in (self.shoulder, self.spherical, self.f, self.g, self.on_arm, self.on_torso):
+            array[lost] = np.nan
+        self.undetermined[lost] = -1
 
 
 def _tensions(state: Equilibrium) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ from ..errors import SolverFailed
 from ..validation import FloatArray
 from ..wrist.forces import STATUS
 from ..wrist.stacks import Query, require_massless
-from .answer import Answer, arm_loads
+from .answer import Answer, arm_loads, is_trivial
 from .bounds import SideForceBounds
 from .certificate import is_determined
 from .elastic import Displaced, shoulder_stiffness
@@ -51,8 +51,7 @@ def misaligned_reaction(
         for row in rows.tolist():
             _choose(row, state, answer, split, bounds, g, tensions)
     _fill(state, answer, g, tensions)
-    trivial = split == "minimal" and bounds.is_free and bool(mechanism.is_upu.sum() >= 3)
-    return answer.finished(query, split, trivial)
+    return answer.finished(query, split)
 
 
 def _choose(
@@ -73,13 +72,15 @@ def _choose(
     lower, upper = bounds.at(row, state.f0[row]) if split == "minimal" else (np.full(len(g[row]), -np.inf),) * 2
     if split == "standalone":
         upper = -lower
+    low, high = np.concatenate([-free, lower[upu]]), np.concatenate([free, upper[upu]])
+    if split == "standalone":
+        answer.judge_standalone(row, effect)
+    else:
+        answer.trivial[row] = is_trivial(effect, low, high)
+    if answer.status[row] >= STATUS.index("singular"):
+        return
     try:
-        solved = least_force(
-            state.shoulder[row],
-            effect,
-            np.concatenate([-free, lower[upu]]),
-            np.concatenate([free, upper[upu]]),
-        ).variables
+        solved = least_force(state.shoulder[row], effect, low, high).variables
     except SolverFailed:
         answer.status[row] = STATUS.index("not_solved")
         return

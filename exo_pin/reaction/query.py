@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..design import CentreOffset, Load, Motion
 from ..errors import InvalidInput, UnknownName
-from ..wrist.forces import STATUS
+from ..wrist.forces import STATUS, require_standalone
 from ..wrist.stacks import as_query
 from .answer import Answer
 from .bounds import ConstraintBounds, SideForceBounds
@@ -39,10 +39,8 @@ def reaction(
     if constraint_bounds is not None and split != "minimal":
         raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
     mechanism = model.mechanism
-    if split == "standalone" and mechanism.is_upu.sum() < 3:
-        raise InvalidInput(
-            f"a wrist without a shoulder needs at least 3 UPU limbs to hold its centre, got {mechanism.is_upu.sum()}"
-        )
+    if split == "standalone":
+        require_standalone(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
@@ -61,5 +59,4 @@ def reaction(
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
         answer.fill(row, state, split, bounds)
-    trivial = split == "minimal" and bounds.is_free and bool(mechanism.is_upu.sum() >= 3)
-    return answer.finished(query, split, trivial)
+    return answer.finished(query, split)

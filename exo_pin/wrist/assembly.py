@@ -28,7 +28,7 @@ from numba import njit
 from .kernels import _cross, _triple
 from .polynomial import MAX_DEGREE, roots_and_touches
 
-__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "turn"]
+__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "margin_of", "turn"]
 
 #: Largest number of solutions.
 MAX_MODES = 8
@@ -105,9 +105,8 @@ def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
 
 
 @_compile
-def _margin_of(rows: Any) -> float:
-    """Smallest singular value of three rows within a factor √3: |det| over the root of the Gram matrix's second
-    invariant."""  # noqa: D205, D209, D400, D415
+def margin_of(rows: Any) -> float:
+    """Smallest singular value of three rows, within a factor √3: |det| / √(second invariant of the Gram matrix)."""
     second = 0.0
     for i in range(3):
         x, y, z = _cross(rows[i], rows[(i + 1) % 3])
@@ -357,5 +356,5 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
                             total += E[i, k] * (M[k, 0] * F[j, 0] + M[k, 1] * F[j, 1] + M[k, 2] * F[j, 2])
                         R[i, j] = total
                 if _polish(R, u, v, c, rows, error, turned) <= _SOLVED:
-                    count = _add(R, _margin_of(rows), rotations, margins, count)
+                    count = _add(R, margin_of(rows), rotations, margins, count)
     return count

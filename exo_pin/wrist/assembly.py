@@ -106,12 +106,12 @@ def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
 
 @_compile
 def margin_of(rows: Any) -> float:
-    """Smallest singular value of three rows, within a factor √3: |det| / √(second invariant of the Gram matrix)."""
+    """Smallest singular value of three rows within a factor √3, det / √(second invariant of the Gram matrix), signed."""
     second = 0.0
     for i in range(3):
         x, y, z = _cross(rows[i], rows[(i + 1) % 3])
         second += x * x + y * y + z * z
-    return abs(_triple(rows[0], rows[1], rows[2])) / math.sqrt(second) if second > 0.0 else 0.0
+    return _triple(rows[0], rows[1], rows[2]) / math.sqrt(second) if second > 0.0 else 0.0
 
 
 @_compile
@@ -245,8 +245,8 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     rotations : ndarray
         Shape (8, 3, 3), written.
     margins : ndarray
-        Shape (8,), written: smallest singular value (within √3) of the rows R v_i × u_i in each solution; below
-        :data:`MEETING_MARGIN` two modes meet there.
+        Shape (8,), written: smallest singular value (within √3) of the rows R v_i × u_i in each solution, with the sign
+        of their determinant, which two modes that meet do not share; below :data:`MEETING_MARGIN` two modes meet.
 
     Returns
     -------
@@ -303,7 +303,9 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     largest = 0.0
     for k in range(MAX_DEGREE + 1):
         largest = max(largest, abs(octic[k]))
-    if largest <= _VANISHES * size or size == 0.0:
+    # The quartics themselves vanish where the two equations are one and the same.
+    reference = (np.abs(q[0]).max() * np.abs(q[1]).max()) ** 2
+    if largest <= _VANISHES * size or size <= _VANISHES**2 * reference:
         return CONTINUUM
     for k in range(MAX_DEGREE + 1):
         mirrored[k] = octic[MAX_DEGREE - k] if k % 2 == 0 else -octic[MAX_DEGREE - k]

@@ -28,11 +28,12 @@ class ModePath:
     Attributes
     ----------
     rotations : Rotation
-        Stack of N; NaN where the mode is lost.
+        Stack of N; where no pose fits, the last one found (or the start) is held.
     index : ndarray of int
         Shape (N,), slot of the mode in each row; -1 where no pose fits.
     ambiguous : ndarray of bool
-        Shape (N,): modes meet here, or two are so close that the step along the path does not tell them apart.
+        Shape (N,): modes meet here or have met since the row before, or two are so close that the step along the path
+        does not tell them apart, or none fits.
     """
 
     rotations: Rotation
@@ -50,10 +51,10 @@ class AssemblyModes:
     Attributes
     ----------
     rotations : Rotation
-        Shape (..., W); empty slots are NaN. Ordered by their angle from the geometry's neutral pose; from both base
-        angles by residual.
+        Shape (..., W), ordered by their angle from the geometry's neutral pose; from both base angles by residual.
+        Empty slots repeat the first one; in a row without any they are the identity, which means nothing.
     valid : ndarray of bool
-        Shape (..., W).
+        Shape (..., W): which slots count.
     count : ndarray of int
         Shape (...), number of distinct poses; poses that meet are one.
     residual : ndarray
@@ -61,6 +62,9 @@ class AssemblyModes:
     margin : ndarray
         Shape (..., W), distance from the pose at which the mode meets another: the smallest singular value (within
         √3) of the unit-free equations; NaN if empty.
+    side : ndarray of int
+        Shape (..., W), sign of the equations' determinant: two modes that meet have opposite ones, so a mode whose side
+        changes along a path has met another. 0 if empty, and where more is measured than a pose needs.
     status : ndarray of str
         Shape (...): "ok"; "meeting", some mode is a multiple root; "unreachable", no pose fits; "continuum", a whole
         curve of poses fits and none is given; "invalid", the row has a NaN or a length that is not positive.
@@ -76,6 +80,7 @@ class AssemblyModes:
     count: NDArray[np.int64]
     residual: FloatArray
     margin: FloatArray
+    side: NDArray[np.int64]
     status: NDArray[np.str_]
     nearest: NDArray[np.int64] | None = None
     ambiguous: NDArray[np.bool_] | None = None
@@ -87,16 +92,20 @@ class AssemblyModes:
 
     @property
     def nearest_rotations(self) -> Rotation:
-        """Shape (...): the mode closest to ``near``; NaN where there is none.
+        """Shape (...): the mode closest to ``near``.
 
         Raises
         ------
         InvalidInput
-            If the question was asked without ``near=``.
+            If the question was asked without ``near=``, or some row has no pose at all (``nearest`` is -1 there).
         """
         if self.nearest is None:
             raise InvalidInput("no mode is nearest: ask with near= a Rotation")
-        return _picked(self.rotations.as_quat(), np.asarray(self.nearest))
+        lost = np.flatnonzero(np.asarray(self.nearest).ravel() < 0)
+        if lost.size:
+            raise InvalidInput(f"no pose fits in {lost.size} of {np.size(self.nearest)} rows, the first is {lost[0]}")
+        slot = np.asarray(self.nearest)[..., None, None]
+        return Rotation.from_quat(np.take_along_axis(self.rotations.as_quat(), slot, axis=-2)[..., 0, :])
 
     def follow(self, start: Rotation) -> ModePath:
         """Follow one mode along a path, the stack's only dimension, from a known pose near its first row.
@@ -125,18 +134,25 @@ class AssemblyModes:
         quats = self.rotations.as_quat()
         index = np.full(len(self.count), -1, dtype=np.int64)
         ambiguous = np.ones(len(self.count), dtype=bool)
-        expected, last = start, start
+        held = np.empty((len(self.count), 4))
+        expected, last, last_side = start, start, 0
         meets = self.meets
         for k in range(len(index)):
             picked, unsure = _nearest(quats[k], self.valid[k], meets[k], expected.as_quat())
             index[k], ambiguous[k] = picked, unsure
+            held[k] = last.as_quat() if picked < 0 else quats[k, picked]
             if picked < 0:
+                expected = last
                 continue
-            here = Rotation.from_quat(quats[k, picked])
+            side = int(self.side[k, picked])
+            if side * last_side < 0:
+                ambiguous[k] = True
+            last_side = side
+            here = Rotation.from_quat(held[k])
             # Same angular step again; the first row has none before it.
             expected = here * last.inv() * here if k > 0 else here
             last = here
-        return ModePath(_picked(quats, index), index, ambiguous)
+        return ModePath(Rotation.from_quat(held), index, ambiguous)
 
 
 def forward_kinematics(
@@ -286,6 +302,8 @@ def _result(
     wanted: str,
     values: FloatArray,
 ) -> AssemblyModes:
+    # As many measurements as freedoms: the equations have a determinant.
+    determined = values.shape[-1] == 3
     q, residual, margin, count = work
     if shape == () and not good[0]:
         raise InvalidInput(f"expected {wanted}, got {values[0]}")
@@ -294,7 +312,12 @@ def _result(
     width = max(MAX_MODES, int(count.max(initial=0)))
     q, residual, margin = q[:, :width], residual[:, :width], margin[:, :width]
     valid = np.arange(width) < count[:, None]
-    q[~valid], residual[~valid], margin[~valid] = np.nan, np.nan, np.nan
+    side = np.where(valid & determined, np.sign(np.nan_to_num(margin)), 0.0).astype(np.int64)
+    margin = np.abs(margin)
+    residual[~valid], margin[~valid] = np.nan, np.nan
+    # SciPy's Rotation holds no missing value: a NaN quaternion is refused by half of its methods.
+    filler = np.where((count > 0)[:, None], q[:, 0], [0.0, 0.0, 0.0, 1.0])
+    q = np.where(valid[..., None], q, filler[:, None])
     meets = valid & (np.nan_to_num(margin, nan=1.0) < MEETING_MARGIN)
     status = np.full(len(count), "ok", dtype="<U11")
     status[meets.any(axis=-1)] = "meeting"
@@ -318,6 +341,7 @@ def _result(
         count.reshape(shape),
         residual.reshape(*shape, width),
         margin.reshape(*shape, width),
+        side.reshape(*shape, width),
         status.reshape(shape),
         nearest,
         ambiguous,
@@ -344,7 +368,3 @@ def _nearest(
     apart[best] = np.inf
     return int(slots[best]), bool(meets[slots[best]] or away[best] > 0.5 * apart.min())
 
-
-def _picked(quats: FloatArray, index: NDArray[np.int64]) -> Rotation:
-    chosen = np.take_along_axis(quats, np.maximum(index, 0)[..., None, None], axis=-2)[..., 0, :]
-    return Rotation.from_quat(np.where(index[..., None] < 0, np.nan, chosen))

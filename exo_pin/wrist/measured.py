@@ -1,7 +1,7 @@
 """Forward kinematics over stacks: from what is measured to the equations of :mod:`.assembly`, compiled.
 
-Every kernel fills, for each of N rows, up to W modes: unit quaternions (x, y, z, w), residual, margin, and a code in
-``count`` (how many, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
+Every kernel fills, for each of N rows, up to W modes: unit quaternions (x, y, z, w), residual, signed margin, and a code
+in ``count`` (how many, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ def _solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
                         w = R[kept] @ v[i]
                         x, y, z = _cross(w, u[i])
                         rows[e, 0], rows[e, 1], rows[e, 2] = x, y, z
-                    margins[kept] = max(margins[kept], margin_of(rows))
+                    margins[kept] = max(margins[kept], abs(margin_of(rows)))
                 kept += 1
         return kept
     return CONTINUUM
@@ -190,7 +190,7 @@ def lengths_stack(
     c, R, margins, errors = np.empty(n), np.empty((MAX_MODES, 3, 3)), np.empty(MAX_MODES), np.empty(MAX_MODES)
     for k in range(lengths.shape[0]):
         count[k] = _from_lengths(
-            lengths[k], base, platform, u, v, size, triples, tolerance, reference,
+            lengths[k], base, platform, u, v, size, triples, tolerance, reference, np.inf, 0,
             c, R, margins, errors, q[k], residual[k], margin[k], 0,
         )  # fmt: skip
 
@@ -215,6 +215,8 @@ def _from_lengths(
     triples: Any,
     tolerance: float,
     reference: Any,
+    closest: float,
+    flips: int,
     c: Any,
     R: Any,
     margins: Any,
@@ -224,7 +226,11 @@ def _from_lengths(
     margin: Any,
     start: int,
 ) -> int:
-    """The modes of one set of lengths, behind the first ``start`` of the row."""
+    """The modes of one set of lengths, behind the first ``start`` of the row.
+
+    Where the lengths are roots themselves, modes also meet where two roots do: ``closest`` bounds the margin, and each
+    of ``flips`` second roots turns its sign.
+    """
     n = base.shape[0]
     for i in range(n):
         if not lengths[i] > 0.0:
@@ -238,6 +244,10 @@ def _from_lengths(
         return CONTINUUM
     for m in range(found):
         errors[m] = _length_error(R[m], base, platform, lengths)
+        if abs(margins[m]) > closest:
+            margins[m] = math.copysign(closest, margins[m])
+        if flips % 2 == 1:
+            margins[m] = -margins[m]
         if n > 3 and errors[m] > tolerance:
             errors[m] = math.nan
     return _write(R, margins, errors, found, reference, q, residual, margin, start)
@@ -314,21 +324,19 @@ def twist_stack(
             combinations *= number[i]
         total = 0
         for m in range(combinations):
-            rest = m
+            rest, flips = m, 0
             for i in range(n):
                 lengths[i] = roots[i, rest % number[i]]
+                flips += rest % number[i]
                 rest //= number[i]
             following = _from_lengths(
-                lengths, base, platform, u, v, size, triples, np.inf, reference,
+                lengths, base, platform, u, v, size, triples, np.inf, reference, closest, flips,
                 c, R, margins, errors, q[k], residual[k], margin[k], total,
             )  # fmt: skip
             if following == CONTINUUM:
                 real = False
                 break
             total = following
-        for m in range(total):
-            # Modes meet as well where two roots do.
-            margin[k, m] = min(margin[k, m], closest)
         count[k] = total if real else CONTINUUM
 
 

@@ -303,9 +303,8 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     largest = 0.0
     for k in range(MAX_DEGREE + 1):
         largest = max(largest, abs(octic[k]))
-    # The quartics themselves vanish where the two equations are one and the same.
-    reference = (np.abs(q[0]).max() * np.abs(q[1]).max()) ** 2
-    if largest <= _VANISHES * size or size <= _VANISHES**2 * reference:
+    # The quartics themselves, of order one, vanish where two of the three equations are one and the same.
+    if largest <= _VANISHES * size or size <= _VANISHES**2:
         return CONTINUUM
     for k in range(MAX_DEGREE + 1):
         mirrored[k] = octic[MAX_DEGREE - k] if k % 2 == 0 else -octic[MAX_DEGREE - k]

@@ -1,0 +1,554 @@
+"""The singular surface over the shoulder's range of motion: meshes, slices, and the part that holds the rest pose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
+
+from ..conventions import shoulder_angles, shoulder_rotation, tilt_torsion_rotation
+from ..design import WristGeometry
+from ..design.ranges import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
+from ..errors import InvalidInput, MissingExtra
+from ..validation import FloatArray, as_positive, as_rotation
+from .kernels import _cross, _triple
+from .stacks import pose_matrices
+
+__all__ = [
+    "FreeRegion",
+    "LocusSlice",
+    "RangeCrossing",
+    "SingularSurface",
+    "daily_crossings",
+    "free_region",
+    "locus_function",
+    "shoulder_slice",
+    "singular_surface",
+    "tilt_torsion_slice",
+]
+
+_compile = njit(cache=True, error_model="numpy")
+
+#: |det X| below which a pose of a daily range counts as close to the locus.
+CLOSE = 0.05
+#: Step of central differences in degrees: truncation and rounding errors are about equal.
+_STEP = float(np.degrees(np.finfo(float).eps ** (1 / 3)))
+
+
+@_compile
+def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any) -> None:
+    """Fill -det[a_i × b_i] over Π |a_i||b_i|, and det[X_1 X_2 X_3] (NaN for a folded limb)."""
+    normal, scale = np.empty((3, 3)), 1.0
+    for i in range(3):
+        a = base[i, 0] ** 2 + base[i, 1] ** 2 + base[i, 2] ** 2
+        b = platform[i, 0] ** 2 + platform[i, 1] ** 2 + platform[i, 2] ** 2
+        scale *= np.sqrt(a * b)
+    b = np.empty(3)
+    for k in range(R.shape[0]):
+        area = 1.0
+        for i in range(3):
+            for j in range(3):
+                b[j] = R[k, j, 0] * platform[i, 0] + R[k, j, 1] * platform[i, 1] + R[k, j, 2] * platform[i, 2]
+            x, y, z = _cross(base[i], b)
+            normal[i, 0], normal[i, 1], normal[i, 2] = x, y, z
+            area *= np.sqrt(x * x + y * y + z * z)
+        volume = -_triple(normal[0], normal[1], normal[2])
+        smooth[k] = volume / scale
+        determinant[k] = volume / area if area > 0.0 else np.nan
+
+
+def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[FloatArray, FloatArray]:
+    """A smooth function that vanishes in every singular pose, and det X.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+
+    Returns
+    -------
+    smooth : ndarray
+        -det[a_i × b_i] / Π |a_i||b_i| = det X Π sin∠(a_i, b_i), shape (...): the sign of det X, zero for a folded limb
+        too, without the corners that det X has there.
+    determinant : ndarray
+        det[X_1 X_2 X_3], shape (...); NaN for a folded limb.
+
+    Raises
+    ------
+    InvalidInput
+        For other than three limbs: more limbs lose their hold in isolated poses, not on a surface.
+    """
+    if geometry.limb_count != 3:
+        raise InvalidInput(f"expected three limbs, whose singular poses form a surface, got {geometry.limb_count}")
+    shape, matrices = pose_matrices(orientation)
+    smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
+    _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
+    return smooth.reshape(shape), determinant.reshape(shape)
+
+
+def _measure() -> Any:
+    try:
+        from skimage import measure
+    except ImportError as error:
+        raise MissingExtra("plot", "scikit-image") from error
+    return measure
+
+
+@dataclass(frozen=True, eq=False)
+class SingularSurface:
+    """The singular surface inside a box of shoulder angles, as triangles.
+
+    Attributes
+    ----------
+    vertices : ndarray
+        Shape (V, 3): flexion, abduction, internal rotation, degrees. Empty where the surface does not enter the box.
+    faces : ndarray of int
+        Shape (F, 3), corners of the triangles.
+    box : RangeOfMotion
+        The box.
+    side : str
+        Side of the body.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int64]
+    box: RangeOfMotion
+    side: str
+
+    @property
+    def rotations(self) -> Rotation:
+        """The vertices as orientations, a stack of V."""
+        return shoulder_rotation(*self.vertices.T, side=self.side, degrees=True)
+
+
+def singular_surface(
+    geometry: WristGeometry, box: RangeOfMotion = ADL_BOX, step_deg: float = 2.0, side: str = "left"
+) -> SingularSurface:
+    """Mesh the singular surface inside a box of shoulder angles.
+
+    Marching cubes on a grid (scikit-image), then every vertex is moved onto the surface by Newton's method, so that the
+    grid's step limits what is seen and not how exact it is.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    box : RangeOfMotion
+        Where to look.
+    step_deg : float
+        Of the grid, degrees; sheets closer together than this may be missed.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    SingularSurface
+
+    Raises
+    ------
+    MissingExtra
+        If scikit-image is not installed.
+    InvalidInput
+        For other than three limbs, or a box without volume.
+    """
+    measure = _measure()
+    axes = box.axes(step_deg)
+    if min(len(axis) for axis in axes) < 2:
+        raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+    values, _ = locus_function(geometry, grid_rotation(*axes, side=side))
+    if not values.min() < 0.0 < values.max():
+        return SingularSurface(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), box, side)
+    origin = np.array([axis[0] for axis in axes])
+    spacing = np.array([axis[1] - axis[0] for axis in axes])
+    vertices, faces, _, _ = measure.marching_cubes(values, 0.0, spacing=tuple(spacing))
+    points = _onto_surface(geometry, vertices.astype(float) + origin, box, side, float(spacing.max()))
+    return SingularSurface(points, faces.astype(np.int64), box, side)
+
+
+def _onto_surface(
+    geometry: WristGeometry, points: FloatArray, box: RangeOfMotion, side: str, reach: float
+) -> FloatArray:
+    """Newton's steps along the gradient, not beyond ``reach`` and not out of the box's faces."""
+    low, high = np.array(box.intervals).T
+    start = points.copy()
+
+    def value(at: FloatArray) -> FloatArray:
+        return locus_function(geometry, shoulder_rotation(*at.T, side=side, degrees=True))[0]
+
+    on_face = (np.abs(start - low) < 1e-6) | (np.abs(start - high) < 1e-6)
+    for _ in range(6):
+        gradient = np.stack(
+            [(value(points + _STEP * e) - value(points - _STEP * e)) / (2 * _STEP) for e in np.eye(3)], axis=-1
+        )
+        gradient[on_face] = 0.0
+        steepness = (gradient**2).sum(axis=-1, keepdims=True)
+        move = np.divide(-value(points)[:, None] * gradient, steepness, out=np.zeros_like(points), where=steepness > 0)
+        following = np.clip(points + move, low, high)
+        near = np.linalg.norm(following - start, axis=-1, keepdims=True) <= reach
+        points = np.where(near, following, points)
+    return points
+
+
+@dataclass(frozen=True, eq=False)
+class LocusSlice:
+    """det X over a plane of two angles.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Shapes (p,) and (q,), the two angles, degrees.
+    x_name, y_name, fixed : str
+        What they are, and what is held fixed.
+    determinant : ndarray
+        det X, shape (p, q).
+    curves : list of ndarray
+        Where it is zero: curves of shape (k, 2), (x, y) in degrees.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    x_name: str
+    y_name: str
+    fixed: str
+    determinant: FloatArray
+    curves: list[FloatArray] = field(default_factory=list)
+
+
+def _sliced(
+    geometry: WristGeometry, poses: Rotation, x: FloatArray, y: FloatArray, names: tuple[str, str, str]
+) -> LocusSlice:
+    smooth, determinant = locus_function(geometry, poses)
+    curves = []
+    for line in _measure().find_contours(smooth, 0.0):
+        columns = [np.interp(line[:, k], np.arange(len(axis)), axis) for k, axis in enumerate((x, y))]
+        curves.append(np.stack(columns, axis=-1))
+    return LocusSlice(x, y, *names, determinant, curves)
+
+
+def shoulder_slice(
+    geometry: WristGeometry,
+    internal_rotation_deg: float = 0.0,
+    box: RangeOfMotion = ADL_BOX,
+    step_deg: float = 0.5,
+    side: str = "left",
+) -> LocusSlice:
+    """det X over flexion and abduction at a fixed internal rotation.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    internal_rotation_deg : float
+        Held fixed, degrees.
+    box : RangeOfMotion
+        Its flexion and abduction are covered.
+    step_deg : float
+        Of the grid, degrees.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    LocusSlice
+
+    Raises
+    ------
+    MissingExtra
+        If scikit-image is not installed.
+    InvalidInput
+        For other than three limbs.
+    """
+    flexion, abduction, _ = box.axes(step_deg)
+    poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
+    names = ("flexion", "abduction", f"internal rotation {internal_rotation_deg:g}°")
+    return _sliced(geometry, poses, flexion, abduction, names)
+
+
+def tilt_torsion_slice(
+    geometry: WristGeometry,
+    torsion_deg: float = 0.0,
+    largest_tilt_deg: float = 120.0,
+    step_deg: float = 1.0,
+    side: str = "left",
+) -> LocusSlice:
+    """det X over azimuth (0 to 360°) and tilt of the arm at a fixed torsion.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    torsion_deg : float
+        Held fixed, degrees.
+    largest_tilt_deg : float
+        From 0 to here, degrees.
+    step_deg : float
+        Of the grid, degrees.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    LocusSlice
+
+    Raises
+    ------
+    MissingExtra
+        If scikit-image is not installed.
+    InvalidInput
+        For other than three limbs.
+    """
+    step = as_positive("step_deg", step_deg)
+    azimuth = np.linspace(0.0, 360.0, int(np.ceil(360.0 / step)) + 1)
+    tilt = np.linspace(0.0, largest_tilt_deg, int(np.ceil(largest_tilt_deg / step)) + 1)
+    poses = tilt_torsion_rotation(azimuth[:, None], tilt[None, :], torsion_deg, side, degrees=True)
+    return _sliced(geometry, poses, azimuth, tilt, ("azimuth", "tilt", f"torsion {torsion_deg:g}°"))
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRegion:
+    """The connected, singularity-free part of a set of poses that holds a starting pose.
+
+    Attributes
+    ----------
+    axes : tuple of ndarray
+        Grid of flexion, abduction and internal rotation, degrees.
+    inside : ndarray of bool
+        Shape (nf, na, ni): nodes of the grid that belong to it.
+    share : float
+        Of the rotation group's volume in the grid that it takes (Haar's measure, cos(abduction) in these angles).
+    components : int
+        Number of connected parts, on both sides together.
+    box : RangeOfMotion or None
+        Where paths may lead; None for the whole rotation group.
+    side : str
+        Side of the body.
+    """
+
+    geometry: WristGeometry
+    axes: tuple[FloatArray, FloatArray, FloatArray]
+    inside: NDArray[np.bool_]
+    share: float
+    components: int
+    box: RangeOfMotion | None
+    side: str
+    sign: float = 1.0
+
+    def contains(self, orientation: Rotation) -> NDArray[np.bool_]:
+        """Which poses can be reached from the start without a singular pose on the way.
+
+        A pose belongs to the part if it is on the same side of the locus and a corner of its cell of the grid
+        belongs to it.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose, single or a stack of shape (...).
+
+        Returns
+        -------
+        ndarray of bool
+            Shape (...); False outside the box.
+        """
+        smooth, _ = locus_function(self.geometry, orientation)
+        angles = shoulder_angles(orientation, self.side, degrees=True)
+        if self.box is not None:
+            # Of the two triples that stand for one pose, the one in the box.
+            other = np.stack([angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], axis=-1)
+            angles = np.where(self._covers(angles)[..., None], angles, _wrapped(other))
+        found = np.zeros(smooth.shape, dtype=bool)
+        place = [(angles[..., k] - axis[0]) / (axis[1] - axis[0]) for k, axis in enumerate(self.axes)]
+        for corner in np.ndindex(2, 2, 2):
+            index = []
+            for k, axis in enumerate(self.axes):
+                node = np.floor(place[k] + 1e-9).astype(int) + corner[k]
+                if self.box is None and k != 1:
+                    node = node % len(axis)
+                index.append(np.clip(node, 0, len(axis) - 1))
+            found |= self.inside[tuple(index)]
+        held = np.sign(smooth) == self.sign
+        if self.box is not None:
+            held &= self._covers(angles)
+        return np.asarray(found & held)
+
+    def _covers(self, angles: FloatArray) -> NDArray[np.bool_]:
+        assert self.box is not None
+        low, high = np.array(self.box.intervals).T
+        return np.asarray(((angles >= low - 1e-9) & (angles <= high + 1e-9)).all(axis=-1))
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    return np.asarray((angles + 180.0) % 360.0 - 180.0)
+
+
+def free_region(
+    geometry: WristGeometry,
+    start: Rotation | None = None,
+    box: RangeOfMotion | None = None,
+    step_deg: float = 5.0,
+    side: str = "left",
+) -> FreeRegion:
+    """Find the connected, singularity-free part that holds a pose.
+
+    Neighbouring nodes of a grid are connected if they are on the same side of the locus. On the whole rotation group
+    the grid closes on itself in flexion and rotation, and at ±90° of abduction, where only the sum or difference of the
+    two counts, nodes that are one pose are joined.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    start : Rotation, optional
+        A single pose; the hanging arm if left out.
+    box : RangeOfMotion, optional
+        Where paths may lead; the whole rotation group if left out.
+    step_deg : float
+        Of the grid, degrees; for the whole group it must divide 90. Sheets closer together may be missed.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    FreeRegion
+
+    Raises
+    ------
+    InvalidInput
+        For other than three limbs, a start that is singular or outside the box, or a step that does not fit.
+    """
+    pose = Rotation.identity() if start is None else as_rotation("start", start)
+    if pose.shape != ():
+        raise InvalidInput(f"expected start to be a single rotation, got shape {pose.shape}")
+    here = float(locus_function(geometry, pose)[0])
+    if abs(here) < 1e-12:
+        raise InvalidInput("the start is a singular pose: it belongs to neither side")
+    step = as_positive("step_deg", step_deg)
+    if box is None:
+        quarter = round(90.0 / step)
+        if abs(quarter * step - 90.0) > 1e-9:
+            raise InvalidInput(f"expected a step that divides 90 degrees, got {step:g}")
+        circle = np.arange(4 * quarter) * step - 180.0
+        axes = (circle, np.arange(2 * quarter + 1) * step - 90.0, circle)
+    else:
+        axes = box.axes(step)
+        if min(len(axis) for axis in axes) < 2:
+            raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+    smooth, _ = locus_function(geometry, grid_rotation(*axes, side=side))
+    labels, count = _components(np.sign(smooth), box is None)
+    # A trial region of all nodes on the start's side finds the corners of the start's own cell.
+    sign = float(np.sign(here))
+    region = FreeRegion(geometry, axes, smooth * sign > 0, 1.0, count, box, side, sign)
+    chosen = _label_of(region, labels, pose)
+    inside = labels == chosen
+    weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
+    share = float(weight[inside].sum() / weight.sum())
+    return FreeRegion(geometry, axes, inside, share, count, box, side, sign)
+
+
+def _label_of(region: FreeRegion, labels: NDArray[np.int64], pose: Rotation) -> int:
+    """Label of the part that a pose belongs to: that of the nearest node on its side."""
+    nodes = np.argwhere(region.inside)
+    if len(nodes) == 0 or not region.contains(pose):
+        raise InvalidInput("the start is outside the box, or the grid is too coarse to resolve its side")
+    angles = [axis[nodes[:, k]] for k, axis in enumerate(region.axes)]
+    quats = shoulder_rotation(*angles, side=region.side, degrees=True).as_quat()
+    return int(labels[tuple(nodes[np.abs(quats @ pose.as_quat()).argmax()])])
+
+
+def _components(sign: FloatArray, closed: bool) -> tuple[NDArray[np.int64], int]:
+    """Label the connected parts of equal sign; nodes on the locus belong to none."""
+    index = np.arange(sign.size).reshape(sign.shape)
+    pairs = []
+
+    def join(a: NDArray[np.int64], b: NDArray[np.int64]) -> None:
+        flat = sign.ravel()
+        same = (flat[a.ravel()] == flat[b.ravel()]) & (flat[a.ravel()] != 0)
+        pairs.append(np.stack([a.ravel()[same], b.ravel()[same]]))
+
+    for axis in range(3):
+        if closed and axis != 1:
+            join(index, np.roll(index, -1, axis=axis))
+        else:
+            join(np.delete(index, -1, axis=axis), np.delete(index, 0, axis=axis))
+    if closed:
+        # At +90° of abduction turning by flexion and rotation is about one axis, against each other; at -90° with.
+        for end, way in ((-1, 1), (0, -1)):
+            pole = index[:, end, :]
+            join(pole, np.roll(np.roll(pole, -1, axis=0), -way, axis=1))
+    rows, columns = np.concatenate(pairs, axis=1)
+    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(sign.size, sign.size))
+    _, labels = connected_components(graph, directed=False)
+    labels = np.where(sign.ravel() != 0, labels, -1)
+    return labels.reshape(sign.shape), len(np.unique(labels[labels >= 0]))
+
+
+@dataclass(frozen=True, eq=False)
+class RangeCrossing:
+    """How a range of motion lies to the singular surface; shares are of its box of angles.
+
+    Attributes
+    ----------
+    range : RangeOfMotion
+        The range.
+    across : float
+        Share of it on the other side of the locus than the rest pose.
+    unreachable : float
+        Share that cannot be reached from rest without passing a singular pose; at least ``across``.
+    close : float
+        Share with |det X| below 0.05.
+    """
+
+    range: RangeOfMotion
+    across: float
+    unreachable: float
+    close: float
+
+
+def daily_crossings(
+    geometry: WristGeometry,
+    ranges: Iterable[RangeOfMotion] = (ADL_BOX, *DAILY_RANGES),
+    step_deg: float = 5.0,
+    side: str = "left",
+    start: Rotation | None = None,
+) -> list[RangeCrossing]:
+    """What part of each range lies across the singular surface, seen from the rest pose.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    ranges : iterable of RangeOfMotion
+        The ranges.
+    step_deg : float
+        Of the grids, degrees; must divide 90.
+    side : {"left", "right"}
+        Side of the body.
+    start : Rotation, optional
+        The rest pose; the hanging arm if left out.
+
+    Returns
+    -------
+    list of RangeCrossing
+
+    Raises
+    ------
+    InvalidInput
+        As :func:`free_region`.
+    """
+    region = free_region(geometry, start, None, step_deg, side)
+    found = []
+    for item in ranges:
+        poses = item.poses(step_deg, side)
+        smooth, determinant = locus_function(geometry, poses)
+        across = float((np.sign(smooth) != region.sign).mean())
+        close = float((np.abs(np.nan_to_num(determinant)) < CLOSE).mean())
+        found.append(RangeCrossing(item, across, float((~region.contains(poses)).mean()), close))
+    return found

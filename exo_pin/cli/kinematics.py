@@ -16,7 +16,7 @@ from ..errors import InvalidInput
 from ..exo import ShoulderExo
 from ..validation import FloatArray
 from ..wrist import AssemblyModes
-from ..wrist.loci import daily_crossings
+from ..wrist.loci import daily_crossings, side_of_rest
 from .options import add_design, add_pose, design, pose, pose_angles
 
 __all__ = ["add_commands"]
@@ -35,7 +35,7 @@ def add_commands(commands: Any) -> None:
         "kinematics",
         help="lengths and joint angles in a pose, or all poses that fit measured lengths or angles",
         description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the same "
-        "lengths. With measurements: every pose that fits them; the pose given by the angles, if any, picks one.",
+        "lengths. With measurements: every pose that fits them, and which is closest to the pose (rest if none is given).",
     )
     add_design(forward)
     add_pose(forward)
@@ -123,7 +123,7 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
         mark = "*" if modes.nearest == k else " "
         lines.append(
             f"{mark}{k + 1:>3} "
-            + " ".join("".join(f"{angle + 0.0:11.4f}" for angle in triple) for triple in (clinical, printed))
+            + " ".join("".join(f"{round(angle, 4) + 0.0:11.4f}" for angle in triple) for triple in (clinical, printed))
             + f" {modes.residual[k] * scale:14.1e} {modes.margin[k]:9.4f}"
         )
     doubt = "; another may be meant" if modes.ambiguous else ""
@@ -154,10 +154,12 @@ def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, 
 
 
 def _singularity(options: argparse.Namespace) -> int:
-    exo, orientation, angles = design(options), pose(options, options.side or "left"), pose_angles(options)
+    exo, angles = design(options), pose_angles(options)
     orientation = pose(options, exo.side)
     state, nearest = exo.singularity(orientation), exo.nearest_singularity(orientation)
-    crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
+    crossings = []
+    if side_of_rest(exo.geometry) != 0:
+        crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
     sensors = {label: exo.sensor_sensitivity(orientation, names) for label, names in _SENSORS}
     there = shoulder_angles(nearest.pose, exo.side, degrees=True)
     if options.json:
@@ -195,11 +197,16 @@ def _singularity(options: argparse.Namespace) -> int:
         for label, sensor in sensors.items():
             unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
             print(f"  {label:32} {sensor.sensitivity * factor:8.2f} {unit}")
-        print("\nseen from rest, share of each range of motion")
-        print(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
+        if not crossings:
+            print("\nthe hanging arm is itself singular: no range of motion lies on either side of it")
+        else:
+            print("\nseen from rest, share of each range of motion")
+            print(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
         for item in crossings:
             print(f"  {item.range.name:36} {item.across:8.1%} {item.unreachable:8.1%} {item.close:15.1%}")
-    _pictures(exo, orientation, options)
+    for path in _pictures(exo, options):
+        if not options.json:
+            print(f"wrote {path}")
     return 0
 
 
@@ -209,13 +216,13 @@ def _number(value: Any) -> float | None:
     return number if np.isfinite(number) else None
 
 
-def _pictures(exo: ShoulderExo, orientation: Rotation, options: argparse.Namespace) -> None:
-    wanted = [path for path in (options.map, options.surface, options.tilt_torsion) if path is not None]
-    if not wanted:
-        return
+def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
+    """Draw what was asked for; return the files."""
+    if options.map is None and options.surface is None and options.tilt_torsion is None:
+        return []
     from ..view.loci import determinant_map, locus_surface, tilt_torsion_map
 
-    internal = float(options.internal_rotation)
+    internal, written = float(options.internal_rotation), []
     for path, draw in (
         (options.map, lambda: determinant_map(exo, internal_rotation=internal)),
         (options.surface, lambda: locus_surface(exo)),
@@ -223,4 +230,5 @@ def _pictures(exo: ShoulderExo, orientation: Rotation, options: argparse.Namespa
     ):
         if path is not None:
             draw().figure.savefig(path, dpi=150)
-            print(f"\nwrote {path}" if path is wanted[0] and not options.json else "", end="\n" if path is wanted[0] else "")
+            written.append(path)
+    return written

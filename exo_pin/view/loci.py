@@ -71,12 +71,16 @@ def determinant_map(
         (internal_rotation, internal_rotation),
     )
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
-    rest = float(np.sign(loci.locus_function(exo.geometry, Rotation.identity())[0]))
+    rest = loci.side_of_rest(exo.geometry)
     _shaded(ax, piece.x, piece.y, piece.determinant.T, rest)
     _locus(ax, piece)
-    crossings = loci.daily_crossings(exo.geometry, drawn, side=exo.side)
-    for style, crossing in zip(_STYLES * 3, crossings, strict=False):
-        (x0, x1), (y0, y1) = crossing.range.flexion_deg, crossing.range.abduction_deg
+    labels = [item.name for item in drawn]
+    if rest != 0:
+        # Seen from a rest pose that is singular itself nothing lies across.
+        crossings = loci.daily_crossings(exo.geometry, drawn, side=exo.side)
+        labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
+    for style, item, label in zip(_STYLES * 3, drawn, labels, strict=False):
+        (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg
         ax.plot(
             [x0, x1, x1, x0, x0],
             [y0, y0, y1, y1, y0],
@@ -90,12 +94,13 @@ def determinant_map(
             color=BLACK,
             linestyle=style,
             linewidth=1.7,
-            label=f"{crossing.range.name}: {100 * crossing.across:.0f} % across",
+            label=label,
         )
     if internal_rotation == 0.0:
         ax.plot(0, 0, marker="o", markersize=10, color="white", markeredgecolor=BLACK, markeredgewidth=2,
-                linestyle="none", label=f"rest, det X {'<' if rest < 0 else '>'} 0")  # fmt: skip
-    _across_entry(ax)
+                linestyle="none", label=f"rest, det X {'<=>'[rest + 1]} 0")  # fmt: skip
+    if rest != 0:
+        _across_entry(ax)
     ax.set(
         xlabel="flexion, °",
         ylabel="abduction, °",
@@ -111,14 +116,15 @@ def _across_entry(ax: Any) -> None:
     ax.fill_between([np.nan], [np.nan], facecolor="white", edgecolor=_HATCH, hatch="///", label="across from rest")
 
 
-def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest: float) -> None:
+def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest: int) -> None:
     image = ax.pcolormesh(
         x, y, np.clip(determinant, -_FULL, _FULL), cmap="PuOr_r", vmin=-_FULL, vmax=_FULL, shading="nearest",
         rasterized=True,
     )  # fmt: skip
     side = np.nan_to_num(determinant) * rest
-    hatched = ax.contourf(x, y, side, levels=[-10.0, 0.0], colors="none", hatches=["///"])
-    hatched.set(edgecolor=_HATCH, linewidth=0.0)
+    if side.min() < 0.0:
+        hatched = ax.contourf(x, y, side, levels=[-10.0, 0.0], colors="none", hatches=["///"])
+        hatched.set(edgecolor=_HATCH, linewidth=0.0)
     ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
 
 
@@ -154,7 +160,7 @@ def tilt_torsion_map(
     if ax is None:
         ax = _pyplot().figure(figsize=(6.5, 6), layout="constrained").add_subplot(projection="polar")
     piece = loci.tilt_torsion_slice(exo.geometry, torsion, largest_tilt, step, exo.side)
-    rest = float(np.sign(loci.locus_function(exo.geometry, Rotation.identity())[0]))
+    rest = loci.side_of_rest(exo.geometry)
     _shaded(ax, np.radians(piece.x), piece.y, piece.determinant.T, rest)
     _locus(ax, piece, degrees=False)
     ax.plot(0, 0, marker="o", markersize=8, color="white", markeredgecolor=BLACK, markeredgewidth=1.5)
@@ -165,7 +171,11 @@ def tilt_torsion_map(
     ax.tick_params(axis="x", pad=14)
     tilts = np.arange(30, largest_tilt + 1, 30)
     ax.set_yticks(tilts, [f"{tilt:.0f}°" for tilt in tilts], fontsize=8)
-    ax.set_title(f"{exo.name}: det X over the tilt of the arm, {piece.fixed}\nhatched: across from rest", fontsize=11)
+    ax.set_title(
+        f"{exo.name}: det X over the tilt of the arm, {piece.fixed}"
+        + ("\nhatched: across from rest" if rest else ""),
+        fontsize=11,
+    )
     return ax
 
 

@@ -30,6 +30,7 @@ __all__ = [
     "free_region",
     "locus_function",
     "shoulder_slice",
+    "side_of_rest",
     "singular_surface",
     "tilt_torsion_slice",
 ]
@@ -38,6 +39,8 @@ _compile = njit(cache=True, error_model="numpy")
 
 #: |det X| below which a pose of a daily range counts as close to the locus.
 CLOSE = 0.05
+#: The locus function, of order one, is zero to rounding below this.
+_SINGULAR = 1e-12
 #: Step of central differences in degrees: truncation and rounding errors are about equal.
 _STEP = float(np.degrees(np.finfo(float).eps ** (1 / 3)))
 
@@ -93,6 +96,12 @@ def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[Floa
     smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
     _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
     return smooth.reshape(shape), determinant.reshape(shape)
+
+
+def side_of_rest(geometry: WristGeometry) -> int:
+    """On which side of the locus the hanging arm is: the sign of det X there, 0 if that pose is singular."""
+    value = float(locus_function(geometry, Rotation.identity())[0])
+    return 0 if abs(value) < _SINGULAR else int(np.sign(value))
 
 
 def _measure() -> Any:
@@ -326,7 +335,8 @@ class FreeRegion:
     share : float
         Of the rotation group's volume in the grid that it takes (Haar's measure, cos(abduction) in these angles).
     components : int
-        Number of connected parts, on both sides together.
+        Number of connected parts, on both sides together, that take more than a thousandth of the volume each: between
+        sheets closer than the grid's step it sees islands that are none.
     box : RangeOfMotion or None
         Where paths may lead; None for the whole rotation group.
     side : str
@@ -428,7 +438,7 @@ def free_region(
     if pose.shape != ():
         raise InvalidInput(f"expected start to be a single rotation, got shape {pose.shape}")
     here = float(locus_function(geometry, pose)[0])
-    if abs(here) < 1e-12:
+    if abs(here) < _SINGULAR:
         raise InvalidInput("the start is a singular pose: it belongs to neither side")
     step = as_positive("step_deg", step_deg)
     if box is None:
@@ -442,13 +452,15 @@ def free_region(
         if min(len(axis) for axis in axes) < 2:
             raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
     smooth, _ = locus_function(geometry, grid_rotation(*axes, side=side))
-    labels, count = _components(np.sign(smooth), box is None)
+    labels = _components(np.sign(smooth), box is None)
+    weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
+    parts = np.bincount(labels[labels >= 0], weights=weight[labels >= 0])
+    count = int((parts > 1e-3 * weight.sum()).sum())
     # A trial region of all nodes on the start's side finds the corners of the start's own cell.
     sign = float(np.sign(here))
     region = FreeRegion(geometry, axes, smooth * sign > 0, 1.0, count, box, side, sign)
     chosen = _label_of(region, labels, pose)
     inside = labels == chosen
-    weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
     share = float(weight[inside].sum() / weight.sum())
     return FreeRegion(geometry, axes, inside, share, count, box, side, sign)
 
@@ -463,7 +475,7 @@ def _label_of(region: FreeRegion, labels: NDArray[np.int64], pose: Rotation) -> 
     return int(labels[tuple(nodes[np.abs(quats @ pose.as_quat()).argmax()])])
 
 
-def _components(sign: FloatArray, closed: bool) -> tuple[NDArray[np.int64], int]:
+def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
     """Label the connected parts of equal sign; nodes on the locus belong to none."""
     index = np.arange(sign.size).reshape(sign.shape)
     pairs = []
@@ -486,8 +498,7 @@ def _components(sign: FloatArray, closed: bool) -> tuple[NDArray[np.int64], int]
     rows, columns = np.concatenate(pairs, axis=1)
     graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(sign.size, sign.size))
     _, labels = connected_components(graph, directed=False)
-    labels = np.where(sign.ravel() != 0, labels, -1)
-    return labels.reshape(sign.shape), len(np.unique(labels[labels >= 0]))
+    return np.where(sign.ravel() != 0, labels, -1).reshape(sign.shape)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -228,7 +228,9 @@ class ShoulderExo:
         """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`."""
         return wrist.nearest_singularity(self.geometry, orientation)
 
-    def sensor_sensitivity(self, orientation: Rotation, measured: str = "base_theta_x") -> wrist.SensorSensitivity:
+    def sensor_sensitivity(
+        self, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
+    ) -> wrist.SensorSensitivity:
         """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`."""
         return wrist.sensor_sensitivity(self.geometry, orientation, measured)
 

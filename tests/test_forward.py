@@ -160,7 +160,7 @@ def test_theta_x_alone_against_brute_force_over_all_length_combinations():
     assert modes.rotations.shape == (300, modes.count[most])
     for k in (0, 1, most):
         lengths = [
-            [l for l in np.roots([1, 2 * a[i] * np.sin(x), a[i] ** 2 - b[i] ** 2]) if np.isreal(l) and l.real > 0]
+            [r for r in np.roots([1, 2 * a[i] * np.sin(x), a[i] ** 2 - b[i] ** 2]) if np.isreal(r) and r.real > 0]
             for i, x in enumerate(state.base_theta_x[k])
         ]
         total = sum(
@@ -224,7 +224,8 @@ def test_six_noisy_angles_are_fitted_with_least_squares():
 
 
 @pytest.mark.parametrize(
-    ("name", "start"), [("prototype", (10, 0, 0)), ("scenario-one", (0, 45, 45)), ("optimised-table-c-2", (-20, 30, 60))]
+    ("name", "start"),
+    [("prototype", (10, 0, 0)), ("scenario-one", (0, 45, 45)), ("optimised-table-c-2", (-20, 30, 60))],
 )
 def test_modes_that_meet_are_found_once_and_reported(name, start):
     exo = ep.load(name)
@@ -248,9 +249,7 @@ def test_modes_that_meet_are_found_once_and_reported(name, start):
     assert near.count == modes.count + 1
     assert not near.ambiguous
     twin = min(
-        (near.rotations[int(k)] * beside.inv()).magnitude()
-        for k in np.flatnonzero(near.valid)
-        if k != near.nearest
+        (near.rotations[int(k)] * beside.inv()).magnitude() for k in np.flatnonzero(near.valid) if k != near.nearest
     )
     assert 0.005 < twin < 0.05
 
@@ -345,7 +344,9 @@ def test_stacks_keep_their_shape_and_bad_rows_to_themselves():
 
 def test_empty_slots_hold_no_other_orientation():
     exo = ep.load("prototype")
-    modes = exo.forward_kinematics([[262.958325e-3, 330.503366e-3, 384.212449e-3], [9.0, 9.0, 9.0]], near=Rotation.identity())
+    modes = exo.forward_kinematics(
+        [[262.958325e-3, 330.503366e-3, 384.212449e-3], [9.0, 9.0, 9.0]], near=Rotation.identity()
+    )
     quats = modes.rotations.as_quat()
     assert (quats[0][~modes.valid[0]] == quats[0, 0]).all()
     assert not modes.valid[1].any()

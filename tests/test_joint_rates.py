@@ -43,7 +43,10 @@ def test_rates_and_their_derivatives(geometry):
     assert count >= 10
     omega, eta = rng.normal(size=(2, count, 3))
     motion = Motion(omega, eta)
-    rows, derivatives = wrist.joint_jacobians(geometry, poses), wrist.joint_jacobian_derivatives(geometry, poses, motion)
+    rows, derivatives = (
+        wrist.joint_jacobians(geometry, poses),
+        wrist.joint_jacobian_derivatives(geometry, poses, motion),
+    )
     joints = wrist.joint_motion(geometry, poses, motion)
 
     def at(t):

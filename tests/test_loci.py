@@ -1,4 +1,4 @@
-"""The singular surface: known crossings, exact vertices, connected parts against brute force, daily ranges, pictures."""
+"""The singular surface: known crossings, exact vertices, connected parts, daily ranges, pictures."""
 
 import matplotlib as mpl
 import numpy as np
@@ -12,7 +12,7 @@ from exo_pin.conventions import mirrored, shoulder_rotation, tilt_torsion_angles
 from exo_pin.design import preset
 from exo_pin.design.ranges import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
 from exo_pin.errors import InvalidInput, UnknownName
-from exo_pin.wrist import loci
+from exo_pin.wrist import loci, region
 
 mpl.use("Agg")
 DEGREES = {"degrees": True}
@@ -98,20 +98,20 @@ def test_slices_show_the_known_crossings():
 def test_free_region_of_the_whole_group_is_one_side():
     # For the prototype the locus cuts the rotation group into two parts: its sides.
     geometry = preset("prototype").geometry
-    region = loci.free_region(geometry, step_deg=10.0)
-    assert region.components == 2
+    part = region.free_region(geometry, step_deg=10.0)
+    assert part.components == 2
     poses = Rotation.random(3000, np.random.default_rng(2))
     smooth, _ = loci.locus_function(geometry, poses)
     rest, _ = loci.locus_function(geometry, Rotation.identity())
     same = np.sign(smooth) == np.sign(rest)
-    assert (region.contains(poses) <= same).all()
-    assert (region.contains(poses) == same).mean() > 0.99
-    assert region.share == pytest.approx(same.mean(), abs=0.02)
+    assert (part.contains(poses) <= same).all()
+    assert (part.contains(poses) == same).mean() > 0.99
+    assert part.share == pytest.approx(same.mean(), abs=0.02)
 
 
 @pytest.mark.parametrize("name", ["appendix-d", "optimised-table-5-3", "optimised-table-c-2"])
 def test_locus_cuts_the_rotation_group_in_two(name):
-    assert loci.free_region(preset(name).geometry, step_deg=5.0).components == 2
+    assert region.free_region(preset(name).geometry, step_deg=5.0).components == 2
 
 
 def test_free_region_in_a_box_can_be_smaller_than_its_side():
@@ -121,7 +121,7 @@ def test_free_region_in_a_box_can_be_smaller_than_its_side():
     slab = RangeOfMotion("slab", (0, 110), (-4, 96), (19, 21))
     start, beyond = shoulder_rotation(0, 0, 20, **DEGREES), shoulder_rotation(80, 60, 20, **DEGREES)
     assert loci.locus_function(geometry, start)[0] * loci.locus_function(geometry, beyond)[0] > 0
-    boxed, whole = loci.free_region(geometry, start, slab, 1.0), loci.free_region(geometry, start)
+    boxed, whole = region.free_region(geometry, start, slab, 1.0), region.free_region(geometry, start)
     assert boxed.components == 3
     assert boxed.contains(start)
     assert not boxed.contains(beyond)
@@ -136,7 +136,7 @@ def test_free_region_in_a_box_can_be_smaller_than_its_side():
 def test_paths_inside_the_region_exist():
     # A random walk that never crosses the locus stays in the region; it is an independent way to be connected.
     geometry = preset("appendix-d").geometry
-    region = loci.free_region(geometry, step_deg=5.0)
+    part = region.free_region(geometry, step_deg=5.0)
     rng = np.random.default_rng(4)
     pose, visited = Rotation.identity(), []
     value, _ = loci.locus_function(geometry, pose)
@@ -147,12 +147,12 @@ def test_paths_inside_the_region_exist():
             pose = following
             visited.append(pose.as_quat())
     assert len(visited) > 1000
-    assert region.contains(Rotation.from_quat(visited)).mean() > 0.99
+    assert part.contains(Rotation.from_quat(visited)).mean() > 0.99
 
 
 def test_daily_ranges_across_the_locus():
     geometry = preset("prototype").geometry
-    found = {item.range.name: item for item in loci.daily_crossings(geometry)}
+    found = {item.range.name: item for item in region.daily_crossings(geometry)}
     assert found["daily-life box"].across == pytest.approx(0.380, abs=6e-4)
     assert len(found) == 1 + len(DAILY_RANGES) == 4
     for item in found.values():
@@ -164,13 +164,11 @@ def test_daily_ranges_across_the_locus():
 
 def test_mirror_image_has_the_mirrored_locus():
     left, right = preset("prototype").geometry, preset("prototype").mirrored().geometry
-    a = loci.daily_crossings(left, step_deg=10.0, side="left")
-    b = loci.daily_crossings(right, step_deg=10.0, side="right")
+    a = region.daily_crossings(left, step_deg=10.0, side="left")
+    b = region.daily_crossings(right, step_deg=10.0, side="right")
     assert [x.across for x in a] == [x.across for x in b]
     assert [x.unreachable for x in a] == pytest.approx([x.unreachable for x in b], abs=1e-12)
-    one, two = (
-        loci.singular_surface(g, step_deg=10.0, side=s) for g, s in ((left, "left"), (right, "right"))
-    )
+    one, two = (loci.singular_surface(g, step_deg=10.0, side=s) for g, s in ((left, "left"), (right, "right")))
     np.testing.assert_allclose(one.vertices, two.vertices, atol=1e-6)
 
 
@@ -184,9 +182,10 @@ def test_tilt_and_torsion():
     # Raised forward is flexion, outward abduction, turned inward internal rotation, on both sides.
     for side in ("left", "right"):
         for tilted, clinical in (((0, 40, 0), (40, 0, 0)), ((90, 40, 0), (0, 40, 0)), ((30, 0, 25), (0, 0, 25))):
-            gap = tilt_torsion_rotation(*tilted, side=side, **DEGREES) * shoulder_rotation(
-                *clinical, side=side, **DEGREES
-            ).inv()
+            gap = (
+                tilt_torsion_rotation(*tilted, side=side, **DEGREES)
+                * shoulder_rotation(*clinical, side=side, **DEGREES).inv()
+            )
             assert gap.magnitude() < 1e-14
     left = tilt_torsion_rotation(0.3, 0.5, 0.7)
     assert (mirrored(left) * tilt_torsion_rotation(0.3, 0.5, 0.7, side="right").inv()).magnitude() < 1e-14
@@ -201,11 +200,11 @@ def test_what_does_not_fit_is_named():
     with pytest.raises(InvalidInput, match="three limbs"):
         loci.locus_function(random_mechanism(np.random.default_rng(6), 4).geometry, Rotation.identity())
     with pytest.raises(InvalidInput, match="singular pose"):
-        loci.free_region(geometry, ep.thesis_rotation(90, 0, 0, **DEGREES))
+        region.free_region(geometry, ep.thesis_rotation(90, 0, 0, **DEGREES))
     with pytest.raises(InvalidInput, match="divides 90"):
-        loci.free_region(geometry, step_deg=7.0)
+        region.free_region(geometry, step_deg=7.0)
     with pytest.raises(InvalidInput, match="outside the box"):
-        loci.free_region(geometry, shoulder_rotation(-30, 0, 0, **DEGREES), ADL_BOX)
+        region.free_region(geometry, shoulder_rotation(-30, 0, 0, **DEGREES), ADL_BOX)
     with pytest.raises(InvalidInput, match="three extents"):
         loci.singular_surface(geometry, RangeOfMotion("flat", (0, 10), (0, 10), (5, 5)))
     with pytest.raises(InvalidInput, match="lowest, highest"):
@@ -226,7 +225,7 @@ def test_pictures_show_what_they_say(tmp_path):
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert "singular, det X = 0" in texts
     assert sum("across" in text for text in texts) == 4
-    shares = {item.range.name: item.across for item in loci.daily_crossings(exo.geometry)}
+    shares = {item.range.name: item.across for item in region.daily_crossings(exo.geometry)}
     for item in DAILY_RANGES:
         assert f"{item.name}: {100 * shares[item.name]:.0f} % across" in texts
     assert ax.get_xlabel() == "flexion, °"

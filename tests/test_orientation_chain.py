@@ -15,7 +15,9 @@ def scene(rng, side="left"):
     """Sensors screwed on somehow, a torso that leans and turns, an arm that moves."""
     arm_mount, torso_mount = Rotation.random(2, rng)
     torso = Rotation.random(20, rng)
-    poses = shoulder_rotation(rng.uniform(0, 100, 20), rng.uniform(0, 80, 20), rng.uniform(-20, 80, 20), side, **DEGREES)
+    poses = shoulder_rotation(
+        rng.uniform(0, 100, 20), rng.uniform(0, 80, 20), rng.uniform(-20, 80, 20), side, **DEGREES
+    )
     # A sensor's reading takes its own axes to the ground's.
     return arm_mount, torso_mount, torso, poses, torso * poses * arm_mount.inv(), torso * torso_mount.inv()
 

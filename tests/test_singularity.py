@@ -151,9 +151,7 @@ def test_distance_to_folding_is_the_angle_between_two_lines():
     nearest = wrist.nearest_singularity(geometry, pose)
     b = wrist.inverse_kinematics(geometry, pose).platform_points
     for i in range(3):
-        cosine = abs(geometry.base_points[i] @ b[i]) / (
-            np.linalg.norm(geometry.base_points[i]) * np.linalg.norm(b[i])
-        )
+        cosine = abs(geometry.base_points[i] @ b[i]) / (np.linalg.norm(geometry.base_points[i]) * np.linalg.norm(b[i]))
         assert nearest.fold_distance[i] == pytest.approx(np.arccos(cosine), rel=1e-9)
     assert (nearest.distance <= nearest.fold_distance).all()
     with pytest.raises(InvalidInput, match="three limbs"):

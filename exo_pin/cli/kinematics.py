@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,15 @@ from ..errors import InvalidInput
 from ..exo import ShoulderExo
 from ..validation import FloatArray
 from ..wrist import AssemblyModes
-from ..wrist.loci import daily_crossings, side_of_rest
+from ..wrist.region import daily_crossings, side_of_rest
 from .options import add_design, add_pose, design, pose, pose_angles
 
 __all__ = ["add_commands"]
 
-_SENSORS = (
-    ("limb lengths", "lengths"),
-    ("θ_xA of the base joints", "base_theta_x"),
-    ("θ_yA of the base joints", "base_theta_y"),
+_SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("limb lengths", ("lengths",)),
+    ("θ_xA of the base joints", ("base_theta_x",)),
+    ("θ_yA of the base joints", ("base_theta_y",)),
     ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
 )
 
@@ -34,8 +35,8 @@ def add_commands(commands: Any) -> None:
     forward = commands.add_parser(
         "kinematics",
         help="lengths and joint angles in a pose, or all poses that fit measured lengths or angles",
-        description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the same "
-        "lengths. With measurements: every pose that fits them, and which is closest to the pose (rest if none is given).",
+        description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the "
+        "same lengths. With measurements: every pose that fits them, and which is closest to the pose (default: rest).",
     )
     add_design(forward)
     add_pose(forward)
@@ -48,7 +49,9 @@ def add_commands(commands: Any) -> None:
     singular = commands.add_parser("singularity", help="how close a pose is to losing the arm, and what lies across")
     add_design(singular)
     add_pose(singular)
-    singular.add_argument("--map", type=Path, metavar="FILE", help="write det X over flexion and abduction as a picture")
+    singular.add_argument(
+        "--map", type=Path, metavar="FILE", help="write det X over flexion and abduction as a picture"
+    )
     singular.add_argument("--surface", type=Path, metavar="FILE", help="write the surface det X = 0 as a picture")
     singular.add_argument("--tilt-torsion", type=Path, metavar="FILE", help="write det X over tilt of the arm")
     singular.add_argument("--json", action="store_true", help="print JSON instead of tables")
@@ -77,8 +80,8 @@ def _kinematics(options: argparse.Namespace) -> int:
         raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
     near = pose(options, exo.side)
     if measured_angles:
-        radians = [None if angles is None else np.radians(angles) for angles in (theta_x, theta_y)]
-        modes = exo.forward_kinematics_from_base_angles(*radians, near=near)
+        x, y = (None if angles is None else np.radians(angles) for angles in (theta_x, theta_y))
+        modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
         unit, scale = "°", np.degrees(1.0)
     else:
         known = exo.inverse_kinematics(near).lengths if lengths is None else lengths * 1e-3
@@ -115,7 +118,8 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
     noun = "pose fits" if count == 1 else "poses fit"
     lines = [
         f"{count} {noun}{', some of them modes that meet' if modes.status == 'meeting' else ''}",
-        f"     {'flexion, abduction, internal, °':>32} {'(4-7) θx, θy, θz, °':>32} {'residual, ' + unit:>14} {'margin':>9}",
+        f"     {'flexion, abduction, internal, °':>32} {'(4-7) θx, θy, θz, °':>32} "
+        f"{'residual, ' + unit:>14} {'margin':>9}",
     ]
     for k in np.flatnonzero(modes.valid):
         mode = modes.rotations[int(k)]
@@ -222,12 +226,14 @@ def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
         return []
     from ..view.loci import determinant_map, locus_surface, tilt_torsion_map
 
-    internal, written = float(options.internal_rotation), []
-    for path, draw in (
+    internal = float(options.internal_rotation)
+    written: list[Path] = []
+    pictures: tuple[tuple[Path | None, Callable[[], Any]], ...] = (
         (options.map, lambda: determinant_map(exo, internal_rotation=internal)),
         (options.surface, lambda: locus_surface(exo)),
         (options.tilt_torsion, lambda: tilt_torsion_map(exo, internal)),
-    ):
+    )
+    for path, draw in pictures:
         if path is not None:
             draw().figure.savefig(path, dpi=150)
             written.append(path)

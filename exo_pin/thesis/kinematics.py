@@ -224,9 +224,7 @@ def _stack(axis: int, angles: FloatArray) -> FloatArray:
 def _printed_cramer(B: FloatArray, K: FloatArray) -> FloatArray:
     """(4-35) to (4-37), quotient by quotient."""
     (b1x, b1y, b1z), (b2x, b2y, b2z), (b3x, b3y, b3z) = B
-    below = (
-        b1x * b2y * b3z - b1x * b2z * b3y - b1y * b2x * b3z + b1y * b2z * b3x + b1z * b2x * b3y - b1z * b2y * b3x
-    )
+    below = b1x * b2y * b3z - b1x * b2z * b3y - b1y * b2x * b3z + b1y * b2z * b3x + b1z * b2x * b3y - b1z * b2y * b3x
     weights = np.array(
         [
             [b2y * b3z - b2z * b3y, b1z * b3y - b1y * b3z, b1y * b2z - b1z * b2y],
@@ -239,7 +237,14 @@ def _printed_cramer(B: FloatArray, K: FloatArray) -> FloatArray:
 
 #: Table 5-1: (θx, θy, θz) in degrees, and the lengths estimated from them, mm.
 _STATIC_ANGLES = np.array(
-    [[0.9, 1.0, -26.2], [18.5, -2.3, 9.0], [32.0, -11.9, 7.2], [39.1, -5.1, 1.6], [39.5, -3.9, -3.8], [57.0, 12.4, -0.8]]
+    [
+        [0.9, 1.0, -26.2],
+        [18.5, -2.3, 9.0],
+        [32.0, -11.9, 7.2],
+        [39.1, -5.1, 1.6],
+        [39.5, -3.9, -3.8],
+        [57.0, 12.4, -0.8],
+    ]
 )
 _STATIC_LENGTHS = np.array(
     [

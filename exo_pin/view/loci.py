@@ -17,7 +17,7 @@ from ..conventions import shoulder_angles
 from ..design.ranges import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ..exo import ShoulderExo
 from ..validation import FloatArray, as_rotation
-from ..wrist import loci
+from ..wrist import loci, region
 from .plots import BLACK, SKY, _pyplot
 
 if TYPE_CHECKING:
@@ -71,13 +71,13 @@ def determinant_map(
         (internal_rotation, internal_rotation),
     )
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
-    rest = loci.side_of_rest(exo.geometry)
+    rest = region.side_of_rest(exo.geometry)
     _shaded(ax, piece.x, piece.y, piece.determinant.T, rest)
     _locus(ax, piece)
     labels = [item.name for item in drawn]
     if rest != 0:
         # Seen from a rest pose that is singular itself nothing lies across.
-        crossings = loci.daily_crossings(exo.geometry, drawn, side=exo.side)
+        crossings = region.daily_crossings(exo.geometry, drawn, side=exo.side)
         labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
     for style, item, label in zip(_STYLES * 3, drawn, labels, strict=False):
         (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg
@@ -160,7 +160,7 @@ def tilt_torsion_map(
     if ax is None:
         ax = _pyplot().figure(figsize=(6.5, 6), layout="constrained").add_subplot(projection="polar")
     piece = loci.tilt_torsion_slice(exo.geometry, torsion, largest_tilt, step, exo.side)
-    rest = loci.side_of_rest(exo.geometry)
+    rest = region.side_of_rest(exo.geometry)
     _shaded(ax, np.radians(piece.x), piece.y, piece.determinant.T, rest)
     _locus(ax, piece, degrees=False)
     ax.plot(0, 0, marker="o", markersize=8, color="white", markeredgecolor=BLACK, markeredgewidth=1.5)
@@ -172,8 +172,7 @@ def tilt_torsion_map(
     tilts = np.arange(30, largest_tilt + 1, 30)
     ax.set_yticks(tilts, [f"{tilt:.0f}°" for tilt in tilts], fontsize=8)
     ax.set_title(
-        f"{exo.name}: det X over the tilt of the arm, {piece.fixed}"
-        + ("\nhatched: across from rest" if rest else ""),
+        f"{exo.name}: det X over the tilt of the arm, {piece.fixed}" + ("\nhatched: across from rest" if rest else ""),
         fontsize=11,
     )
     return ax
@@ -224,11 +223,11 @@ def locus_surface(
         )
     _frame(ax, box, "0.45", "-", box.name)
     for style, item in zip(_STYLES * 3, ranges, strict=False):
-        cut = [
+        first, second, third = (
             (float(np.clip(low, *edge)), float(np.clip(high, *edge)))
             for (low, high), edge in zip(item.intervals, box.intervals, strict=True)
-        ]
-        _frame(ax, RangeOfMotion(item.name, *cut), BLACK, style, item.name)
+        )
+        _frame(ax, RangeOfMotion(item.name, first, second, third), BLACK, style, item.name)
     ax.plot([0], [0], [0], marker="o", markersize=9, color="white", markeredgecolor=BLACK, markeredgewidth=2,
             linestyle="none", label="rest", zorder=10)  # fmt: skip
     ax.set(xlabel="flexion, °", ylabel="abduction, °", zlabel="internal rotation, °")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from .forces import WristForces, dynamics, statics
-from .forward import AssemblyModes, ModePath, forward_kinematics, forward_kinematics_from_base_angles
+from .forward import forward_kinematics, forward_kinematics_from_base_angles
 from .inverse import LimbState, inverse_kinematics, universal_angles
+from .modes import AssemblyModes, ModePath
 from .nearest import NearestSingularity, nearest_singularity
 from .sensors import OrientationChain, SensorSensitivity, sensor_sensitivity
 from .singularity import Singularity, centre_shift, singularity

@@ -106,7 +106,7 @@ def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
 
 @_compile
 def margin_of(rows: Any) -> float:
-    """Smallest singular value of three rows within a factor √3, det / √(second invariant of the Gram matrix), signed."""
+    """Smallest singular value of three rows within a factor √3, signed: det / √(second Gram invariant)."""
     second = 0.0
     for i in range(3):
         x, y, z = _cross(rows[i], rows[(i + 1) % 3])
@@ -182,16 +182,15 @@ def _polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) -
                 break
             _rows(R, u, v, c, rows, error)
             damping = 1e-16 if damping == 0.0 else damping * 100.0
-    # Newton's iteration for the polar factor takes out the drift of the products.
-    for _ in range(1):
-        for j in range(3):
-            for k in range(3):
-                total = 0.0
-                for m in range(3):
-                    dot = R[0, m] * R[0, k] + R[1, m] * R[1, k] + R[2, m] * R[2, k]
-                    total += R[j, m] * dot
-                trial[j, k] = 1.5 * R[j, k] - 0.5 * total
-        R[:, :] = trial
+    # A step of Newton's iteration for the polar factor takes out the drift of the products.
+    for j in range(3):
+        for k in range(3):
+            total = 0.0
+            for m in range(3):
+                dot = R[0, m] * R[0, k] + R[1, m] * R[1, k] + R[2, m] * R[2, k]
+                total += R[j, m] * dot
+            trial[j, k] = 1.5 * R[j, k] - 0.5 * total
+    R[:, :] = trial
     return _rows(R, u, v, c, rows, error)
 
 

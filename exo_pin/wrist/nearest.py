@@ -130,7 +130,7 @@ def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
                 dot += sign * directions[k // 2, j] * centre[j]
             if dot > 0.95:
                 angles[k] = math.inf
-        # Compass search on the sphere of axes; at the minimum the angle is flat, so its error is that of the axis squared.
+        # Compass search on the sphere of axes. At the minimum the angle is flat: its error is that of the axis squared.
         step = 0.1
         while step > 3e-9:
             x, y, z = _cross(centre, directions[0])

@@ -49,7 +49,7 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
         following = t - step
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - t) <= 4e-16 or following == low or following == high:
+        if abs(following - t) <= 4e-16 or following in (low, high):
             return following
         t = following
     return t

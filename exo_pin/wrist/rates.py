@@ -65,7 +65,7 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
         return
     area = reach * length
     size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
-    b_dot, s_dot, X_dot, sum_dot = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    b_dot, s_dot, X_dot = np.empty(3), np.empty(3), np.empty(3)
     turned = _cross(omega, b)
     for j in range(3):
         b_dot[j] = turned[j]

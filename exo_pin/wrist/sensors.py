@@ -1,4 +1,4 @@
-"""What sensors say about the arm's orientation: joint sensors and their errors, and inertial sensors on torso and arm."""
+"""What sensors say about the arm's orientation: joint sensors and their errors, inertial sensors on torso and arm."""
 
 from __future__ import annotations
 

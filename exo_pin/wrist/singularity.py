@@ -140,8 +140,8 @@ def centre_shift(normals: ArrayLike) -> FloatArray:
 
     Without the ball joint a translation δ of O shifts limb i by X_i·δ along its normal, and, because the side force
     passes through O, by nothing else, whatever the actuators hold. With play c on either side every δ with
-    |X_i·δ| <= c for all i is possible. The farthest point of that polytope is one of its corners, where three limbs stand
-    at the end of their play.
+    |X_i·δ| <= c for all i is possible. The farthest point of that polytope is one of its corners, where three limbs
+    stand at the end of their play.
 
     Parameters
     ----------

@@ -17,6 +17,7 @@ __all__ = ["read_root"]
 
 
 def read_root(root: Table) -> Mechanism:
+    """The mechanism that the root table of a file describes; every key must be known."""
     sources: dict[str, str] = {}
     name, title = root.text("name"), root.text("title", required=False)
     side = root.text("side", required=False, choices=("left", "right")) or "left"

@@ -19,6 +19,7 @@ SCHEMA = 1
 
 
 def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
+    """The table that a mechanism's file holds, keys with their units."""
     sources = mechanism.sources
     table: dict[str, Any] = {"schema": SCHEMA, "name": mechanism.name}
     if mechanism.title:

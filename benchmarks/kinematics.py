@@ -90,7 +90,8 @@ def main() -> None:
     count = parser.parse_args().poses
     rng = np.random.default_rng(0)
     print(
-        f"{'geometry':22} {'from':16} {'µs a set':>9} {'modes':>6} {'against the thesis':>19} {'against one search':>19}"
+        f"{'geometry':22} {'from':16} {'µs a set':>9} {'modes':>6} "
+        f"{'against the thesis':>19} {'against one search':>19}"
     )
     for name in ("prototype", "scenario-one", "optimised-table-c-2"):
         geometry = preset(name).geometry

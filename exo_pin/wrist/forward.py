@@ -84,8 +84,8 @@ def forward_kinematics_from_base_angles(
     geometry : WristGeometry
         Joint centres and frames {A_i}.
     theta_x, theta_y : array_like, optional
-        Shape (..., n), rad, as in (4-25): the limb's direction in {A_i} is (cos θx sin θy, -sin θx, cos θx cos θy).
-        At least one of them.
+        Shape (..., n), rad, as in (4-25): the limb's direction in {A_i} is (cos θx sin θy, -sin θx, cos θx cos θy),
+        θx within ±90°. At least one of them.
     near : Rotation, optional
         Broadcasts to (...): a pose known to be close, to pick a mode by.
     tolerance : float

@@ -204,18 +204,24 @@ class ShoulderExo:
         """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`."""
         return wrist.limb_jacobian(self.geometry, orientation)
 
-    def forward_kinematics(self, lengths: ArrayLike, near: Rotation | None = None) -> wrist.AssemblyModes:
+    def forward_kinematics(
+        self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
+    ) -> wrist.AssemblyModes:
         """All poses with given limb lengths, m; see :func:`exo_pin.wrist.forward_kinematics`."""
-        return wrist.forward_kinematics(self.geometry, lengths, near)
+        return wrist.forward_kinematics(self.geometry, lengths, near, tolerance)
 
     def forward_kinematics_from_base_angles(
-        self, theta_x: ArrayLike | None = None, theta_y: ArrayLike | None = None, near: Rotation | None = None
+        self,
+        theta_x: ArrayLike | None = None,
+        theta_y: ArrayLike | None = None,
+        near: Rotation | None = None,
+        tolerance: float = 1e-9,
     ) -> wrist.AssemblyModes:
         """All poses with given angles of the base joints, rad.
 
         Both angles, θ_x alone or θ_y alone; see :func:`exo_pin.wrist.forward_kinematics_from_base_angles`.
         """
-        return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near)
+        return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
 
     def joint_motion(self, orientation: Rotation, motion: Motion) -> wrist.JointMotion:
         """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`."""

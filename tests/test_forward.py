@@ -290,6 +290,20 @@ def test_following_a_path_keeps_the_mode_and_flags_the_crossing():
     assert (side[crossing < 6.2] == -side[0]).all()
 
 
+def test_the_other_shoulder():
+    left, right = preset("prototype").geometry, preset("prototype").mirrored().geometry
+    poses = Rotation.random(50, np.random.default_rng(12))
+    image = ep.conventions.mirrored(poses)
+    for solve, name in (
+        (wrist.forward_kinematics, "lengths"),
+        (wrist.forward_kinematics_from_base_angles, "base_theta_x"),
+    ):
+        a, b = (solve(g, getattr(wrist.inverse_kinematics(g, p), name)) for g, p in ((left, poses), (right, image)))
+        np.testing.assert_array_equal(a.count, b.count)
+        assert distance_to_closest(b, image).max() < 1e-8
+        assert distance_to_closest(a, ep.conventions.mirrored(image)).max() < 1e-8
+
+
 def test_near_picks_row_by_row_and_single():
     exo = ep.load("prototype")
     poses = thesis_rotation([20, 40], [-30, -20], [10, -30], **DEGREES)

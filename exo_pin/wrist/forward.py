@@ -14,7 +14,7 @@ from ..validation import FloatArray, as_rotation
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
 from .directions import directions_stack
 from .measured import angle_residuals, lengths_stack, planes_stack, twist_stack
-from .modes import AssemblyModes, nearest_slot
+from .modes import AssemblyModes, nearest_slots
 
 __all__ = ["forward_kinematics", "forward_kinematics_from_base_angles"]
 
@@ -84,8 +84,8 @@ def forward_kinematics_from_base_angles(
     geometry : WristGeometry
         Joint centres and frames {A_i}.
     theta_x, theta_y : array_like, optional
-        Shape (..., n), rad, as in (4-25): the limb's direction in {A_i} is (cos θx sin θy, -sin θx, cos θx cos θy).
-        At least one of them.
+        Shape (..., n), rad, as in (4-25): the limb's direction in {A_i} is (cos θx sin θy, -sin θx, cos θx cos θy),
+        θx within ±90°. At least one of them.
     near : Rotation, optional
         Broadcasts to (...): a pose known to be close, to pick a mode by.
     tolerance : float
@@ -198,9 +198,7 @@ def _result(
             close = np.broadcast_to(pose.as_quat(), (*shape, 4)).reshape(-1, 4)
         except ValueError:
             raise InvalidInput(f"expected near to broadcast to shape {shape}, got {pose.shape}") from None
-        nearest, ambiguous = np.empty(len(count), dtype=np.int64), np.empty(len(count), dtype=bool)
-        for k in range(len(count)):
-            nearest[k], ambiguous[k] = nearest_slot(q[k], valid[k], meets[k], close[k])
+        nearest, ambiguous = nearest_slots(q, valid, meets, close)
         nearest, ambiguous = nearest.reshape(shape), ambiguous.reshape(shape)
     return AssemblyModes(
         Rotation.from_quat(q.reshape(*shape, width, 4)),

@@ -12,7 +12,7 @@ from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
 from .assembly import MEETING_MARGIN
 
-__all__ = ["AssemblyModes", "ModePath", "nearest_slot"]
+__all__ = ["AssemblyModes", "ModePath", "nearest_slots"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,8 @@ class AssemblyModes:
         expected, last, last_side = start, start, 0
         meets = self.meets
         for k in range(len(index)):
-            picked, unsure = nearest_slot(quats[k], self.valid[k], meets[k], expected.as_quat())
+            slot, unsure = nearest_slots(quats[k], self.valid[k], meets[k], expected.as_quat())
+            picked = int(slot)
             index[k], ambiguous[k] = picked, unsure
             held[k] = last.as_quat() if picked < 0 else quats[k, picked]
             if picked < 0:
@@ -156,15 +157,19 @@ def _angles(quats: FloatArray, other: FloatArray) -> FloatArray:
     return np.asarray(4.0 * np.arcsin(np.minimum(1.0, 0.5 * np.minimum(apart, across))))
 
 
-def nearest_slot(
+def nearest_slots(
     quats: FloatArray, valid: NDArray[np.bool_], meets: NDArray[np.bool_], close: FloatArray
-) -> tuple[int, bool]:
-    """Slot of the mode closest to a pose, -1 for none, and whether another might be meant."""
-    slots = np.flatnonzero(valid)
-    if slots.size == 0:
-        return -1, True
-    away = _angles(quats[slots], close)
-    best = int(away.argmin())
-    apart = _angles(quats[slots], quats[slots[best]])
-    apart[best] = np.inf
-    return int(slots[best]), bool(meets[slots[best]] or away[best] > 0.5 * apart.min())
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Slots of the modes closest to poses, -1 for none, and whether others might be meant.
+
+    Shapes (..., W, 4), (..., W), (..., W) and (..., 4).
+    """
+    away = np.where(valid, _angles(quats, close[..., None, :]), np.inf)
+    best = away.argmin(axis=-1)[..., None]
+    chosen = np.take_along_axis(quats, best[..., None], axis=-2)
+    apart = np.where(valid, _angles(quats, chosen), np.inf)
+    np.put_along_axis(apart, best, np.inf, axis=-1)
+    gone = ~valid.any(axis=-1)
+    unsure = np.take_along_axis(away, best, axis=-1)[..., 0] > 0.5 * apart.min(axis=-1)
+    unsure |= np.take_along_axis(meets, best, axis=-1)[..., 0] | gone
+    return np.where(gone, -1, best[..., 0]), unsure

@@ -20,6 +20,11 @@ MAX_DEGREE = 8
 #: Roots are looked for a little beyond ±1, so that rounding cannot lose one that stands on the border of two charts.
 HALF_WIDTH = 1.0 + 1e-6
 
+#: Accuracy of the roots.
+_ROOT = 1e-13
+#: Accuracy of the roots of derivatives, which only fence in others: off by δ, an extremum's value is off by δ².
+_FENCE = 1e-8
+
 _compile = njit(cache=True, error_model="numpy")
 
 
@@ -33,8 +38,8 @@ def _value(p: Any, degree: int, t: float) -> float:
 
 
 @_compile
-def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low: float) -> float:
-    """The root between ``low`` and ``high``, where p changes sign: Newton's steps, halved where they leave."""
+def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low: float, exact: float) -> float:
+    """The root, to ``exact``, between ``low`` and ``high``, where p changes sign."""
     t = 0.5 * (low + high)
     for _ in range(80):
         value = _value(p, degree, t)
@@ -46,10 +51,11 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
             high = t
         rate = _value(slope, degree - 1, t)
         step = value / rate if rate != 0.0 else 2.0 * HALF_WIDTH
+        # Newton's step, or half of the bracket where that leaves it.
         following = t - step
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - t) <= 4e-16 or following in (low, high):
+        if abs(following - t) <= exact or following in (low, high):
             return following
         t = following
     return t
@@ -87,6 +93,7 @@ def roots_and_touches(p: Any, degree: int, touch: float, out: Any) -> int:
         fences[count + 1] = HALF_WIDTH
         pieces = count + 1
         count = 0
+        exact = _ROOT if m == degree else _FENCE
         current = derivatives[m]
         slope = derivatives[m - 1] if m > 1 else derivatives[1, 1:]
         at_low = _value(current, m, fences[0])
@@ -97,7 +104,7 @@ def roots_and_touches(p: Any, degree: int, touch: float, out: Any) -> int:
                     found[count] = fences[k]
                     count += 1
             elif at_high != 0.0 and (at_low > 0.0) != (at_high > 0.0):
-                found[count] = _bracketed(current, slope, m, fences[k], fences[k + 1], at_low)
+                found[count] = _bracketed(current, slope, m, fences[k], fences[k + 1], at_low, exact)
                 count += 1
             at_low = at_high
     written = 0

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
 from exo_pin.chain.xml import Body, Document
@@ -84,6 +85,60 @@ def five_bar() -> Named:
     roles = Roles(actuated=("left_crank_hinge", "right_crank_hinge"))
     q = np.array([left, left_forearm - left, right, right_forearm - right])
     return Named(_planar("five_bar", links).text(), Closures("five_bar", closures=(closure,), roles=roles), q)
+
+
+def random_loop(kind: str, seed: int = 6) -> Named:
+    """Two arms of random hinges and slides from the ground, closed at random frames by one closure of the given type.
+
+    The closure is not in its rest position: what it allows has moved by random amounts.
+    """
+    rng = np.random.default_rng(seed)
+    document = Document(f"loop-{kind}")
+    document.link("ground", None)
+    for side, count in (("left", 4), ("right", 3)):
+        parent = "ground"
+        for k in range(count):
+            link, axis = f"{side}_{k}", rng.normal(size=3)
+            document.link(link, Body(1.0, rng.normal(size=3) * 0.1, 0.01 * np.eye(3)))
+            joint = "prismatic" if (side, k) == ("left", 2) else "revolute"
+            origin = rng.normal(size=3) * 0.3
+            document.joint(f"{link}_joint", joint, parent, link, origin, axis / np.linalg.norm(axis), [-3, 3])
+            parent = link
+    axis = tuple(float(x) for x in unit(rng.normal(size=3))) if kind in ("revolute", "prismatic", "cylindrical") else None
+    place = Placement(tuple(rng.normal(size=3) * 0.2), tuple(Rotation.random(rng=rng).as_quat()))
+    bare = Closure("loop", "spherical", "left_3", "right_2", place)
+    q = rng.uniform(-1.0, 1.0, 7)
+    open_chain = ClosedChain.from_urdf(document.text(), Closures(document.name, closures=(bare,)))
+    poses = open_chain.placements(q)
+    turned, moved = (Rotation.from_quat(place.quaternion), np.array(place.translation))
+    R_a = Rotation.from_matrix(poses["left_3"].rotation) * turned
+    p_a = poses["left_3"].rotation @ moved + poses["left_3"].translation
+    along = np.array(axis if axis is not None else (0.0, 0.0, 1.0))
+    slide, angle, angle_2 = 0.1, 0.7, -0.4
+    # Where b stands seen from a: back along what the joint has done.
+    free = {
+        "rigid": (Rotation.identity(), np.zeros(3)),
+        "spherical": (Rotation.random(rng=rng), np.zeros(3)),
+        "revolute": (Rotation.from_rotvec(-angle * along), np.zeros(3)),
+        "universal": ((Rotation.from_rotvec([0, angle, 0]) * Rotation.from_rotvec([angle_2, 0, 0])).inv(), np.zeros(3)),
+        "prismatic": (Rotation.identity(), -slide * along),
+        "cylindrical": (Rotation.from_rotvec(-angle * along), -slide * along),
+        "distance": (Rotation.random(rng=rng), 0.3 * unit(rng.normal(size=3))),
+    }
+    rotation, shift = free[kind]
+    R_b, p_b = R_a * rotation, p_a + R_a.apply(shift)
+    carrier = poses["right_2"]
+    local = Rotation.from_matrix(carrier.rotation.T) * R_b
+    at_b = Placement(tuple(carrier.rotation.T @ (p_b - carrier.translation)), tuple(local.as_quat()))
+    distance = 0.3 if kind == "distance" else None
+    closure = Closure("loop", kind, "left_3", "right_2", place, at_b, axis, distance)
+    names = [f"left_{k}_joint" for k in range(4)] + [f"right_{k}_joint" for k in range(3)]
+    roles = Roles(actuated=tuple(names[: 7 - closure.rows]))
+    return Named(document.text(), Closures(document.name, closures=(closure,), roles=roles), q)
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
 
 
 def random_wrist(seed: int, kinds: str, with_masses: bool = False) -> Mechanism:

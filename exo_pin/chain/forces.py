@@ -129,7 +129,17 @@ def rnea(
     work.external[:] = 0.0
     work.wrenches[:] = 0.0
     if multipliers is not None:
-        kernels.closure_wrenches(work.poses, multipliers, top.joints, top.local, top.rows, work.wrenches, work.external)
+        kernels.closure_wrenches(
+            work.poses,
+            multipliers,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            work.wrenches,
+            work.external,
+        )
     for name, value in (external or {}).items():
         if name not in chain._frames:
             raise UnknownName("frame", name, chain._frames)

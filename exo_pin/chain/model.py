@@ -24,6 +24,8 @@ from .workspace import Workspace
 
 __all__ = ["CLOSED", "ClosedChain"]
 
+#: The closure types that Pinocchio has a constraint for.
+_PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Largest residual, m and rad, at which a question about a closed chain is still answered.
 CLOSED = 1e-8
 
@@ -34,12 +36,13 @@ class ClosedChain:
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a
     spherical joint has a quaternion (x, y, z, w) in q and its body's angular velocity, in its own axes, in v.
 
-    Constraint rows come closure by closure. A closure between frame a and frame b has the residual
-    (R_aᵀ (p_a - p_b), log(R_bᵀ R_a)), how a stands from b in the axes of a, of which its type keeps some rows; its
-    Jacobian rows are the same rows of the twist of a against b, in the axes of a, at p_b. **Multipliers** λ belong
-    to these rows: they are the force (and moment about the closure's point) that **the body of frame a receives**
-    from the body of frame b, in the axes of frame a's closure frame, N and N m. Jᵀλ is the generalised force that
-    they make; the body of frame b receives the opposite. Pinocchio's closure forces have this sign, too.
+    Constraint rows come closure by closure, rows in metres first. A closure between frame a and frame b is a
+    projection of how a stands from b, (R_aᵀ (p_a - p_b), log(R_bᵀ R_a)) in the axes of a, as
+    :mod:`exo_pin.chain.projection` lists; its Jacobian rows are the same projection of the twist of a against b, in
+    the axes of a, at p_b. **Multipliers** λ belong to these rows: they are the force (and moment about the closure's
+    point p_b) that **the body of frame a receives** from the body of frame b, along the rows' directions, N and N m.
+    Jᵀλ is the generalised force that they make; the body of frame b receives the opposite. Pinocchio's closure forces
+    have this sign, too.
 
     One chain may be used from several threads at once: each thread has its own Pinocchio Data, and every array
     that is returned is the caller's. The model must not be changed.
@@ -131,12 +134,20 @@ class ClosedChain:
 
     @property
     def constraint_models(self) -> list[pin.RigidConstraintModel]:
-        """New Pinocchio constraint models of the closures, one each, in the axes of frame a."""
+        """New Pinocchio constraint models of the closures, one each, in the axes of frame a.
+
+        Raises
+        ------
+        InvalidInput
+            If a closure is neither rigid nor spherical: Pinocchio has no others.
+        """
         models = []
         for c, closure in enumerate(self.closures):
             places = [pin.SE3(local[:3].T.copy(), local[3].copy()) for local in self._topology.local[c]]
             joint_a, joint_b = (int(joint) for joint in self._topology.joints[c])
-            kind = pin.ContactType.CONTACT_6D if closure.type == "rigid" else pin.ContactType.CONTACT_3D
+            if closure.type not in _PINOCCHIO_TYPES:
+                raise InvalidInput(f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}")
+            kind = _PINOCCHIO_TYPES[closure.type]
             constraint = pin.RigidConstraintModel(
                 kind, self._model, joint_a, places[0], joint_b, places[1], pin.ReferenceFrame.LOCAL
             )

@@ -13,7 +13,7 @@ from numba import njit
 
 from .projection import project, project_rate, relative_pose
 
-__all__ = ["closure_wrenches", "jacobian_rate", "residual", "residual_jacobian"]
+__all__ = ["closure_wrenches", "jacobian_rate", "residual", "residual_jacobian", "shift_rows"]
 
 _compile = njit(cache=True, error_model="numpy")
 
@@ -248,3 +248,25 @@ def closure_wrenches(
         moment[2] += p[0] * force[1] - p[1] * force[0]
         _add_wrench(poses[joints[c, 0]], force, moment, 1.0, out[joints[c, 0]])
         _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
+
+
+@_compile
+def shift_rows(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
+    """Fill what a shift of frame a against frame b changes of the residual: the rows' directions in world axes.
+
+    Parameters
+    ----------
+    poses, joints, local, kinds, lengths, rows
+        As for :func:`residual`.
+    out : ndarray
+        Shape (rows, 3), filled.
+    """
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    ignored = np.empty(6)
+    for c in range(len(rows) - 1):
+        relative_pose(poses, joints, local, c, a, b, d, Q)
+        first, count = rows[c], rows[c + 1] - rows[c]
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+        for i in range(count):
+            for k in range(3):
+                out[first + i, k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]

@@ -6,10 +6,10 @@ import pytest
 from mechanisms import five_bar, four_bar, random_loop, random_wrist
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import TYPES, ClosedChain, UndeterminedMotion, mechanism_urdf
+from exo_pin.chain import TYPES, ClosedChain, mechanism_urdf
 from exo_pin.conventions import thesis_rotation
 from exo_pin.design import preset
-from exo_pin.errors import InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 STEP = 1e-5

@@ -15,8 +15,12 @@ from . import kernels
 if TYPE_CHECKING:
     from .kinematics import Kinematics
 
-__all__ = ["Margins", "margins"]
+__all__ = ["PARTS_OF_POSE", "Margins", "Output", "margins"]
 
+#: An output frame, and the rows of its twist that count.
+Output = tuple[str, slice]
+#: What of a frame can be the output.
+PARTS_OF_POSE = {"pose": slice(0, 6), "position": slice(0, 3), "orientation": slice(3, 6)}
 #: A direction of play that the redundant constraints oppose by more than this share is none.
 _OPPOSED = 1e-9
 #: A share of a motion below this is rounding.
@@ -45,7 +49,7 @@ class Margins:
     clearance_turn : float
         The same for the output's turn, mrad per mm.
     loosest : str
-        The joint or closure whose clearance matters most to the origin.
+        The joint or closure whose clearance matters most to the origin; to the turn, if the origin has no play.
     """
 
     frame: str
@@ -60,14 +64,19 @@ class Margins:
             [
                 f"effort per load      {_listed(self.effort)} on {self.frame}",
                 f"actuator travel      {_listed(self.travel)} of {self.frame}",
-                f"play of the output   {self.clearance:.4g} mm and {self.clearance_turn:.4g} mrad per mm of clearance, "
+                f"play of the output   {_shown(self.clearance)} mm and {_shown(self.clearance_turn)} mrad per mm of clearance, "
                 f"worst at {self.loosest}",
             ]
         )
 
 
 def _listed(ratios: Mapping[str, float]) -> str:
-    return ", ".join(f"{value:.4g} {unit}" for unit, value in ratios.items())
+    return ", ".join(f"{_shown(value)} {unit}" for unit, value in ratios.items())
+
+
+def _shown(value: float) -> str:
+    """Four digits, and no rounding errors of zero."""
+    return "0" if abs(value) < _NOTHING else f"{value:.4g}"
 
 
 def margins(
@@ -76,7 +85,7 @@ def margins(
     null_space: FloatArray,
     locked: FloatArray,
     driven: np.ndarray,
-    frame: str,
+    output: Output,
     output_lost: int,
     input_lost: int,
 ) -> Margins:
@@ -95,14 +104,16 @@ def margins(
         Shape (rows, nv), scaled constraints with the actuators locked.
     driven : ndarray of int
         Actuated coordinates.
-    frame : str
-        The output.
+    output : tuple of str and slice
+        The output's frame, and which rows of its twist count.
     output_lost, input_lost : int
         Motions of the output that locked actuators leave, and of the actuators that a locked output leaves.
     """
     top = chain._topology
     scale = np.where(top.metres, top.length, 1.0)
+    frame, counted = output
     tree = chain._tree_frame_jacobian(q, frame)
+    tree[np.setdiff1d(np.arange(6), np.arange(6)[counted])] = 0.0
     out = tree @ (scale[:, None] * null_space)
     drive = null_space[driven]
     slides = top.metres[driven]
@@ -116,10 +127,11 @@ def margins(
     travel: dict[str, float] = {}
     for which, force, length, loose in ((slides, "N", "m", free_in[0]), (~slides, "N m", "rad", free_in[1])):
         if which.any():
-            for part, load, way, lost in ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1])):
+            parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))
+            for part, load, way, lost in (each for each in parts if counted.start <= each[0].start < counted.stop):
                 effort[f"{force} per {load}"] = np.inf if lost else _norm(gain[part][:, which])
                 travel[f"{length} per {way}"] = np.inf if loose else _norm(back[which][:, part])
-    worst, turn, loosest = _clearance(chain, q, locked, tree, frame)
+    worst, turn, loosest = _clearance(chain, q, locked, tree, output)
     return Margins(
         frame,
         MappingProxyType(effort),
@@ -145,7 +157,7 @@ def _infinite(moving: FloatArray, still: FloatArray, first: np.ndarray | None = 
 
 
 def _clearance(
-    chain: Kinematics, q: FloatArray, locked: FloatArray, tree: FloatArray, frame: str
+    chain: Kinematics, q: FloatArray, locked: FloatArray, tree: FloatArray, output: Output
 ) -> tuple[float, float, str]:
     """Greatest travel and turn (rad/m) of the output per clearance, and where.
 
@@ -164,9 +176,10 @@ def _clearance(
     rank = int(np.count_nonzero(values > _NOTHING * values[0])) if values.size else 0
     stress = U[:, rank:]
     inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
+    frame, counted = output
     carrier = model.frames[chain._frames[frame]].parentJoint
     above = _ancestors(model, carrier)
-    worst, turn, loosest = 0.0, 0.0, ""
+    worst, turn, loosest, most_turning = 0.0, 0.0, "none", "none"
     for name, gap, direct in _plays(chain, opened, above):
         right = np.zeros((len(locked), 3))
         right[: top.row_count] = top.row_scale[:, None] * gap
@@ -175,12 +188,15 @@ def _clearance(
         stays = int(np.count_nonzero(opposed > _OPPOSED * largest)) if largest else 0
         free = axes[stays:].T
         motion = tree @ (scale[:, None] * (inverse @ right))
-        motion[:3] += direct * np.eye(3)
-        there = _norm((motion @ free)[:3])
-        turn = max(turn, _norm((motion @ free)[3:]))
-        if there > worst:
+        if counted.start == 0:
+            motion[:3] += direct * np.eye(3)
+        there, turned = _norm((motion @ free)[:3]), _norm((motion @ free)[3:])
+        # The first of equals: what rounding says of joints that play the same part is no news.
+        if there > worst * (1 + _NOTHING) + _NOTHING:
             worst, loosest = there, name
-    return worst, turn, loosest
+        if turned > turn * (1 + _NOTHING) + _NOTHING:
+            turn, most_turning = turned, name
+    return worst, turn, loosest if worst > 0.0 else most_turning
 
 
 def _plays(chain: Kinematics, opened: FloatArray, above: set[int]) -> list[tuple[str, FloatArray, float]]:

@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ..errors import InvalidInput, LoopNotClosed
+from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, frozen
 from .kinematics import Kinematics
-from .margins import Margins, margins
+from .margins import PARTS_OF_POSE, Margins, Output, margins
 from .rank import rank_tolerance
 
 __all__ = ["Mobility", "MobilityQueries"]
@@ -121,6 +121,7 @@ class MobilityQueries(Kinematics):
         locked: Iterable[str] = (),
         actuated: Iterable[str] | None = None,
         frame: str | None = None,
+        part: str = "pose",
     ) -> Mobility:
         """Freedoms, redundancy, singular kinds and margins at a closed configuration.
 
@@ -135,6 +136,8 @@ class MobilityQueries(Kinematics):
         frame : str, optional
             The output: the frame that the chain is there to move; the roles' arm if left out. Without one, "output"
             tells of any freedom that the locked actuators leave, and "input" is not told.
+        part : {"pose", "position", "orientation"}
+            What of the frame is the output: all of it, its origin, or how it is turned.
 
         Raises
         ------
@@ -144,13 +147,16 @@ class MobilityQueries(Kinematics):
             If a locked joint is an actuated one.
         """
         q = self._closed(q).copy()
+        if part not in PARTS_OF_POSE:
+            raise UnknownName("part of the output", part, PARTS_OF_POSE)
         held = self.velocity_indices(locked)
         names = self.roles.actuated if actuated is None else tuple(actuated)
         driven = self.velocity_indices(names)
         if np.intersect1d(held, driven).size and actuated is not None:
             raise InvalidInput("expected locked joints that are not actuated")
         driven = np.setdiff1d(driven, held)
-        output = frame if frame is not None else self.roles.arm
+        name = frame if frame is not None else self.roles.arm
+        output = None if name is None else (name, PARTS_OF_POSE[part])
         here = self._analysed(q, held, driven, output)
         kinds: list[str] = []
         if driven.size or self.row_count:
@@ -159,7 +165,9 @@ class MobilityQueries(Kinematics):
             kinds = [kind for kind, worse in (*pairs, ("input", here.input_lost - usual.input_lost)) if worse > 0]
         told = None
         if driven.size and output is not None:
-            told = margins(self, q, here.null_space, here.locked_matrix, driven, output, here.output_lost, here.input_lost)
+            told = margins(
+                self, q, here.null_space, here.locked_matrix, driven, output, here.output_lost, here.input_lost
+            )
         return Mobility(
             here.matrix.shape[0],
             self._model.nv,
@@ -174,7 +182,7 @@ class MobilityQueries(Kinematics):
             told,
         )
 
-    def _analysed(self, q: FloatArray, held: np.ndarray, driven: np.ndarray, output: str | None) -> _Ranks:
+    def _analysed(self, q: FloatArray, held: np.ndarray, driven: np.ndarray, output: Output | None) -> _Ranks:
         """Ranks of the constraints alone, with the actuators locked, with the output locked, and with both."""
         J, _ = self._scaled_jacobian(q)
         top, nv = self._topology, self._model.nv
@@ -196,8 +204,9 @@ class MobilityQueries(Kinematics):
         left = nv - ranked(locked)[0]
         if output is None:
             return _Ranks(free, rank, values, tolerance, null_space, locked, left, 0, 0)
-        motion = self._tree_frame_jacobian(q, output) * columns
+        motion = self._tree_frame_jacobian(q, output[0]) * columns
         motion[:3] /= top.length
+        motion = motion[output[1]]
         still = np.concatenate([free, motion])
         idle = nv - ranked(np.concatenate([locked, motion]))[0]
         return _Ranks(
@@ -205,7 +214,7 @@ class MobilityQueries(Kinematics):
         )
 
     def _neighbourhood(
-        self, q: FloatArray, here: _Ranks, held: np.ndarray, driven: np.ndarray, output: str | None
+        self, q: FloatArray, here: _Ranks, held: np.ndarray, driven: np.ndarray, output: Output | None
     ) -> _Ranks:
         """The highest ranks of the pose and some neighbours: what is usual around here."""
         rng = np.random.default_rng(0)

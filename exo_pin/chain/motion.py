@@ -119,13 +119,18 @@ def _dependent_motion(
     scaled = work.jacobian * top.row_scale[:, None]
     dependent = scaled[:, others] * column_scale[others]
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    v[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ v, gap)
+    # What the equations are made of: their right sides may cancel down to rounding, as in a parallelogram.
+    moving = float(np.abs(velocity / column_scale[chosen]).max(initial=0.0))
+    v[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ v, gap, moving)
     drift = work.drift_of(q, v)
-    a[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ a - top.row_scale * drift, gap)
+    moving = float(np.abs(a / column_scale).max(initial=0.0)) + float(np.square(v / column_scale).max(initial=0.0))
+    a[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
     return v, a
 
 
-def _solve(chain: Structure, q: FloatArray, matrix: FloatArray, right: FloatArray, gap: float) -> FloatArray:
+def _solve(
+    chain: Structure, q: FloatArray, matrix: FloatArray, right: FloatArray, gap: float, moving: float
+) -> FloatArray:
     """Solve the redundant but consistent equations for all columns."""
     rows, columns = matrix.shape
     if columns == 0:
@@ -145,7 +150,7 @@ def _solve(chain: Structure, q: FloatArray, matrix: FloatArray, right: FloatArra
     # ones leave what was given.
     left = matrix @ solution - right
     size = float(np.abs(right).max(initial=0.0)) + float(np.abs(solution).max(initial=0.0))
-    if not np.abs(left).max(initial=0.0) <= 1e-6 * size:
+    if not np.abs(left).max(initial=0.0) <= 1e-6 * size + 1e-9 * moving:
         raise InvalidInput("the given motion opens the loops: give fewer joints")
     return solution
 

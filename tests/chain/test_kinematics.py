@@ -58,7 +58,7 @@ def test_the_reduced_jacobians_rate_is_its_difference(case):
     actuated = chain.roles.actuated
     if chain.description.name.startswith("loop"):
         # Their first joints may be a poor choice; all have one coordinate.
-        actuated = [chain.model.names[1 + index] for index in chain.split(q).independent]
+        actuated = [chain.model.names[1 + int(index)] for index in chain.split(q).independent]
     G = chain.reduced_jacobian(q, actuated)
     rates, accelerations = 0.3 * rng.normal(size=(2, G.shape[1]))
     v = G @ rates

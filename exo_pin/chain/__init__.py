@@ -11,6 +11,7 @@ from .margins import Margins
 from .masses import AssumedMasses
 from .mobility import Mobility
 from .model import ClosedChain
+from .recognition import Recognised, wrist_of
 from .structure import CLOSED
 from .urdf import PARTS, dummy_shoulder_urdf, mechanism_urdf
 
@@ -28,6 +29,7 @@ __all__ = [
     "Margins",
     "Mobility",
     "Placement",
+    "Recognised",
     "Roles",
     "Root",
     "Split",
@@ -38,5 +40,6 @@ __all__ = [
     "read_closures",
     "write_closures",
     "write_published_urdf",
+    "wrist_of",
     "write_urdf",
 ]

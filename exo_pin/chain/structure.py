@@ -70,6 +70,11 @@ class Structure:
         return self._topology.length
 
     @property
+    def metres(self) -> np.ndarray:
+        """Shape (nv,), bool: which coordinates of v are in m/s; the others are in rad/s."""
+        return self._topology.metres.copy()
+
+    @property
     def constraint_models(self) -> list[pin.RigidConstraintModel]:
         """New Pinocchio constraint models of the closures, one each, in the axes of frame a.
 

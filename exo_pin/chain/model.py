@@ -8,8 +8,10 @@ from typing import Any
 from .closures import Closures
 from .forces import Forces
 from .loading import load_model
+from .mjcf_reading import read_mjcf
 from .mobility import MobilityQueries
 from .motion import Motions
+from .parallel_robots import read_parallel_robot
 
 __all__ = ["ClosedChain"]
 
@@ -73,6 +75,25 @@ class ClosedChain(MobilityQueries, Motions, Forces):
             If a root joint, frame, joint or closure type is not known.
         """
         return cls(*load_model(urdf, closures, root_joint))
+
+    @classmethod
+    def from_parallel_robot(
+        cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None
+    ) -> ClosedChain:
+        """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
+
+        See :mod:`exo_pin.chain.parallel_robots` for the layout, and :func:`read_parallel_robot` there for the
+        arguments and for what is raised.
+        """
+        return cls(*read_parallel_robot(path, urdf))
+
+    @classmethod
+    def from_mjcf(cls, path: str | PathLike[str]) -> ClosedChain:
+        """Load a MuJoCo model whose loops are connect and weld equalities.
+
+        See :func:`exo_pin.chain.mjcf_reading.read_mjcf` for what is refused.
+        """
+        return cls(*read_mjcf(path))
 
     def __getstate__(self) -> dict[str, Any]:
         return {"model": self._model, "closures": self._data_of_file}

@@ -12,7 +12,7 @@ from ..validation import FloatArray
 from .axes import motion_axes
 from .structure import Structure
 
-__all__ = ["TreeBody", "kind_name", "refuse_massless", "tree_bodies"]
+__all__ = ["TreeBody", "link_name", "refuse_massless", "tree_bodies", "world_link"]
 
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
@@ -110,6 +110,15 @@ def refuse_massless(bodies: list[TreeBody], what: str) -> None:
         )
 
 
-def kind_name(bodies: list[TreeBody], index: int) -> str:
+def link_name(bodies: list[TreeBody], index: int) -> str:
     """Name of the body after a joint, "world" for the world."""
     return "world" if index == 0 else next(body.name for body in bodies if body.index == index)
+
+
+def world_link(chain: Structure) -> str:
+    """A link that stands in the world's frame, or a new name."""
+    for frame in chain.model.frames:
+        at_origin = frame.parentJoint == 0 and frame.placement.isIdentity(1e-12)
+        if frame.type == pin.FrameType.BODY and at_origin and frame.name != "universe":
+            return frame.name
+    return "ground"

@@ -64,7 +64,7 @@ from ..design.quantities import Table
 from ..errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from .closures import Closure, Closures, LimbRole, Placement, Roles, Root
 
-__all__ = ["closures_text", "read_closures", "write_closures"]
+__all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
 
 _SCHEMA = 1
 
@@ -112,6 +112,24 @@ def write_closures(closures: Closures, path: str | PathLike[str], comment: str =
         Lines for the head of the file.
     """
     write_text(path, closures_text(closures, comment))
+
+
+def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path]:
+    """Write texts, by name, to a folder, which is made if it is not there; return the paths.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInput(f"expected a folder to write to, got {str(target)!r}: {error}") from error
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [target / name for name in texts]
 
 
 def closures_text(closures: Closures, comment: str = "") -> str:

@@ -74,6 +74,13 @@ def _refuse_dropped(theirs: Any, mujoco: Any, file: str) -> None:
             raise FileFormatError(f"equality {name} is a {kind} coupling: only connect and weld are read", file)
         if not theirs.eq_active0[index]:
             raise FileFormatError(f"equality {name} is not active: remove it, or make it so", file)
+    roots = [theirs.body(index).name for index in range(1, theirs.nbody) if theirs.body_parentid[index] == 0]
+    if len(roots) > 1:
+        raise FileFormatError(
+            f"several bodies stand on the world ({', '.join(roots)}), of which Pinocchio reads one: put them into one "
+            "body that stands still",
+            file,
+        )
     if theirs.ntendon:
         raise FileFormatError(f"it has {theirs.ntendon} tendons, which are not read", file)
 
@@ -86,14 +93,9 @@ def _compare_trees(model: pin.Model, theirs: Any, mujoco: Any, file: str) -> Non
         if not names[index]:
             raise FileFormatError(f"body number {index} has no name", file)
         if names[index] not in frames:
-            raise FileFormatError(
-                f"body {names[index]!r} is not in what Pinocchio reads: it reads one body on the world and its tree", file
-            )
+            raise FileFormatError(f"body {names[index]!r} is not in what Pinocchio reads", file)
     if (model.nq, model.nv) != (theirs.nq, theirs.nv):
-        raise FileFormatError(
-            f"Pinocchio reads {model.nv} freedoms, MuJoCo {theirs.nv}: a joint or a second body on the world is dropped",
-            file,
-        )
+        raise FileFormatError(f"Pinocchio reads {model.nv} freedoms, MuJoCo {theirs.nv}", file)
     data, other = model.createData(), mujoco.MjData(theirs)
     rng = np.random.default_rng(0)
     rest = pin.neutral(model)

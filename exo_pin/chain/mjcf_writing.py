@@ -23,7 +23,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..validation import FloatArray
-from .bodies import TreeBody, refuse_massless, tree_bodies
+from .bodies import TreeBody, refuse_massless, tree_bodies, world_link
 from .structure import Structure
 
 __all__ = ["mjcf_text"]
@@ -54,6 +54,10 @@ def mjcf_text(chain: Structure, q: FloatArray) -> str:
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
     ET.SubElement(root, "option", gravity=_numbers(model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
+    first = [body for body in bodies if body.parent == 0]
+    if len(first) > 1 and all(body.kind != "free" for body in first):
+        # One body on the world that stands still, for readers that take no more than one; a free body has to be on it.
+        world = ET.SubElement(world, "body", name=world_link(chain))
     elements, qpos = {0: world}, list[float]()
     by_parent: dict[int, list[TreeBody]] = {}
     for body in bodies:

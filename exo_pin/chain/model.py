@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+
+from ..errors import InvalidInput
+from ..validation import FloatArray
 from .closures import Closures
+from .files import closures_text, write_files
 from .forces import Forces
 from .loading import load_model
 from .mjcf_reading import read_mjcf
+from .mjcf_writing import mjcf_text
 from .mobility import MobilityQueries
 from .motion import Motions
 from .parallel_robots import read_parallel_robot
+from .sdf_writing import sdf_text
+from .urdf_writing import urdf_text
 
 __all__ = ["ClosedChain"]
 
@@ -94,6 +103,62 @@ class ClosedChain(MobilityQueries, Motions, Forces):
         See :func:`exo_pin.chain.mjcf_reading.read_mjcf` for what is refused.
         """
         return cls(*read_mjcf(path))
+
+    def to_urdf(self, folder: str | PathLike[str]) -> Path:
+        """Write a URDF and the closures file beside it, both called after the chain, and return the URDF's path.
+
+        See :func:`exo_pin.chain.urdf_writing.urdf_text` for what is raised. Pictures are not kept.
+        """
+        text, closures = urdf_text(self)
+        stem = self._stem()
+        note = f"What {stem}.urdf leaves out: its root, its loops, its roles. Written by exo_pin."
+        files = {f"{stem}.urdf": text, f"{stem}.closures.toml": closures_text(closures, note)}
+        return write_files(folder, files)[0]
+
+    def to_mjcf(self, folder: str | PathLike[str], q: ArrayLike | None = None) -> Path:
+        """Write a MuJoCo model and return its path.
+
+        Parameters
+        ----------
+        folder : path-like
+            Where to; made if it is not there.
+        q : array_like, optional
+            Shape (nq,), the configuration of the keyframe "closed"; found from the rest configuration if left out.
+
+        Raises
+        ------
+        InvalidInput
+            See :func:`exo_pin.chain.mjcf_writing.mjcf_text`.
+        LoopNotClosed
+            If q is open, or none is given and the loops do not close.
+        """
+        return write_files(folder, {f"{self._stem()}.xml": mjcf_text(self, self._closed_or_found(q))})[0]
+
+    def to_sdf(self, folder: str | PathLike[str], q: ArrayLike | None = None) -> Path:
+        """Write an SDF model as it stands at q and return its path.
+
+        Parameters
+        ----------
+        folder, q
+            As for :meth:`to_mjcf`; the file stands at q, where its joints read zero.
+
+        Raises
+        ------
+        InvalidInput
+            See :func:`exo_pin.chain.sdf_writing.sdf_text`.
+        LoopNotClosed
+            As for :meth:`to_mjcf`.
+        """
+        return write_files(folder, {f"{self._stem()}.sdf": sdf_text(self, self._closed_or_found(q))})[0]
+
+    def _closed_or_found(self, q: ArrayLike | None) -> FloatArray:
+        return self.close(self.neutral()) if q is None else self._closed(q)
+
+    def _stem(self) -> str:
+        name = self.description.name
+        if Path(name).name != name:
+            raise InvalidInput(f"expected a chain whose name can name a file, got {name!r}")
+        return name
 
     def __getstate__(self) -> dict[str, Any]:
         return {"model": self._model, "closures": self._data_of_file}

@@ -34,6 +34,9 @@ _PATIENCE, _PROGRESS = 8, 0.8
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 
 
+_NONE = np.zeros(0, dtype=np.int64)
+
+
 class Closing(Structure):
     """Closing the loops of a chain."""
 
@@ -81,14 +84,13 @@ class Closing(Structure):
         BeyondLimits
             If they close, but only beyond the joint limits that were to be respected.
         """
-        start = self._configuration(q)
-        held = self.velocity_indices(hold)
-        if not respect_limits and self._workspace.residual(start) <= tolerance:
-            return start.copy()
+        held = self.velocity_indices(hold) if hold else _NONE
+        if type(tolerance) is not float or not 0.0 < tolerance < math.inf:
+            tolerance = as_positive("tolerance", tolerance)
         return self._close(
-            start,
+            self._configuration(q),
             held,
-            as_positive("tolerance", tolerance),
+            tolerance,
             max(int(max_iterations), 0),
             respect_limits,
             max(int(restarts), 0),
@@ -119,10 +121,14 @@ class Closing(Structure):
         restarts: int = 0,
     ) -> tuple[FloatArray, int]:
         """:meth:`close` after its checks; also tells the number of steps."""
-        weight = np.where(self._topology.metres, self._topology.length**2, 1.0)
-        weight[held] = 0.0
+        weight = self._topology.weight
+        if held.size:
+            weight = weight.copy()
+            weight[held] = 0.0
         limits = self._limits if respect_limits else None
         best = _attempt(self, start, weight, tolerance, iterations, limits)
+        if best.closed:
+            return best.q, best.steps
         steps, spread = best.steps, _FIRST_SPREAD
         rng = np.random.default_rng(0)
         for _ in range(restarts if weight.any() else 0):
@@ -144,7 +150,7 @@ class Closing(Structure):
         raise LoopNotClosed(best.q, best.residual, steps)
 
 
-@dataclass
+@dataclass(slots=True)
 class _Attempt:
     """Where one start led to."""
 
@@ -182,7 +188,7 @@ def _attempt(
     if worst <= tolerance and (limits is None or limits.holds(q)):
         return _Attempt(q.copy(), worst, 0, True, False)
     gap, jacobian, move = work.gap, work.jacobian, work.move
-    size = mark = float(np.linalg.norm(scale * gap))
+    size = mark = _scaled_norm(gap, scale)
     factor, count = 1.0, 0
     for count in range(1, iterations + 1):
         damping = max(_DAMPING * factor * size, _LEAST_DAMPING)
@@ -191,7 +197,7 @@ def _attempt(
             _keep_within(limits, q, jacobian, gap, scale, weight, damping, move)
         trial = pin.integrate(chain.model, q, move)
         worst_there = work.linearise(trial)
-        size_there = float(np.linalg.norm(scale * gap))
+        size_there = _scaled_norm(gap, scale)
         if worst_there <= tolerance and (limits is None or limits.holds(trial)):
             return _Attempt(trial, worst_there, count, True, False)
         if size_there < size:
@@ -234,6 +240,15 @@ def _keep_within(
         weight[index] = 0.0
         _step(jacobian, gap + jacobian @ stopped, scale, weight, damping, move)
     move += stopped
+
+
+@njit(cache=True, error_model="numpy")
+def _scaled_norm(gap: Any, scale: Any) -> float:
+    """Length of the gap, metres divided by the characteristic length."""
+    total = 0.0
+    for i in range(len(gap)):
+        total += (gap[i] * scale[i]) ** 2
+    return math.sqrt(total)
 
 
 @njit(cache=True, error_model="numpy")

@@ -44,6 +44,8 @@ class Topology:
         Shape (m,), what the distance closures keep, m; 0 for the others.
     metres : ndarray of bool
         Shape (nv,), which coordinates are in metres.
+    weight : ndarray
+        Shape (nv,), mobility of each coordinate where the least movement is asked: length² for metres, 1 for radians.
     """
 
     joints: IntArray
@@ -57,6 +59,7 @@ class Topology:
     row_scale: FloatArray
     distances: FloatArray
     metres: NDArray[np.bool_]
+    weight: FloatArray
 
     @property
     def row_count(self) -> int:
@@ -122,8 +125,10 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
         array.setflags(write=False)
     signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
+    metres = _metres(model)
+    weight = frozen(np.where(metres, length**2, 1.0))
     return Topology(
-        joints, local, kinds, rows, supports, signs, length, row_metres, row_scale, distances, _metres(model)
+        joints, local, kinds, rows, supports, signs, length, row_metres, row_scale, distances, metres, weight
     )
 
 

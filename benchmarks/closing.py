@@ -6,9 +6,10 @@
     python benchmarks/closing.py --environment DIR  # builds it there, or uses what is there
 
 The peer needs pin 3.7 and modules casadi and pinocchio.casadi, which PyPI lacks; empty ones stand in for them, so its
-SciPy and proximal solvers are measured, the ones that run without. Both sides get the same URDF, the same 6D closures and
-the same starts, every free coordinate up to 0.1 rad off, and close with all joints free. Every start is solved several
-times and the fastest counts; the table has medians over the starts.
+SciPy and proximal solvers are measured, the ones that run without. Both sides get the same URDF, the same 6D closures
+and the same starts, every coordinate up to 0.1 rad off, and close with all joints free. Every start is solved several
+times and the fastest counts (SciPy's is solved once); the table has medians over the starts. What the peer prints at
+every step goes to memory, and its time is in.
 """
 
 import argparse
@@ -97,7 +98,8 @@ def five_bar_with_tip():
         '<link name="end"><inertial><mass value="0.1"/>'
         '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>'
         '<joint name="end_hinge" type="revolute"><parent link="right_forearm"/><child link="end"/>'
-        '<origin xyz="0.275 0 0"/><axis xyz="0 0 1"/><limit effort="0" velocity="100" lower="-6.3" upper="6.3"/></joint>'
+        '<origin xyz="0.275 0 0"/><axis xyz="0 0 1"/>'
+        '<limit effort="0" velocity="100" lower="-6.3" upper="6.3"/></joint>'
     )
     urdf = named.urdf.replace("</robot>", f"{extra}</robot>")
     chain = ClosedChain.from_urdf(urdf, Closures("five_bar", closures=(Closure("tip", "rigid", "tip", "end"),)))
@@ -117,16 +119,15 @@ def problem(name, urdf, chain, q):
     """What the worker needs."""
     rng = np.random.default_rng(0)
     starts = [(q + rng.uniform(-OFF, OFF, len(q))).tolist() for _ in range(STARTS)]
-    closures = []
-    for constraint in chain.constraint_models:
-        closures.append(
-            [
-                chain.model.names[constraint.joint1_id],
-                constraint.joint1_placement.homogeneous.tolist(),
-                chain.model.names[constraint.joint2_id],
-                constraint.joint2_placement.homogeneous.tolist(),
-            ]
-        )
+    closures = [
+        [
+            chain.model.names[constraint.joint1_id],
+            constraint.joint1_placement.homogeneous.tolist(),
+            chain.model.names[constraint.joint2_id],
+            constraint.joint2_placement.homogeneous.tolist(),
+        ]
+        for constraint in chain.constraint_models
+    ]
     return {"name": name, "urdf": urdf, "closures": closures, "starts": starts, "repeats": REPEATS}
 
 
@@ -175,7 +176,7 @@ def run(folder):
     python = environment(folder)
     robots = [five_bar_with_tip(), delta_of_rods()]
     problems = [problem(*robot) for robot in robots]
-    single = os.environ | {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")}
+    single = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     done = subprocess.run(
         [python, "-c", textwrap.dedent(WORKER)],
         input=json.dumps(problems),
@@ -187,11 +188,9 @@ def run(folder):
     if done.returncode != 0:
         sys.exit(f"the peer failed:\n{done.stderr}")
     answers = json.loads(done.stdout.strip().splitlines()[-1])
-    answers += [
-        ours(name, chain, given["starts"]) for (name, _, chain, _), given in zip(robots, problems, strict=True)
-    ]
+    answers += [ours(name, chain, given["starts"]) for (name, _, chain, _), given in zip(robots, problems, strict=True)]
     print(f"{'robot':10}{'solver':22}{'median':>10}{'closed':>10}{'residual':>12}{'ratio':>9}")
-    for name, _, chain, _ in robots:
+    for name, *_ in robots:
         mine = next(item for item in answers if item["robot"] == name and item["solver"] == "exo_pin")
         for item in answers:
             if item["robot"] != name:
@@ -202,9 +201,8 @@ def run(folder):
             label = item["solver"] if item is mine else f"toolbox {item['solver']}"
             worst = f"{residuals[closed].max():.1e}" if closed.any() else "none"
             ratio = median / float(np.median(mine["times"]))
-            print(
-                f"{name:10}{label:22}{median * 1e3:>7.3f} ms{int(closed.sum()):>6}/{len(closed)}{worst:>12}{ratio:>8.1f}x"
-            )
+            count = f"{int(closed.sum())}/{len(closed)}"
+            print(f"{name:10}{label:22}{median * 1e3:>7.3f} ms{count:>9}{worst:>12}{ratio:>8.1f}x")
             if item is not mine:
                 lost = int((closed & ~(np.array(mine["residuals"]) < OPEN)).sum())
                 if lost:

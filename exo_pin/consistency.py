@@ -304,7 +304,9 @@ def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
         return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
     text += f"; {usual.locked.degrees_of_freedom} with the actuators locked"
     if answers[0].kinds:
-        return Finding("mobility", "note", f"{text}; the first configuration is singular: {', '.join(answers[0].kinds)}")
+        return Finding(
+            "mobility", "note", f"{text}; the first configuration is singular: {', '.join(answers[0].kinds)}"
+        )
     return Finding("mobility", "note" if usual.locked.degrees_of_freedom else "pass", text)
 
 

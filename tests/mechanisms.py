@@ -107,7 +107,9 @@ def random_loop(kind: str, seed: int = 6) -> Named:
             origin = rng.normal(size=3) * 0.3
             document.joint(f"{link}_joint", joint, parent, link, origin, axis / np.linalg.norm(axis), [-3, 3])
             parent = link
-    axis = tuple(float(x) for x in unit(rng.normal(size=3))) if kind in ("revolute", "prismatic", "cylindrical") else None
+    axis = (
+        tuple(float(x) for x in unit(rng.normal(size=3))) if kind in ("revolute", "prismatic", "cylindrical") else None
+    )
     place = Placement(tuple(rng.normal(size=3) * 0.2), tuple(Rotation.random(rng=rng).as_quat()))
     bare = Closure("loop", "spherical", "left_3", "right_2", place)
     q = rng.uniform(-1.0, 1.0, 7)
@@ -221,7 +223,7 @@ def delta(legs: str = "rods") -> Named:
     document.link("ground", None)
     closures = []
     body = Body(0.2, np.zeros(3), 0.0005 * np.eye(3))
-    centre = delta_points(0)[4]
+    first, centre = delta_points(0)[3:]
     if legs == "rods":
         document.link("platform", body)
         document.joint("flight", "floating", "ground", "platform", np.zeros(3), Z)
@@ -233,7 +235,9 @@ def delta(legs: str = "rods") -> Named:
             for side, sign in (("left", 1.0), ("right", -1.0)):
                 apart = sign * DELTA[4] * axis
                 ends = _placed(elbow - hinge + apart), _placed(joint - centre + apart)
-                closures.append(Closure(f"rod_{i}_{side}", "distance", f"arm_{i}", "platform", *ends, distance=DELTA[2]))
+                closures.append(
+                    Closure(f"rod_{i}_{side}", "distance", f"arm_{i}", "platform", *ends, distance=DELTA[2])
+                )
             continue
         along = unit(joint - elbow)
         second = unit(np.cross(axis, along))
@@ -254,7 +258,6 @@ def delta(legs: str = "rods") -> Named:
             frame = Rotation.from_matrix(np.stack([second, axis, np.cross(second, axis)], axis=-1))
             ends = _placed(joint - elbow, frame), _placed(joint - first, frame)
             closures.append(Closure(f"leg_{i}", "universal", f"rod_{i}", "platform", *ends))
-        first = joint if i == 0 else first
     q = np.zeros({"rods": 10, "universal": 11, "rigid": 15}[legs])
     if legs == "rods":
         chain_order = ClosedChain.from_urdf(document.text(), Closures(document.name))

@@ -38,8 +38,8 @@ __all__ = [
     "mechanism_urdf",
     "published_urdf",
     "read_closures",
+    "wrist_of",
     "write_closures",
     "write_published_urdf",
-    "wrist_of",
     "write_urdf",
 ]

@@ -99,9 +99,7 @@ def _link_names(model: pin.Model) -> dict[int, str]:
 def refuse_massless(bodies: list[TreeBody], what: str) -> None:
     """Raise InvalidInput if a body has no mass or no inertia, which a simulator cannot do without."""
     light = [
-        body.name
-        for body in bodies
-        if body.inertia.mass <= 0.0 or np.linalg.eigvalsh(body.inertia.inertia)[0] <= 0.0
+        body.name for body in bodies if body.inertia.mass <= 0.0 or np.linalg.eigvalsh(body.inertia.inertia)[0] <= 0.0
     ]
     if light:
         raise InvalidInput(

@@ -64,8 +64,8 @@ class Margins:
             [
                 f"effort per load      {_listed(self.effort)} on {self.frame}",
                 f"actuator travel      {_listed(self.travel)} of {self.frame}",
-                f"play of the output   {_shown(self.clearance)} mm and {_shown(self.clearance_turn)} mrad per mm of clearance, "
-                f"worst at {self.loosest}",
+                f"play of the output   {_shown(self.clearance)} mm and {_shown(self.clearance_turn)} mrad per mm of "
+                f"clearance, worst at {self.loosest}",
             ]
         )
 
@@ -169,9 +169,7 @@ def _clearance(
     scale = np.where(top.metres, top.length, 1.0)
     chain._workspace.linearise(q)
     opened = np.zeros((top.row_count, 3))
-    kernels.shift_rows(
-        chain._workspace.poses, top.joints, top.local, top.kinds, top.distances, top.rows, opened
-    )
+    kernels.shift_rows(chain._workspace.poses, top.joints, top.local, top.kinds, top.distances, top.rows, opened)
     U, values, Vt = np.linalg.svd(locked)
     rank = int(np.count_nonzero(values > _NOTHING * values[0])) if values.size else 0
     stress = U[:, rank:]
@@ -200,7 +198,7 @@ def _clearance(
 
 
 def _plays(chain: Kinematics, opened: FloatArray, above: set[int]) -> list[tuple[str, FloatArray, float]]:
-    """For every joint and closure: its name, the rows that a shift of its child opens, and whether that carries the output."""
+    """Of every joint and closure: name, rows that a shift of its child opens, and whether that carries the output."""
     top, model = chain._topology, chain.model
     moved = [_ancestors(model, joint) for joint in range(model.njoints)]
     found = []

@@ -161,7 +161,8 @@ def _closure(theirs: Any, mujoco: Any, index: int, file: str) -> Closure:
     else:
         bodies, places = list(ids), [_placement(data[0:3]), _placement(data[3:6])]
     frames = ["universe" if body == 0 else theirs.body(body).name for body in bodies]
-    return Closure(name, "rigid" if is_weld else "spherical", *frames, *places)
+    kind = "rigid" if is_weld else "spherical"
+    return Closure(name, kind, frames[0], frames[1], placement_a=places[0], placement_b=places[1])
 
 
 def _placement(position: FloatArray, quaternion: FloatArray | None = None) -> Placement:

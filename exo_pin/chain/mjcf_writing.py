@@ -95,7 +95,7 @@ def _write_children(
     for helper in helpers.get(parent, []):
         helper.write(elements[parent], qpos)
     for body in by_parent.get(parent, []):
-        element = ET.SubElement(elements[parent], "body", name=body.name, **_pose(body.placement))
+        element = ET.SubElement(elements[parent], "body", {"name": body.name, **_pose(body.placement)})
         elements[body.index] = element
         _joint(element, body, qpos, q[chain.configuration_slice(body.joint)])
         _inertial(element, body.inertia)
@@ -111,7 +111,8 @@ def _joint(element: ET.Element, body: TreeBody, qpos: list[float], own: FloatArr
         qpos += [own[3], *own[:3]]
     elif body.axis is not None:
         limits = {} if body.limits is None else {"range": _numbers(body.limits)}
-        ET.SubElement(element, "joint", name=body.joint, type=body.kind, axis=_numbers(body.axis), **limits)
+        given = {"name": body.joint, "type": body.kind, "axis": _numbers(body.axis), **limits}
+        ET.SubElement(element, "joint", given)
         qpos.append(float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0]))
     else:
         for axis, letter in zip(np.eye(3), "xyz", strict=True):
@@ -152,13 +153,11 @@ class _Helper:
 
     def write(self, parent: ET.Element, qpos: list[float]) -> None:
         """Add the body, with the site that is welded to frame a."""
-        element = ET.SubElement(parent, "body", name=self.name, **_pose(self.place))
+        element = ET.SubElement(parent, "body", {"name": self.name, **_pose(self.place)})
         axes = [np.eye(3)[1], np.eye(3)[0]] if self.kind == "universal" else [np.eye(3)[2]] * 2
         for k, kind in enumerate(_HELPED[self.kind]):
             ET.SubElement(element, "joint", name=f"{self.name}_{k}", type=kind, axis=_numbers(axes[k]))
-        ET.SubElement(
-            element, "inertial", pos="0 0 0", mass=repr(self.mass), diaginertia=_numbers([self.inertia] * 3)
-        )
+        ET.SubElement(element, "inertial", pos="0 0 0", mass=repr(self.mass), diaginertia=_numbers([self.inertia] * 3))
         ET.SubElement(element, "site", name=f"{self.name}_site")
         qpos += self.values
 
@@ -193,10 +192,10 @@ def _write_closure(
         place = pin.SE3(local[:3].T.copy(), local[3].copy())
         element = elements[int(chain._topology.joints[c, end])]
         sites.append(f"{name}_{letter}")
-        ET.SubElement(element, "site", name=sites[-1], **_pose(place))
+        ET.SubElement(element, "site", {"name": sites[-1], **_pose(place)})
         if kind == "revolute":
             along = place * pin.SE3(np.eye(3), np.array([0.0, 0.0, chain.characteristic_length]))
-            ET.SubElement(element, "site", name=f"{sites[-1]}_2", **_pose(along))
+            ET.SubElement(element, "site", {"name": f"{sites[-1]}_2", **_pose(along)})
     if kind == "rigid" or kind in _HELPED:
         ET.SubElement(equalities, "weld", name=name, site1=sites[0], site2=sites[1])
     elif kind in ("spherical", "revolute"):

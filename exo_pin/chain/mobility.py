@@ -97,7 +97,8 @@ class Mobility:
         if self.locked is not None:
             lines.append(
                 f"actuators locked     rank {self.locked.rank} of {self.locked.rows} rows, "
-                f"{self.locked.degrees_of_freedom} degrees of freedom, smallest singular value {self.locked.smallest:.3g}"
+                f"{self.locked.degrees_of_freedom} degrees of freedom, "
+                f"smallest singular value {self.locked.smallest:.3g}"
             )
         repeated = ", ".join(f"{name} ({count})" for name, count in self.redundant_closures.items())
         lines.append(f"redundant rows       {self.redundant}{': ' + repeated if repeated else ''}")
@@ -107,7 +108,8 @@ class Mobility:
         if self.margins is not None:
             lines.append(str(self.margins))
         lines.append(
-            f"metres and radians   weighed by {self.characteristic_length:.4g} m; below {self.tolerance:.1e} counts as zero"
+            f"metres and radians   weighed by {self.characteristic_length:.4g} m; "
+            f"singular values up to {self.tolerance:.1e} count as zero"
         )
         return "\n".join(lines)
 
@@ -262,7 +264,7 @@ class MobilityQueries(Kinematics):
             matrix.shape[0],
             self._model.nv,
             rank,
-            frozen(values),
+            frozen(np.asarray(values, dtype=np.float64)),
             tolerance,
             self._topology.length,
             MappingProxyType(self._redundant(matrix, rank)),

@@ -19,13 +19,14 @@ from .mjcf_writing import mjcf_text
 from .mobility import MobilityQueries
 from .motion import Motions
 from .parallel_robots import read_parallel_robot
+from .paths import Paths
 from .sdf_writing import sdf_text
 from .urdf_writing import urdf_text
 
 __all__ = ["ClosedChain"]
 
 
-class ClosedChain(MobilityQueries, Motions, Forces):
+class ClosedChain(MobilityQueries, Paths, Motions, Forces):
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a
@@ -86,9 +87,7 @@ class ClosedChain(MobilityQueries, Motions, Forces):
         return cls(*load_model(urdf, closures, root_joint))
 
     @classmethod
-    def from_parallel_robot(
-        cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None
-    ) -> ClosedChain:
+    def from_parallel_robot(cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> ClosedChain:
         """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
 
         See :mod:`exo_pin.chain.parallel_robots` for the layout, and :func:`read_parallel_robot` there for the

@@ -32,7 +32,9 @@ _HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
 _JOINT_TYPES = ("SPHERICAL", "FIXED", "UJOINT_XY", "UJOINT_YZ", "UJOINT_ZX")
 
 
-def read_parallel_robot(path: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> tuple[pin.Model, Closures]:
+def read_parallel_robot(
+    path: str | PathLike[str], urdf: str | PathLike[str] | None = None
+) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
     Parameters
@@ -137,7 +139,7 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         elif kind == "SPHERICAL":
             added = new.addJoint(parent, pin.JointModelSpherical(), place, name)
         else:
-            first, second = kind[-2:]
+            first, second = kind[-2], kind[-1]
             middle = new.addJoint(parent, _HINGES[first](), place, f"{name}_{first}")
             new.addJointFrame(middle, -1)
             added = new.addJoint(middle, _HINGES[second](), pin.SE3.Identity(), f"{name}_{second}")
@@ -148,5 +150,3 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         if frame.type != pin.FrameType.JOINT and frame.name != "universe":
             new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, frame.type), False)
     return pin.buildReducedModel(new, welded, pin.neutral(new)) if welded else new
-
-

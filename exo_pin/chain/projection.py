@@ -139,7 +139,7 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
         for i in range(3):
             S[0, i] = d[i] / size
         return
-    first = 2 if kind == _PRISMATIC or kind == _CYLINDRICAL else 3
+    first = 2 if kind in (_PRISMATIC, _CYLINDRICAL) else 3
     for i in range(first):
         out[i] = d[i]
         S[i, i] = 1.0
@@ -154,9 +154,9 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
         return
     for i in range(first, count):
         S[i, 3 + i - first] = 1.0
-    if kind == _RIGID or kind == _PRISMATIC:
+    if kind in (_RIGID, _PRISMATIC):
         _log(Q, out[first : first + 3])
-    elif kind == _REVOLUTE or kind == _CYLINDRICAL:
+    elif kind in (_REVOLUTE, _CYLINDRICAL):
         _tilt(Q, out[first : first + 2])
 
 

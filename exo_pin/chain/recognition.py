@@ -131,7 +131,11 @@ def _compare(name: str, given: Structure, written: Structure) -> None:
         one, two = model.joints[joint], other.joints[joint]
         places = model.jointPlacements[joint], other.jointPlacements[joint]
         same = model.parents[joint] == other.parents[joint] and (one.nq, one.nv) == (two.nq, two.nv)
-        if not same or not places[0].isApprox(places[1], _SAME) or np.abs(axes[0][joint] - axes[1][joint]).max() > _SAME:
+        if (
+            not same
+            or not places[0].isApprox(places[1], _SAME)
+            or np.abs(axes[0][joint] - axes[1][joint]).max() > _SAME
+        ):
             raise NotAWrist(name, f"joint {model.names[joint]!r} stands or points otherwise than in a wrist")
     here, there = (chain._topology for chain in (given, written))
     order = [[item.name for item in given.closures].index(item.name) for item in written.closures]

@@ -78,7 +78,8 @@ def sdf_text(chain: Structure, q: FloatArray) -> str:
         elif closure.type == "universal":
             _universal(chain, c, child, element, q)
     ET.indent(root)
-    return f'<?xml version="1.0"?>\n<!-- Written by exo_pin. Joints read zero where the loops are closed. -->\n{ET.tostring(root, encoding="unicode")}\n'
+    note = "<!-- Written by exo_pin. Joints read zero where the loops are closed. -->"
+    return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 
 
 _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}

@@ -47,9 +47,7 @@ def case(request):
 
 def off(chain, q, rng, size, hold=()):
     """q with every free coordinate off by up to size, rad and characteristic lengths."""
-    away = rng.uniform(-size, size, chain.model.nv) * np.where(
-        chain._topology.metres, chain.characteristic_length, 1.0
-    )
+    away = rng.uniform(-size, size, chain.model.nv) * np.where(chain._topology.metres, chain.characteristic_length, 1.0)
     away[chain.velocity_indices(hold)] = 0.0
     return pin.integrate(chain.model, q, away)
 
@@ -151,7 +149,7 @@ def test_endless_hinges_and_quaternions_have_no_limits():
 
 def test_axes_that_point_against_each_other_are_not_closed():
     # A hinge's pin put in the wrong way round: the axes are parallel, but it is half a turn off.
-    chain, q = CHAINS["3rrr"]
+    _, q = CHAINS["3rrr"]
     urdf = NAMED["3rrr"].urdf
     closures = NAMED["3rrr"].closures
 

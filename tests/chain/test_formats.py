@@ -385,7 +385,9 @@ def test_a_bad_robot_yaml_is_refused(old, new, error, said, tmp_path):
 
 
 def test_robot_yaml_changes_joints(tmp_path):
-    changed = YAML + 'joint_name: ["left_forearm_hinge", "right_forearm_hinge"]\njoint_type: ["SPHERICAL", "UJOINT_ZX"]\n'
+    changed = (
+        YAML + 'joint_name: ["left_forearm_hinge", "right_forearm_hinge"]\njoint_type: ["SPHERICAL", "UJOINT_ZX"]\n'
+    )
     chain = ClosedChain.from_parallel_robot(parallel_robot(tmp_path, changed))
     names = list(chain.model.names)[1:]
     assert names == [
@@ -415,5 +417,3 @@ def test_closures_with_axes_and_distances_come_back(tmp_path):
         chain, _ = CHAINS[name]
         path = chain.to_urdf(tmp_path)
         assert read_closures(path.with_suffix(".closures.toml")).closures == chain.closures
-
-

@@ -24,7 +24,9 @@ NAMED = {
     "stewart": stewart(),
     "parallelogram": parallelogram(),
 } | {f"loop-{kind}": random_loop(kind) for kind in KINDS}
-FRAMES = {"four_bar": "rocker", "four_bar_link": "lower", "five_bar": "tip"} | {f"loop-{kind}": "left_3" for kind in KINDS}
+FRAMES = {"four_bar": "rocker", "four_bar_link": "lower", "five_bar": "tip"} | {
+    f"loop-{kind}": "left_3" for kind in KINDS
+}
 
 
 def told(chain, q, name):
@@ -149,5 +151,3 @@ def test_closing_finds_the_same_configuration_with_reversed_closures(name):
     moving = np.setdiff1d(np.arange(chain.model.nv), chain.velocity_indices(hold))
     q[moving] += rng.uniform(-0.1, 0.1, len(moving))
     np.testing.assert_allclose(chain.close(q, hold=hold), other.close(q, hold=hold), atol=1e-9)
-
-

@@ -90,7 +90,9 @@ def test_projections_keep_the_loops_closed_and_move_least(case):
     allowed = chain.reduced_jacobian(q) / scale[:, None]
     size = np.abs(allowed).max()
     for given, answer in ((v, kept), (a, held)):
-        np.testing.assert_allclose(allowed.T @ ((given - answer) / scale), 0.0, atol=1e-8 * size * (1 + np.abs(held).max()))
+        np.testing.assert_allclose(
+            allowed.T @ ((given - answer) / scale), 0.0, atol=1e-8 * size * (1 + np.abs(held).max())
+        )
 
 
 def test_the_frame_jacobian_is_the_frames_motion(case):

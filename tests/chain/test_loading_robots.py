@@ -9,7 +9,7 @@ from mechanisms import delta, parallelogram, planar_3rrr, random_wrist, stewart
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.chain import ClosedChain, mechanism_urdf, write_closures, wrist_of
+from exo_pin.chain import ClosedChain, mechanism_urdf, wrist_of, write_closures
 from exo_pin.consistency import check_chain
 from exo_pin.errors import NotAWrist
 
@@ -96,9 +96,7 @@ def test_an_axis_or_a_joint_out_of_place_is_no_wrist(joint, what):
 def test_checks_find_a_robot_that_cannot_close():
     named = delta("rigid")
     far = tuple(
-        dataclasses.replace(
-            closure, placement_b=dataclasses.replace(closure.placement_b, translation=(0.0, 0.0, 3.0))
-        )
+        dataclasses.replace(closure, placement_b=dataclasses.replace(closure.placement_b, translation=(0.0, 0.0, 3.0)))
         for closure in named.closures.closures
     )
     chain = ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, closures=far))

@@ -127,6 +127,10 @@ class MobilityQueries(Kinematics):
     ) -> Mobility:
         """Freedoms, redundancy, singular kinds and margins at a closed configuration.
 
+        Ranks and kinds are those of q itself, to rounding and to what the loops stand open. :meth:`close` comes no
+        nearer to a singular pose than the square root of its tolerance where two branches meet, so a pose that was
+        closed there may count as regular: its margins then are large, and tell.
+
         Parameters
         ----------
         q : array_like

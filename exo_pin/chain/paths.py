@@ -117,12 +117,15 @@ class Paths(Closing):
         LoopNotClosed
             If the frame cannot get there on this branch.
         """
+        if not isinstance(target, pin.SE3):
+            raise InvalidInput(f"expected target to be a pinocchio.SE3, got {type(target).__name__}")
+        as_finite("target", target.homogeneous, (4, 4))
         start = self._closed(near)
         held = self.velocity_indices(hold)
         origin = self.placement(start, frame)
         if kind == "spherical":
             # Only the point counts: a straight line, without turning.
-            target = pin.SE3(origin.rotation, as_finite("target", target.translation, (3,)))
+            target = pin.SE3(origin.rotation, target.translation)
         way = pin.log6(origin.actInv(target))
         reach = max(float(np.linalg.norm(way.linear)) / self._topology.length, float(np.linalg.norm(way.angular)))
 

@@ -128,13 +128,20 @@ def test_a_loop_that_cannot_close_raises_with_its_evidence():
         chain.close(named.q + 0.2, hold=chain.model.names[1:])
 
 
-@pytest.fixture
-def as_pinocchio(chain):
-    if not {closure.type for closure in chain.closures} <= {"rigid", "spherical"}:
-        with pytest.raises(InvalidInput, match="no constraint for the"):
-            _ = chain.constraint_models
-        pytest.skip("Pinocchio has no such closure")
-    return chain
+PINOCCHIOS = [
+    name for name, chain in CHAINS.items() if {item.type for item in chain.closures} <= {"rigid", "spherical"}
+]
+
+
+@pytest.fixture(params=PINOCCHIOS)
+def as_pinocchio(request):
+    return CHAINS[request.param]
+
+
+@pytest.mark.parametrize("name", sorted(set(CHAINS) - set(PINOCCHIOS)))
+def test_closures_that_pinocchio_lacks_are_not_handed_to_it(name):
+    with pytest.raises(InvalidInput, match="no constraint for the"):
+        _ = CHAINS[name].constraint_models
 
 
 def test_residual_is_pinocchios_relative_placement(as_pinocchio):

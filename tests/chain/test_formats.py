@@ -7,6 +7,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import five_bar
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
 from scipy.spatial.transform import Rotation
 from test_closing import CHAINS, off
 
@@ -166,16 +168,14 @@ def test_turned_joints_keep_their_digits(pitch, tmp_path):
 
 
 def test_sdf_is_read_strictly_and_stands_closed(case, tmp_path):
-    plant_module = pytest.importorskip("pydrake.multibody.plant")
-    parsing = pytest.importorskip("pydrake.multibody.parsing")
     chain, q = case
     if WRITTEN & {closure.type for closure in chain.closures}:
         with pytest.raises(InvalidInput, match="SDF has no joint for the"):
             chain.to_sdf(tmp_path, q)
         return
     path = chain.to_sdf(tmp_path, q)
-    plant = plant_module.MultibodyPlant(0.0)
-    parser = parsing.Parser(plant)
+    plant = MultibodyPlant(0.0)
+    parser = Parser(plant)
     parser.SetStrictParsing()  # an element that is not in the schema is an error
     parser.AddModels(str(path))
     kinds = [joint.shortname() for joint in list(chain.model.joints)[1:]]
@@ -188,8 +188,8 @@ def test_sdf_is_read_strictly_and_stands_closed(case, tmp_path):
     joints = model.findall("joint")
     for joint in joints[len(joints) - len(chain.closures) :]:
         model.remove(joint)
-    plant = plant_module.MultibodyPlant(0.0)
-    parser = parsing.Parser(plant)
+    plant = MultibodyPlant(0.0)
+    parser = Parser(plant)
     parser.AddModelsFromString(ET.tostring(tree.getroot(), encoding="unicode"), "sdf")
     plant.Finalize()
     context = plant.CreateDefaultContext()

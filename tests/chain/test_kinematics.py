@@ -3,6 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from mechanisms import random_loop
 from test_closing import CHAINS, off
 
 from exo_pin.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
@@ -165,6 +166,14 @@ def test_joints_that_determine_too_little_or_too_much_are_refused():
         chain.inverse_kinematics("tip", pin.SE3.Identity(), q, kind="weld")
     with pytest.raises(InvalidInput):
         chain.forward_kinematics([1.0], q)
+    with pytest.raises(InvalidInput):
+        chain.forward_kinematics([1.0, np.nan], q)
+    with pytest.raises(InvalidInput, match="actuated"):
+        random_loop("rigid").chain().forward_kinematics([], q[:0], joints=())
+    with pytest.raises(InvalidInput, match="SE3"):
+        chain.inverse_kinematics("tip", np.eye(4), q)
+    with pytest.raises(InvalidInput, match="finite"):
+        chain.inverse_kinematics("tip", pin.SE3(np.eye(3), np.full(3, np.nan)), q)
     with pytest.raises(LoopNotClosed):
         chain.reduced_jacobian(q + 0.1)
     with pytest.raises(UnknownName, match="orientation"):

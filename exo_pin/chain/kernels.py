@@ -116,6 +116,14 @@ def _twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
 
 
 @_compile
+def _add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
+    """Add ± u × v to ``out``."""
+    out[0] += sign * (u[1] * v[2] - u[2] * v[1])
+    out[1] += sign * (u[2] * v[0] - u[0] * v[2])
+    out[2] += sign * (u[0] * v[1] - u[1] * v[0])
+
+
+@_compile
 def jacobian_rate(
     poses: Any,
     J: Any,
@@ -150,7 +158,7 @@ def jacobian_rate(
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     dS, ignored = np.empty((6, 6)), np.empty(6)
     twist_a, twist_b, V, W, relative = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(6)
-    moving = np.zeros(6)
+    moving, point, omega = np.empty(6), np.empty(3), np.empty(3)
     for c in range(len(rows) - 1):
         relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
@@ -164,8 +172,8 @@ def jacobian_rate(
         _twist_at(twist_a - twist_b, p, a, 1.0, relative)
         project_rate(kinds[c], d, Q, relative, dS[:count])
         # Velocity of the point p_b of frame b, and the turning of a in its own axes.
-        point = twist_b[:3] + np.cross(twist_b[3:], p)
-        omega = np.empty(3)
+        point[:] = twist_b[:3]
+        _add_cross(twist_b[3:], p, 1.0, point)
         for i in range(3):
             omega[i] = a[i, 0] * twist_a[3] + a[i, 1] * twist_a[4] + a[i, 2] * twist_a[5]
         drift[first : first + count] = 0.0
@@ -177,11 +185,12 @@ def jacobian_rate(
                 continue
             _twist_at(J[k], p, a, sign, V)
             # d/dt of R_aᵀ (v + ω × p_b) and R_aᵀ ω: what changes in the world, less the turning of a's axes.
-            moving[:] = dJ[k]
-            moving[:3] += np.cross(J[k, 3:], point)
+            for i in range(6):
+                moving[i] = dJ[k, i]
+            _add_cross(J[k, 3:], point, 1.0, moving[:3])
             _twist_at(moving, p, a, sign, W)
-            W[:3] -= np.cross(omega, V[:3])
-            W[3:] -= np.cross(omega, V[3:])
+            _add_cross(omega, V[:3], -1.0, W[:3])
+            _add_cross(omega, V[3:], -1.0, W[3:])
             for i in range(count):
                 total = 0.0
                 for j in range(6):

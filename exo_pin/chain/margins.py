@@ -86,8 +86,7 @@ def margins(
     locked: FloatArray,
     driven: np.ndarray,
     output: Output,
-    output_lost: int,
-    input_lost: int,
+    lost: tuple[int, int, int],
 ) -> Margins:
     """Margins of a pose.
 
@@ -106,9 +105,12 @@ def margins(
         Actuated coordinates.
     output : tuple of str and slice
         The output's frame, and which rows of its twist count.
-    output_lost, input_lost : int
-        Motions of the output that locked actuators leave, and of the actuators that a locked output leaves.
+    lost : tuple of int
+        Motions of the output that locked actuators leave, motions of the actuators that a locked output leaves, and
+        motions of neither. They settle what counts as zero here.
     """
+    output_lost, input_lost, idle = lost
+    dof = null_space.shape[1]
     top = chain._topology
     scale = np.where(top.metres, top.length, 1.0)
     frame, counted = output
@@ -118,20 +120,24 @@ def margins(
     drive = null_space[driven]
     slides = top.metres[driven]
     # The output's motion per actuator motion; efforts per load are its transpose, by virtual work.
-    gain = out @ np.linalg.pinv(drive, rcond=1e-10) / scale[driven]
+    gain = out @ _inverse(drive, dof - output_lost - idle) / scale[driven]
     weights = np.array([top.length] * 3 + [1.0] * 3)
-    back = scale[driven, None] * (drive @ np.linalg.pinv(out / weights[:, None], rcond=1e-10)) / weights
-    held_out = _infinite(out / weights[:, None], drive) if output_lost > 0 else (False, False)
-    free_in = _infinite(drive, out / weights[:, None], np.flatnonzero(slides)) if input_lost > 0 else (False, False)
+    back = scale[driven, None] * (drive @ _inverse(out / weights[:, None], dof - input_lost - idle)) / weights
+    held_out = _moved(out / weights[:, None], drive, dof - output_lost - idle) if output_lost else (False, False)
+    free_in = (
+        _moved(drive, out / weights[:, None], dof - input_lost - idle, np.flatnonzero(slides))
+        if input_lost
+        else (False, False)
+    )
     effort: dict[str, float] = {}
     travel: dict[str, float] = {}
     for which, force, length, loose in ((slides, "N", "m", free_in[0]), (~slides, "N m", "rad", free_in[1])):
         if which.any():
             parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))
-            for part, load, way, lost in (each for each in parts if counted.start <= each[0].start < counted.stop):
-                effort[f"{force} per {load}"] = np.inf if lost else _norm(gain[part][:, which])
+            for part, load, way, unheld in (each for each in parts if counted.start <= each[0].start < counted.stop):
+                effort[f"{force} per {load}"] = np.inf if unheld else _norm(gain[part][:, which])
                 travel[f"{length} per {way}"] = np.inf if loose else _norm(back[which][:, part])
-    worst, turn, loosest = _clearance(chain, q, locked, tree, output)
+    worst, turn, loosest = _clearance(chain, q, locked, locked.shape[1] - output_lost - idle, tree, output)
     return Margins(
         frame,
         MappingProxyType(effort),
@@ -146,10 +152,16 @@ def _norm(matrix: FloatArray) -> float:
     return float(np.linalg.norm(matrix, 2)) if matrix.size else 0.0
 
 
-def _infinite(moving: FloatArray, still: FloatArray, first: np.ndarray | None = None) -> tuple[bool, bool]:
+def _inverse(matrix: FloatArray, rank: int) -> FloatArray:
+    """Pseudo-inverse of a matrix whose rank is known: a small singular value that counts makes a large answer."""
+    U, values, Vt = np.linalg.svd(matrix, full_matrices=False)
+    kept = np.maximum(values[:rank], np.finfo(float).tiny)
+    return np.asarray((Vt[:rank].T / kept) @ U[:, :rank].T)
+
+
+def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray | None = None) -> tuple[bool, bool]:
     """Whether motions that leave ``still`` at rest move the first and the second part of ``moving``."""
-    _, values, Vt = np.linalg.svd(still)
-    rank = int(np.count_nonzero(values > _NOTHING * max(float(values[0]), 1.0))) if values.size else 0
+    _, _, Vt = np.linalg.svd(still)
     left = moving @ Vt[rank:].T
     rows = np.zeros(len(moving), dtype=bool)
     rows[np.arange(3) if first is None else first] = True
@@ -157,7 +169,7 @@ def _infinite(moving: FloatArray, still: FloatArray, first: np.ndarray | None = 
 
 
 def _clearance(
-    chain: Kinematics, q: FloatArray, locked: FloatArray, tree: FloatArray, output: Output
+    chain: Kinematics, q: FloatArray, locked: FloatArray, rank: int, tree: FloatArray, output: Output
 ) -> tuple[float, float, str]:
     """Greatest travel and turn (rad/m) of the output per clearance, and where.
 
@@ -170,10 +182,7 @@ def _clearance(
     chain._workspace.linearise(q)
     opened = np.zeros((top.row_count, 3))
     kernels.shift_rows(chain._workspace.poses, top.joints, top.local, top.kinds, top.distances, top.rows, opened)
-    U, values, Vt = np.linalg.svd(locked)
-    rank = int(np.count_nonzero(values > _NOTHING * values[0])) if values.size else 0
-    stress = U[:, rank:]
-    inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
+    stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)
     frame, counted = output
     carrier = model.frames[chain._frames[frame]].parentJoint
     above = _ancestors(model, carrier)

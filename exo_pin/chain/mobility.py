@@ -172,7 +172,13 @@ class MobilityQueries(Kinematics):
         told = None
         if driven.size and output is not None:
             told = margins(
-                self, q, here.null_space, here.locked_matrix, driven, output, here.output_lost, here.input_lost
+                self,
+                q,
+                here.null_space,
+                here.locked_matrix,
+                driven,
+                output,
+                (here.output_lost, here.input_lost, here.idle),
             )
         return Mobility(
             here.matrix.shape[0],

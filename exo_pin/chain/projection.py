@@ -38,6 +38,7 @@ from numba import njit
 
 __all__ = ["CODES", "compose", "project", "project_rate", "relative_pose"]
 
+# Numba's cache of kernels.py does not notice changes here: touch that file after editing this one.
 _compile = njit(cache=True, error_model="numpy")
 
 _RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6

@@ -3,7 +3,17 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import five_bar, four_bar, random_loop, random_wrist
+from mechanisms import (
+    agile_eye,
+    delta,
+    five_bar,
+    four_bar,
+    parallelogram,
+    planar_3rrr,
+    random_loop,
+    random_wrist,
+    stewart,
+)
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import TYPES, ClosedChain, mechanism_urdf
@@ -16,7 +26,20 @@ STEP = 1e-5
 FINITE = 1e-7
 
 
+OTHERS = (
+    planar_3rrr(),
+    agile_eye(),
+    delta(),
+    delta("universal"),
+    delta("rigid"),
+    stewart(),
+    parallelogram(),
+)
+
+
 def chains():
+    for named in OTHERS:
+        yield named.closures.name, named.chain()
     yield "four_bar", four_bar().chain()
     yield "four_bar_link", four_bar("link").chain()
     yield "five_bar", five_bar().chain()
@@ -41,6 +64,7 @@ def posed(chain):
 
 HAND = {"four_bar": four_bar().q, "four_bar_link": four_bar("link").q, "five_bar": five_bar().q}
 HAND |= {f"loop-{kind}": random_loop(kind).q for kind in TYPES if kind != "point"}
+HAND |= {named.closures.name: named.q for named in OTHERS}
 START = HAND | {name: posed(chain) for name, chain in CHAINS.items() if name.startswith("prototype")}
 
 

@@ -28,6 +28,7 @@ from .design import (
     presets,
 )
 from .errors import (
+    BeyondLimits,
     ExoPinError,
     FileFormatError,
     InfeasibleBounds,
@@ -35,7 +36,9 @@ from .errors import (
     LoopNotClosed,
     MissingData,
     NonConvexBound,
+    NotAWrist,
     SolverFailed,
+    UndeterminedMotion,
     UnknownName,
 )
 from .exo import ShoulderExo, load
@@ -43,6 +46,7 @@ from .reaction import Reaction, reaction_table
 
 __all__ = [
     "Arm",
+    "BeyondLimits",
     "CentreOffset",
     "ClosedChain",
     "ExoPinError",
@@ -58,11 +62,13 @@ __all__ = [
     "MissingData",
     "Motion",
     "NonConvexBound",
+    "NotAWrist",
     "Reaction",
     "Shoulder",
     "ShoulderExo",
     "SolverFailed",
     "Stroke",
+    "UndeterminedMotion",
     "UnknownName",
     "WristGeometry",
     "load",

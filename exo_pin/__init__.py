@@ -15,8 +15,10 @@ from .chain import ClosedChain
 from .conventions import shoulder_angles, shoulder_rotation, thesis_angles, thesis_rotation
 from .design import (
     Arm,
+    CentreOffset,
     Limb,
     LimbBody,
+    LimbGuide,
     Load,
     Mechanism,
     Motion,
@@ -26,6 +28,7 @@ from .design import (
     presets,
 )
 from .errors import (
+    BeyondLimits,
     ExoPinError,
     FileFormatError,
     InfeasibleBounds,
@@ -33,7 +36,9 @@ from .errors import (
     LoopNotClosed,
     MissingData,
     NonConvexBound,
+    NotAWrist,
     SolverFailed,
+    UndeterminedMotion,
     UnknownName,
 )
 from .exo import ShoulderExo, load
@@ -41,6 +46,8 @@ from .reaction import Reaction, reaction_table
 
 __all__ = [
     "Arm",
+    "BeyondLimits",
+    "CentreOffset",
     "ClosedChain",
     "ExoPinError",
     "FileFormatError",
@@ -48,17 +55,20 @@ __all__ = [
     "InvalidInput",
     "Limb",
     "LimbBody",
+    "LimbGuide",
     "Load",
     "LoopNotClosed",
     "Mechanism",
     "MissingData",
     "Motion",
     "NonConvexBound",
+    "NotAWrist",
     "Reaction",
     "Shoulder",
     "ShoulderExo",
     "SolverFailed",
     "Stroke",
+    "UndeterminedMotion",
     "UnknownName",
     "WristGeometry",
     "load",

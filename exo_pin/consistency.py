@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from .chain import ClosedChain, mechanism_urdf
 from .design import Arm, Mechanism
-from .errors import ExoPinError
+from .errors import ExoPinError, LoopNotClosed
 from .reaction import EquilibriumModel
 from .validation import FloatArray
 from .wrist import inverse_kinematics, limb_jacobian, singularity
 
-__all__ = ["CHECKS", "Finding", "Report", "check", "run_check"]
+__all__ = ["CHAIN_CHECKS", "CHECKS", "Finding", "Report", "check", "check_chain", "run_check"]
 
 Outcome = Literal["pass", "note", "fail"]
 
@@ -25,6 +25,8 @@ Outcome = Literal["pass", "note", "fail"]
 _POSES = 12
 #: Their largest angle from the neutral pose, rad.
 _SPREAD = 1.0
+#: How far around its first closed configuration a robot that is no wrist is checked, rad, characteristic lengths.
+_AROUND = 0.3
 #: Loop residual, m and rad.
 _CLOSED = 1e-12
 #: Step of central differences: their truncation and rounding errors are equal there.
@@ -120,17 +122,22 @@ def _limb_jacobian(subject: _Subject) -> Finding:
 
 def _closure_jacobian(subject: _Subject) -> Finding:
     """The closures' Jacobian against central differences on the chain's manifold."""
-    chain, worst = subject.model.chain, 0.0
+    chain = subject.model.chain
     if not chain.closures:
         return Finding("closure Jacobian", "note", "the chain has no loops")
-    for _, q in subject.configurations():
-        J = chain.constraint_jacobian(q)
-        for column in range(chain.model.nv):
-            step = np.zeros(chain.model.nv)
-            step[column] = _STEP
-            ahead, behind = (chain.residual(pin.integrate(chain.model, q, sign * step)) for sign in (1.0, -1.0))
-            worst = max(worst, float(np.abs(J[:, column] - (ahead - behind) / (2 * _STEP)).max()))
+    worst = max(_jacobian_error(chain, q) for _, q in subject.configurations())
     return Finding("closure Jacobian", "pass" if worst <= _JACOBIAN else "fail", f"differences deviate by {worst:.1e}")
+
+
+def _jacobian_error(chain: ClosedChain, q: FloatArray) -> float:
+    """Largest difference between the closures' Jacobian and central differences."""
+    J, worst = chain.constraint_jacobian(q), 0.0
+    for column in range(chain.model.nv):
+        step = np.zeros(chain.model.nv)
+        step[column] = _STEP
+        ahead, behind = (chain.residual(pin.integrate(chain.model, q, sign * step)) for sign in (1.0, -1.0))
+        worst = max(worst, float(np.abs(J[:, column] - (ahead - behind) / (2 * _STEP)).max()))
+    return worst
 
 
 def _wrist_conditions(subject: _Subject) -> Finding:
@@ -195,7 +202,8 @@ def _inertia(subject: _Subject) -> Finding:
         return Finding("inertia", "note", f"{arm.mass:.4g} kg without inertia: no motion can be asked")
     principal = np.linalg.eigvalsh(arm.inertia)
     shown = ", ".join(f"{value:.3g}" for value in principal)
-    possible = principal[0] >= 0 and principal[2] <= principal[0] + principal[1] + 1e-9 * principal[2]
+    slack = 1e-9 * principal[2]
+    possible = principal[0] >= -slack and principal[2] <= principal[0] + principal[1] + slack
     return Finding("inertia", "pass" if possible else "fail", f"{arm.mass:.4g} kg, principal moments {shown} kg m²")
 
 
@@ -249,13 +257,119 @@ def check(mechanism: Mechanism) -> Report:
     Report
         A check that cannot run because of the mechanism itself counts as failed, with the error as its evidence.
     """
-    subject = _Subject(mechanism)
+    try:
+        subject = _Subject(mechanism)
+    except ExoPinError as error:
+        return Report(mechanism.name, tuple(Finding(name, "fail", str(error)) for name in CHECKS))
     return Report(mechanism.name, tuple(_run(name, subject) for name in CHECKS))
+
+
+def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
+    """The loops close from the rest configuration and from around it; the closed configurations found."""
+    if not chain.closures:
+        return Finding("loops", "note", "the chain has no loops"), [chain.neutral()]
+    try:
+        start = chain.close(chain.neutral())
+    except LoopNotClosed as error:
+        return Finding("loops", "fail", f"from the rest configuration: {error}"), []
+    rng = np.random.default_rng(0)
+    scale = np.where(chain.metres, chain.characteristic_length, 1.0)
+    found, lost = [start], 0
+    for _ in range(_POSES):
+        away = scale * rng.uniform(-_AROUND, _AROUND, chain.model.nv)
+        try:
+            found.append(chain.close(pin.integrate(chain.model, start, away)))
+        except LoopNotClosed:
+            lost += 1
+    worst = max(float(np.abs(chain.residual(q)).max()) for q in found)
+    text = f"residual at most {worst:.1e} m, rad over {len(found)} configurations"
+    if lost:
+        return Finding("loops", "note", f"{text}; {lost} of {_POSES} near the first did not close"), found
+    return Finding("loops", "pass" if worst <= _CLOSED else "fail", text), found
+
+
+def _chain_jacobian(chain: ClosedChain, found: list[FloatArray]) -> Finding:
+    """The closures' Jacobian against central differences on the chain's manifold."""
+    if not chain.closures:
+        return Finding("closure Jacobian", "note", "the chain has no loops")
+    worst = max(_jacobian_error(chain, q) for q in found)
+    return Finding("closure Jacobian", "pass" if worst <= _JACOBIAN else "fail", f"differences deviate by {worst:.1e}")
+
+
+def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
+    """Freedoms, and whether the actuators rule them."""
+    answers = [chain.mobility(q) for q in found]
+    freedoms = [answer.degrees_of_freedom for answer in answers]
+    usual = answers[freedoms.index(max(freedoms, key=freedoms.count))]
+    text = f"{usual.degrees_of_freedom} degrees of freedom, closures of rank {usual.rank} of {usual.rows}"
+    if usual.redundant:
+        text += f" (redundant: {', '.join(usual.redundant_closures)})"
+    if usual.locked is None:
+        return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
+    text += f"; {usual.locked.degrees_of_freedom} with the actuators locked"
+    if answers[0].kinds:
+        return Finding(
+            "mobility", "note", f"{text}; the first configuration is singular: {', '.join(answers[0].kinds)}"
+        )
+    return Finding("mobility", "note" if usual.locked.degrees_of_freedom else "pass", text)
+
+
+def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
+    """Joint limits of the first closed configuration."""
+    beyond = chain.beyond_limits(found[0])
+    if beyond:
+        return Finding("joint limits", "note", f"the loops close first with {', '.join(beyond)} beyond their limits")
+    return Finding("joint limits", "pass", "the loops close within them")
+
+
+def _chain_inertia(chain: ClosedChain, _: list[FloatArray]) -> Finding:
+    """Masses and inertias that bodies can have."""
+    model = chain.model
+    light = [model.names[joint] for joint in range(1, model.njoints) if model.inertias[joint].mass <= 0.0]
+    for joint in range(1, model.njoints):
+        principal = np.linalg.eigvalsh(model.inertias[joint].inertia)
+        slack = 1e-9 * max(float(principal[2]), 0.0)
+        if model.inertias[joint].mass < 0.0 or principal[0] < -slack or principal[2] > principal[:2].sum() + slack:
+            return Finding("inertia", "fail", f"no body has the mass or inertia of the link after {model.names[joint]}")
+    if light:
+        return Finding("inertia", "note", f"no mass after {', '.join(light)}: motion there is not ruled by forces")
+    return Finding("inertia", "pass", f"{sum(item.mass for item in model.inertias):.4g} kg in all")
+
+
+#: The checks of a robot that is no wrist, after that of its loops.
+CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
+    "closure Jacobian": _chain_jacobian,
+    "mobility": _chain_mobility,
+    "joint limits": _chain_limits,
+    "inertia": _chain_inertia,
+}
+
+
+def check_chain(chain: ClosedChain) -> Report:
+    """Run the checks of :data:`CHAIN_CHECKS` on any closed chain.
+
+    Parameters
+    ----------
+    chain : ClosedChain
+        The robot.
+
+    Returns
+    -------
+    Report
+        If the loops do not close, that is its only finding.
+    """
+    loops, found = _chain_loops(chain)
+    rest = tuple(run(chain, found) for run in CHAIN_CHECKS.values()) if found else ()
+    return Report(chain.description.name, (loops, *rest))
 
 
 def run_check(name: str, mechanism: Mechanism) -> Finding:
     """Run one check of :data:`CHECKS`."""
-    return _run(name, _Subject(mechanism))
+    try:
+        subject = _Subject(mechanism)
+    except ExoPinError as error:
+        return Finding(name, "fail", str(error))
+    return _run(name, subject)
 
 
 def _run(name: str, subject: _Subject) -> Finding:

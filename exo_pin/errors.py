@@ -8,6 +8,7 @@ from os import PathLike, fspath
 from typing import Any
 
 __all__ = [
+    "BeyondLimits",
     "BrowserFailed",
     "BrowserNotFound",
     "ExoPinError",
@@ -18,7 +19,9 @@ __all__ = [
     "MissingData",
     "MissingExtra",
     "NonConvexBound",
+    "NotAWrist",
     "SolverFailed",
+    "UndeterminedMotion",
     "UnknownName",
 ]
 
@@ -154,6 +157,60 @@ class LoopNotClosed(ExoPinError, RuntimeError):
         super().__init__(
             f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations"
         )
+
+
+class BeyondLimits(ExoPinError, RuntimeError):
+    """The loops close, but only with joints outside their limits.
+
+    Attributes
+    ----------
+    q : ndarray
+        Shape (nq,), the closed configuration.
+    joints : tuple of str
+        The joints that stand outside their limits there.
+    """
+
+    def __init__(self, q: Any, joints: Iterable[str]) -> None:
+        self.q = q
+        self.joints = tuple(joints)
+        super().__init__(f"the loops close only beyond the limits of {', '.join(self.joints)}")
+
+
+class UndeterminedMotion(ExoPinError, RuntimeError):
+    """The motion of the given joints leaves others free.
+
+    Attributes
+    ----------
+    q : ndarray
+        Shape (nq,), the configuration.
+    free : int
+        How many freedoms are left.
+    """
+
+    def __init__(self, q: Any, free: int) -> None:
+        self.q = q
+        self.free = int(free)
+        super().__init__(
+            f"the given joints leave {self.free} freedom{'s' if self.free > 1 else ''} of the chain open at this "
+            "configuration: give more joints, or keep away from the singularity"
+        )
+
+
+class NotAWrist(ExoPinError, RuntimeError):
+    """A closed form of the wrist was asked of a robot that is none, or is not known to be one.
+
+    Attributes
+    ----------
+    robot : str
+        Its name.
+    reason : str
+        Why.
+    """
+
+    def __init__(self, robot: str, reason: str) -> None:
+        self.robot = robot
+        self.reason = reason
+        super().__init__(f"{robot!r} has no wrist's closed form: {reason}")
 
 
 class NonConvexBound(InvalidInput):

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from . import wrist
-from .chain import AssumedMasses, ClosedChain, mechanism_urdf, write_urdf
-from .consistency import Report, check
+from .chain import AssumedMasses, ClosedChain, Recognised, mechanism_urdf, wrist_of, write_urdf
+from .consistency import Report, check, check_chain
+from .conventions import as_side
 from .design import (
     Arm,
+    CentreOffset,
     Limb,
     Load,
     Mechanism,
@@ -26,8 +29,9 @@ from .design import (
     read_mechanism,
     write_mechanism,
 )
-from .errors import InvalidInput, UnknownName
+from .errors import InvalidInput, NotAWrist, UnknownName
 from .reaction import ConstraintBounds, EquilibriumModel, Reaction, reaction
+from .reaction.locking import ChainSingularity, LockedChains
 from .validation import FloatArray
 
 if TYPE_CHECKING:
@@ -43,6 +47,8 @@ class ShoulderExo:
 
     Frozen: :meth:`replace` makes a new design. Not safe to share between threads.
 
+    A robot that was loaded from a URDF and is no wrist has its :attr:`chain`; what needs a wrist raises NotAWrist.
+
     Parameters
     ----------
     geometry : WristGeometry
@@ -57,6 +63,10 @@ class ShoulderExo:
         Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
     """
 
+    _recognised: Recognised | None = None
+    _given_side: str = "left"
+    _why_not: str = ""
+
     def __init__(
         self,
         geometry: WristGeometry,
@@ -65,10 +75,10 @@ class ShoulderExo:
         shoulder: Shoulder | None = None,
         **details: Any,
     ) -> None:
-        self._mechanism = Mechanism(
+        self._mechanism: Mechanism | None = Mechanism(
             geometry,
             arm=arm,
-            limbs=() if limbs is None else tuple(limbs),
+            limbs=() if limbs is None else limbs,  # type: ignore[arg-type]
             shoulder=Shoulder() if shoulder is None else shoulder,
             **details,
         )
@@ -82,37 +92,79 @@ class ShoulderExo:
         exo._mechanism = mechanism
         return exo
 
+    @classmethod
+    def from_chain(cls, chain: ClosedChain, side: str = "left") -> ShoulderExo:
+        """Wrap a robot that is given as a closed chain.
+
+        What :attr:`chain` can answer, it answers for any robot. If the chain is a wrist as :meth:`to_urdf` writes them,
+        with its limbs among the roles, the closed forms hold, too; otherwise they raise NotAWrist, as everything
+        does that needs a wrist's record.
+
+        Parameters
+        ----------
+        chain : ClosedChain
+            The robot.
+        side : {"left", "right"}
+            The shoulder that it is for; nothing is mirrored.
+        """
+        exo = cls.__new__(cls)
+        exo._mechanism, exo.chain, exo._given_side = None, chain, as_side(side)
+        try:
+            exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
+        except NotAWrist as error:
+            exo._recognised, exo._why_not = None, error.reason
+        if exo._recognised is not None and not exo._recognised.heavier:
+            exo._mechanism = exo._recognised.mechanism
+        return exo
+
     @property
     def mechanism(self) -> Mechanism:
-        """The frozen record of the design."""
+        """The frozen record of the design.
+
+        Raises
+        ------
+        NotAWrist
+            If the robot was loaded from a URDF that is no wrist, or has masses that a wrist's record cannot hold.
+        """
+        if self._mechanism is None:
+            reason = self._why_not
+            if self._recognised is not None:
+                reason = (
+                    "its geometry is a wrist's, but a wrist's record cannot hold the masses of "
+                    f"{len(self._recognised.heavier)} links, the first of them after {self._recognised.heavier[0]}"
+                )
+            raise NotAWrist(self.name, reason)
         return self._mechanism
 
     @property
     def name(self) -> str:
         """Short name."""
-        return self._mechanism.name
+        return self.chain.description.name if self._mechanism is None else self._mechanism.name
 
     @property
     def geometry(self) -> WristGeometry:
         """Joint centres and frames."""
-        return self._mechanism.geometry
+        known = self._recognised.mechanism if self._mechanism is None and self._recognised is not None else None
+        return (known or self.mechanism).geometry
 
     @property
     def arm(self) -> Arm | None:
         """The moving part."""
-        return self._mechanism.arm
+        return self.mechanism.arm
 
     @property
     def limbs(self) -> tuple[Limb, ...]:
         """The limbs."""
-        return self._mechanism.limbs
+        return self.mechanism.limbs
 
     @property
     def side(self) -> str:
         """Side of the body."""
-        return self._mechanism.side
+        return self._given_side if self._mechanism is None else self._mechanism.side
 
     def __repr__(self) -> str:
+        if self._mechanism is None:
+            return f"<ShoulderExo {self.name!r}: {self.chain!r}>"
         m = self._mechanism
         kinds = "+".join(
             f"{count}{kind}" for kind in ("UPU", "SPS") if (count := sum(limb.kind == kind for limb in m.limbs))
@@ -128,7 +180,7 @@ class ShoulderExo:
         UnknownName
             If a name is no field of a mechanism.
         """
-        return ShoulderExo.from_mechanism(self._mechanism.replace(**changes))
+        return ShoulderExo.from_mechanism(self.mechanism.replace(**changes))
 
     def worn_by(self, person: Arm) -> ShoulderExo:
         """The design on a person's arm: what the device itself moves is kept, another person's arm is not.
@@ -148,11 +200,11 @@ class ShoulderExo:
 
     def mirrored(self) -> ShoulderExo:
         """The same device on the other shoulder."""
-        return ShoulderExo.from_mechanism(self._mechanism.mirrored())
+        return ShoulderExo.from_mechanism(self.mechanism.mirrored())
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the design as a TOML file that :func:`load` reads back bit for bit."""
-        write_mechanism(self._mechanism, path)
+        write_mechanism(self.mechanism, path)
 
     def to_urdf(
         self, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = _ASSUMED
@@ -175,26 +227,28 @@ class ShoulderExo:
         Path
             The URDF.
         """
-        return write_urdf(self._mechanism, folder, part, assumed)
+        return write_urdf(self.mechanism, folder, part, assumed)
 
     @functools.cached_property
     def chain(self) -> ClosedChain:
         """The closed kinematic chain in Pinocchio, with the ball joint."""
-        return ClosedChain.from_urdf(*mechanism_urdf(self._mechanism, part="whole"))
+        return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
 
     @functools.cached_property
     def _equilibrium(self) -> EquilibriumModel:
-        return EquilibriumModel(self._mechanism)
+        return EquilibriumModel(self.mechanism)
 
     def check(self) -> Report:
         """Kinematic consistency: loops, Jacobians, wrist conditions, mobility, inertia, neutral pose.
+
+        Of a robot that is no wrist: loops, Jacobian, mobility, limits and inertia.
 
         Returns
         -------
         Report
             Prints as a table; ``passed`` tells whether nothing failed.
         """
-        return check(self._mechanism)
+        return check_chain(self.chain) if self._mechanism is None else check(self._mechanism)
 
     def inverse_kinematics(self, orientation: Rotation) -> wrist.LimbState:
         """Limb lengths, directions and joint angles; see :func:`exo_pin.wrist.inverse_kinematics`."""
@@ -204,9 +258,53 @@ class ShoulderExo:
         """d(lengths)/dt = J ω, shape (..., n, 3), m/rad; see :func:`exo_pin.wrist.limb_jacobian`."""
         return wrist.limb_jacobian(self.geometry, orientation)
 
+    def forward_kinematics(
+        self, lengths: ArrayLike, near: Rotation | None = None, tolerance: float = 1e-9
+    ) -> wrist.AssemblyModes:
+        """All poses with given limb lengths, m; see :func:`exo_pin.wrist.forward_kinematics`."""
+        return wrist.forward_kinematics(self.geometry, lengths, near, tolerance)
+
+    def forward_kinematics_from_base_angles(
+        self,
+        theta_x: ArrayLike | None = None,
+        theta_y: ArrayLike | None = None,
+        near: Rotation | None = None,
+        tolerance: float = 1e-9,
+    ) -> wrist.AssemblyModes:
+        """All poses with given angles of the base joints, rad.
+
+        Both angles, θ_x alone or θ_y alone; see :func:`exo_pin.wrist.forward_kinematics_from_base_angles`.
+        """
+        return wrist.forward_kinematics_from_base_angles(self.geometry, theta_x, theta_y, near, tolerance)
+
+    def joint_motion(self, orientation: Rotation, motion: Motion) -> wrist.JointMotion:
+        """Rates and accelerations of limbs and universal joints; see :func:`exo_pin.wrist.joint_motion`."""
+        return wrist.joint_motion(self.geometry, orientation, motion)
+
     def singularity(self, orientation: Rotation) -> wrist.Singularity:
         """How far poses are from losing control; see :func:`exo_pin.wrist.singularity`."""
-        return wrist.singularity(self.geometry, orientation)
+        return wrist.singularity(self.geometry, orientation, [limb.kind == "UPU" for limb in self.limbs])
+
+    def nearest_singularity(self, orientation: Rotation) -> wrist.NearestSingularity:
+        """The closest singular pose and its angle; see :func:`exo_pin.wrist.nearest_singularity`."""
+        return wrist.nearest_singularity(self.geometry, orientation)
+
+    def sensor_sensitivity(
+        self, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
+    ) -> wrist.SensorSensitivity:
+        """Error of the arm per error of joint sensors; see :func:`exo_pin.wrist.sensor_sensitivity`."""
+        return wrist.sensor_sensitivity(self.geometry, orientation, measured)
+
+    @functools.cached_property
+    def _locked_chains(self) -> LockedChains:
+        return LockedChains(self.mechanism)
+
+    def chain_singularity(self, orientation: Rotation) -> ChainSingularity:
+        """A single pose's singularity from Pinocchio's constraint Jacobians, for three UPU limbs.
+
+        See :class:`exo_pin.reaction.locking.LockedChains`.
+        """
+        return self._locked_chains.singularity(orientation)
 
     def reaction(
         self,
@@ -215,6 +313,7 @@ class ShoulderExo:
         load: Load | None = None,
         split: str = "spherical",
         constraint_bounds: ConstraintBounds = None,
+        centre_offset: CentreOffset | ArrayLike | None = None,
     ) -> Reaction:
         """Forces on shoulder, limbs, arm and torso.
 
@@ -230,16 +329,22 @@ class ShoulderExo:
             Angular velocity and acceleration; the arm is at rest if left out.
         load : Load, optional
             Force and couple on the arm, besides its weight.
-        split : {"spherical", "minimal", "standalone"}
+        split : {"spherical", "minimal", "elastic", "standalone"}
             "spherical": g = 0, limbs that carry no side force, as bare pneumatic muscles; (D-30).
             "minimal": the g within ``constraint_bounds`` that make |F_s| least: the best that a perfect structure
             could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
             the least is zero wherever det X is not, and the answer says that it is trivial.
+            "elastic": by stiffness of the limbs' guides, their joints and the shoulder
+            (:mod:`exo_pin.reaction.elastic`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
             With more than three limbs, what is still open is chosen with the least sum of squares; in "minimal" the
             tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator" or (lower, upper), optional
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n).
+        centre_offset : CentreOffset or array_like, optional
+            Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
+            and cuff together. Both effects count, lever arms and misfit, in the displaced geometry; massless
+            limbs only.
 
         Returns
         -------
@@ -248,11 +353,12 @@ class ShoulderExo:
         Raises
         ------
         MissingData
-            If the design has no arm, or ``motion`` is given and the arm's inertia is not known.
+            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or "elastic" is
+            asked and the shoulder's stiffness is not known.
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
-        return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds)
+        return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds, centre_offset)
 
     def view(self, **options: Any) -> Scene:
         """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
@@ -278,10 +384,11 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     Parameters
     ----------
     source : str or path-like
-        Name of a preset (:func:`exo_pin.presets`), or path of a ``.toml`` file.
+        Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a ``.urdf`` file with its
+        closures file beside it; see :meth:`ShoulderExo.from_chain`.
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
-        (all presets are left).
+        (all presets are left). A URDF is not mirrored: there it says which side the robot is for, left if left out.
 
     Returns
     -------
@@ -294,11 +401,15 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     FileFormatError
         If the file has an unknown, missing or wrong key.
     """
+    if not isinstance(source, (str, PathLike)):
+        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {source!r:.60}")
     text = fspath(source)
     if text in presets():
         mechanism = preset(text)
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
+    elif text.endswith(".urdf"):
+        return ShoulderExo.from_chain(ClosedChain.from_urdf(text), "left" if side is None else side)
     else:
-        raise UnknownName("preset or .toml file", text, presets())
+        raise UnknownName("preset, .toml or .urdf file", text, presets())
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

@@ -12,11 +12,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from os import PathLike
 
-import pytest
-
-from .consistency import CHECKS, run_check
+from .consistency import CHAIN_CHECKS, CHECKS, check_chain, run_check
 from .design import Mechanism
+from .errors import MissingExtra, NotAWrist
 from .exo import ShoulderExo, load
+
+try:
+    import pytest
+except ImportError as error:
+    raise MissingExtra("test", "pytest") from error
 
 __all__ = ["consistency_checks"]
 
@@ -34,14 +38,27 @@ def consistency_checks(source: str | PathLike[str] | ShoulderExo | Mechanism) ->
     callable
         To be bound to a name that starts with ``test_``.
     """
-    if isinstance(source, Mechanism):
-        mechanism = source
-    else:
-        mechanism = (source if isinstance(source, ShoulderExo) else load(source)).mechanism
+    exo = source if isinstance(source, (Mechanism, ShoulderExo)) else load(source)
+    try:
+        mechanism = exo if isinstance(exo, Mechanism) else exo.mechanism
+    except NotAWrist:
+        assert isinstance(exo, ShoulderExo)
+        return _robot_checks(exo)
 
     @pytest.mark.parametrize("name", CHECKS)
     def run(name: str) -> None:
         finding = run_check(name, mechanism)
         assert finding.outcome != "fail", f"{mechanism.name}: {finding.name}: {finding.detail}"
+
+    return run
+
+
+def _robot_checks(exo: ShoulderExo) -> Callable[[str], None]:
+    """The checks of a robot that is no wrist."""
+
+    @pytest.mark.parametrize("name", ["loops", *CHAIN_CHECKS])
+    def run(name: str) -> None:
+        for finding in check_chain(exo.chain).findings:
+            assert finding.name != name or finding.outcome != "fail", f"{exo.name}: {name}: {finding.detail}"
 
     return run

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from .errors import InvalidInput
 
-__all__ = ["as_finite", "as_inertia", "as_positive", "as_rotation", "as_unit_vector", "frozen"]
+__all__ = ["as_finite", "as_inertia", "as_positive", "as_real", "as_rotation", "as_unit_vector", "frozen"]
 
 FloatArray = NDArray[np.float64]
 
@@ -27,6 +27,26 @@ def frozen(array: FloatArray) -> FloatArray:
 def _describe(shape: tuple[int | None, ...]) -> str:
     inner = ", ".join("n" if side is None else str(side) for side in shape)
     return f"({inner},)" if len(shape) == 1 else f"({inner})"
+
+
+def as_real(name: str, value: Any) -> FloatArray:
+    """Copy ``value`` as a float64 array of any shape, if it holds real numbers; they may be infinite or NaN.
+
+    Raises
+    ------
+    InvalidInput
+        For booleans, strings, dates, complex numbers, masked arrays and ragged lists.
+    """
+    try:
+        if isinstance(value, np.ma.MaskedArray):
+            raise TypeError
+        raw = np.asarray(value)
+        if raw.dtype.kind not in "iuf":
+            raise TypeError
+        with np.errstate(over="ignore"):
+            return np.array(raw, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}") from None
 
 
 def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack: bool = False) -> FloatArray:
@@ -53,13 +73,7 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     InvalidInput
         If it is not numeric, has another shape, or holds NaN or infinity.
     """
-    try:
-        raw = np.asarray(value)
-        if raw.dtype.kind not in "iuf":
-            raise TypeError
-        array = np.array(raw, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}") from None
+    array = as_real(name, value)
     tail = array.shape[len(array.shape) - len(shape) :] if len(array.shape) >= len(shape) else ()
     fits = len(tail) == len(shape) and all(want is None or want == got for want, got in zip(shape, tail, strict=True))
     if not fits or (not stack and len(array.shape) != len(shape)):

@@ -82,10 +82,29 @@ def test_a_question_that_cannot_be_asked_is_one_line_and_status_2(capsys, argume
 
 
 @pytest.mark.parametrize("arguments", [["nonsense"], ["reaction", "--flexion", "much"], []])
-def test_a_wrong_command_is_status_2(capsys, arguments):
+def test_a_wrong_command_is_one_line_and_status_2(capsys, arguments):
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
+    _, err = capsys.readouterr()
+    assert err.startswith("exo-pin: ")
+    assert err.count("\n") == 1
+
+
+def test_side_force_limit_and_elbow_are_heard(capsys):
+    exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male", elbow_flexion=90, degrees=True))
+    pose = ep.shoulder_rotation(60, 30, 0, degrees=True)
+    person = ["--person", "1.75,75,male", "--elbow-flexion", "90"]
+    _, out, _ = run(capsys, "reaction", *POSE, *person, "--side-force-limit", "5", "--json")
+    expected = exo.reaction(pose, split="minimal", constraint_bounds=(-5.0, 5.0))
+    assert json.loads(out)["minimal"]["magnitude"] == pytest.approx(float(expected.magnitude))
+
+
+def test_plot_of_a_singular_pose_and_of_an_unloaded_arm(capsys, tmp_path):
+    assert run(capsys, "plot", "--abduction", "90", "--out", str(tmp_path / "a.png"))[0] == 0
+    ep.load("prototype").replace(gravity=[0, 0, 0]).save(tmp_path / "weightless.toml")
+    assert run(capsys, "plot", str(tmp_path / "weightless.toml"), "--out", str(tmp_path / "b.png"))[0] == 0
+    assert run(capsys, "plot", "--out", str(tmp_path / "none"))[0] == 2
 
 
 def test_check_tells_good_from_bad(capsys):

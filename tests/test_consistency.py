@@ -1,5 +1,8 @@
 """The consistency checks, on designs that pass and on designs made to fail."""
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 from wrists import random_mechanism
@@ -8,8 +11,10 @@ import exo_pin as ep
 from exo_pin import consistency
 from exo_pin.consistency import CHECKS, check
 from exo_pin.testing import consistency_checks
+from exo_pin.wrist import inverse_kinematics, limb_jacobian
 
 test_prototype = consistency_checks("prototype")
+test_published_urdf = consistency_checks(str(Path(__file__).parents[1] / "urdf" / "prototype.urdf"))
 test_right_prototype = consistency_checks(ep.load("prototype", side="right"))
 test_random_design_with_five_limbs = consistency_checks(
     random_mechanism(np.random.default_rng(1), 5, ["UPU", "SPS", "UPU", "SPS", "UPU"])
@@ -43,19 +48,53 @@ def test_what_is_not_known_is_a_note():
     assert "outside the stroke of limb 1" in outcome(ep.load("prototype").check(), "neutral pose").detail
 
 
-@pytest.mark.parametrize(
-    ("name", "broken"),
-    [
-        ("limb Jacobian", lambda _: ("limb_jacobian", lambda g, p: 1.0001 * ep.wrist.limb_jacobian(g, p))),
-    ],
-)
-def test_a_wrong_jacobian_is_found(monkeypatch, name, broken):
-    attribute, replacement = broken(None)
-    monkeypatch.setattr(consistency, attribute, replacement)
+def test_a_wrong_limb_jacobian_is_found(monkeypatch):
+    monkeypatch.setattr(consistency, "limb_jacobian", lambda g, p: 1.0001 * limb_jacobian(g, p))
     report = check(ep.load("prototype").mechanism)
-    assert outcome(report, name).outcome == "fail"
+    assert outcome(report, "limb Jacobian").outcome == "fail"
     assert not report.passed
     assert "NOT CONSISTENT" in str(report)
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "spoil"),
+    [
+        ("loops", "residual", lambda value: value + 1e-9),
+        ("closure Jacobian", "constraint_jacobian", lambda value: value * (1 + 1e-6)),
+        ("mobility", "mobility", lambda value: dataclasses.replace(value, rank=value.rank + 1)),
+    ],
+)
+def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
+    original = getattr(ep.ClosedChain, method)
+    monkeypatch.setattr(ep.ClosedChain, method, lambda self, *a, **k: spoil(original(self, *a, **k)))
+    assert outcome(check(ep.load("prototype").mechanism), name).outcome == "fail"
+
+
+def test_wrong_limb_lengths_are_found(monkeypatch):
+    class Longer:
+        def __init__(self, state):
+            self.lengths = state.lengths + 1e-9 * (np.ndim(state.lengths) == 1) * np.arange(3)
+            self.reach = state.reach
+
+    calls = []
+
+    def wrong(geometry, pose):
+        calls.append(pose)
+        state = inverse_kinematics(geometry, pose)
+        return state if len(calls) == 1 else Longer(state)
+
+    monkeypatch.setattr(consistency, "inverse_kinematics", wrong)
+    assert consistency.run_check("limb lengths", ep.load("prototype").mechanism).outcome == "fail"
+
+
+def test_an_impossible_inertia_is_found():
+    arm = ep.Arm(1.0, [0, 0, -0.2], np.diag([1e-3, 1e-3, 1e-3]))
+    object.__setattr__(arm, "inertia", np.diag([1e-3, 1e-3, -1e-3]))
+    mechanism = ep.load("prototype").mechanism.replace(arm=arm)
+    assert consistency.run_check("inertia", mechanism).outcome == "fail"
+    thin = ep.thesis_rotation(0.3, 0.5, 0.7).as_matrix()
+    rod = ep.Arm(1.0, [0, 0, -0.2], thin @ np.diag([0.03, 0.03, 0.0]) @ thin.T)
+    assert ep.load("prototype").replace(arm=rod).check().passed
 
 
 def test_axes_that_miss_the_centre_are_found(monkeypatch):

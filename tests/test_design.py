@@ -1,5 +1,6 @@
 """Mechanisms as data: published parameter sets, files, and what bad input is told."""
 
+import dataclasses
 import re
 import tomllib
 
@@ -241,6 +242,21 @@ def test_arms_add_as_bodies_do():
         _ = Arm(1.0, [0, 0, 0]).inertia_about_origin
 
 
+def test_a_changed_arm_is_a_body_of_its_own():
+    person = Arm.from_anthropometry(1.75, 75, "male")
+    device = preset("prototype").arm
+    heavier = dataclasses.replace(person, mass=6.0)
+    assert heavier.person.mass == 6.0
+    assert (heavier + device).mass == pytest.approx(6.0 + device.mass)
+    assert heavier.mirrored().mass == 6.0
+    assert dataclasses.replace(person + device, mass=9.0).parts[0].mass == 9.0
+
+
+def test_a_left_geometry_is_refused_on_a_right_shoulder():
+    with pytest.raises(InvalidInput, match="mirrored"):
+        preset("prototype").replace(side="right")
+
+
 def test_arm_of_a_person():
     arm = Arm.from_anthropometry(1.741, 73.0, "male")
     # The table's own person: 4.94 % of body mass; lengths 281.7, 268.9 and 86.2 mm.
@@ -266,6 +282,17 @@ def test_arm_of_a_person():
         (lambda: Arm(1.0, [0, 0, -190]), "millimetres"),
         (lambda: Arm(1.0, [0, 0, 0], np.diag([1, 1, 3])), "triangle"),
         (lambda: Arm(1.0, [0, 0, 0], [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]), "symmetric"),
+        (lambda: Arm(656.56, [0, 0, 0]), "grams"),
+        (lambda: Arm.from_inertia_about_origin(0.656, [0, 0, -0.19], np.diag([2.8e7, 2.8e7, 1.4e6])), "g mm²"),
+        (lambda: Arm(1.0, [0, 0, 0], device="no"), "device"),
+        (lambda: preset("prototype").replace(gravity=[0, 0, -9810]), "mm/s²"),
+        (lambda: preset("prototype").replace(limbs=Limb()), "list of Limb"),
+        (lambda: preset("prototype").replace(name=None), "name"),
+        (lambda: preset("prototype").replace(estimated="x"), "estimated"),
+        (lambda: Load([1, 2, 3], moment=[[1, 2], [3]]), "real numbers"),
+        (lambda: Load(np.ma.masked_array([1, 2, 3], [0, 1, 0])), "real numbers"),
+        (lambda: Motion([1e155, 0, 0], [0, 0, 0]), "below"),
+        (lambda: Arm.from_anthropometry(1.75, 75, []), "female, male"),
         (lambda: Arm.from_anthropometry(175, 75, "male"), "0.5 to 2.6 m"),
         (lambda: Arm.from_anthropometry(1.75, 75, "man"), "female, male"),
         (lambda: Arm.from_anthropometry(1.75, 75, "male", elbow_flexion=90), "rad"),

@@ -6,10 +6,13 @@ from .closures import ROOT_JOINTS, TYPES, Closure, Closures, ClosureType, LimbRo
 from .export import published_urdf, write_published_urdf, write_urdf
 from .files import read_closures, write_closures
 from .forces import TreeForces
+from .kinematics import Split
+from .margins import Margins
 from .masses import AssumedMasses
 from .mobility import Mobility
-from .model import CLOSED, ClosedChain
-from .motion import UndeterminedMotion
+from .model import ClosedChain
+from .recognition import Recognised, wrist_of
+from .structure import CLOSED
 from .urdf import PARTS, dummy_shoulder_urdf, mechanism_urdf
 
 __all__ = [
@@ -23,16 +26,19 @@ __all__ = [
     "ClosureType",
     "Closures",
     "LimbRole",
+    "Margins",
     "Mobility",
     "Placement",
+    "Recognised",
     "Roles",
     "Root",
+    "Split",
     "TreeForces",
-    "UndeterminedMotion",
     "dummy_shoulder_urdf",
     "mechanism_urdf",
     "published_urdf",
     "read_closures",
+    "wrist_of",
     "write_closures",
     "write_published_urdf",
     "write_urdf",

@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from ..conventions import GRAVITY
 from ..errors import InvalidInput, UnknownName
-from ..validation import as_finite
+from ..validation import as_finite, as_positive, as_unit_vector
+from .projection import CODES
 
 __all__ = ["ROOT_JOINTS", "TYPES", "Closure", "ClosureType", "Closures", "LimbRole", "Placement", "Roles", "Root"]
 
@@ -25,22 +28,44 @@ class ClosureType:
     ----------
     name : str
         As in the file.
-    code : int
-        Number by which the compiled kernels know it.
-    rows : int
-        Number of constraint rows: of the six components of the motion of frame a against frame b (translation,
-        rotation, in the axes of a) those that the closure forbids.
+    translations, rotations : int
+        Number of constraint rows in metres, which come first, and in radians: what the closure forbids of the motion
+        of frame a against frame b.
+    has_axis : bool
+        Whether it turns or slides about an axis that can be stated.
     """
 
     name: str
-    code: int
-    rows: int
+    translations: int
+    rotations: int
+    has_axis: bool = False
+
+    @property
+    def code(self) -> int:
+        """Number by which the compiled functions know it."""
+        return CODES[self.name]
+
+    @property
+    def rows(self) -> int:
+        """Number of constraint rows."""
+        return self.translations + self.rotations
 
 
-_ALL_TYPES = (ClosureType("rigid", 0, 6), ClosureType("spherical", 1, 3))
+_ALL_TYPES = (
+    ClosureType("rigid", 3, 3),
+    ClosureType("spherical", 3, 0),
+    ClosureType("revolute", 3, 2, has_axis=True),
+    ClosureType("universal", 3, 1),
+    ClosureType("prismatic", 2, 3, has_axis=True),
+    ClosureType("cylindrical", 2, 2, has_axis=True),
+    ClosureType("distance", 1, 0),
+)
 
 #: The closure types by name; "point" is another name for "spherical".
 TYPES: dict[str, ClosureType] = {kind.name: kind for kind in _ALL_TYPES} | {"point": _ALL_TYPES[1]}
+
+#: Swaps x and y, and turns z around: the frames of a universal closure seen from its other side.
+_SWAP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -66,6 +91,11 @@ class Placement:
         if abs(norm - 1.0) > 1e-9:
             raise InvalidInput(f"expected a unit quaternion, got {self.quaternion} of length {norm:.12g}")
 
+    def turned(self, quaternion: ArrayLike) -> Placement:
+        """The placement with its frame turned in itself by a unit quaternion (x, y, z, w)."""
+        turned = Rotation.from_quat(self.quaternion) * Rotation.from_quat(np.array(quaternion))
+        return Placement(self.translation, tuple(turned.as_quat().tolist()))
+
 
 @dataclass(frozen=True)
 class Closure:
@@ -81,11 +111,19 @@ class Closure:
         Frames (links or joints) of the URDF, or "universe".
     placement_a, placement_b : Placement
         Of the closure's frame in ``frame_a`` and ``frame_b``.
+    axis : tuple of float or None
+        Direction about (along) which a revolute, prismatic or cylindrical closure turns (slides), in the closure's
+        frame, of length 1; by default its z axis. A universal closure turns about the y axis of frame b and the x
+        axis of frame a.
+    distance : float or None
+        What a distance closure keeps between the origins of its two frames, m; other types have none.
 
     Raises
     ------
     UnknownName
         If there is no such closure type.
+    InvalidInput
+        If an axis or a distance is given to a type that has none, or a distance closure has no distance.
     """
 
     name: str
@@ -94,13 +132,39 @@ class Closure:
     frame_b: str
     placement_a: Placement = field(default_factory=Placement)
     placement_b: Placement = field(default_factory=Placement)
+    axis: tuple[float, float, float] | None = None
+    distance: float | None = None
 
     def __post_init__(self) -> None:
         for key in ("name", "type", "frame_a", "frame_b"):
             _require_name(f"closure {key}", getattr(self, key))
         if self.type not in TYPES:
             raise UnknownName("closure type", self.type, TYPES, where=f"closure {self.name!r}")
-        object.__setattr__(self, "type", TYPES[self.type].name)
+        kind = TYPES[self.type]
+        object.__setattr__(self, "type", kind.name)
+        if self.axis is not None:
+            if not kind.has_axis:
+                having = ", ".join(name for name, other in TYPES.items() if other.has_axis)
+                raise InvalidInput(f"closure {self.name!r}: a {kind.name} closure has no axis, only {having} have")
+            axis = as_finite(f"axis of closure {self.name!r}", self.axis, (3,))
+            if abs(float(np.linalg.norm(axis)) - 1.0) > 1e-12:
+                # An axis of length 1 is kept as it is, so that a file loads back bit for bit.
+                axis = as_unit_vector(f"axis of closure {self.name!r}", axis)
+            object.__setattr__(self, "axis", tuple(axis.tolist()))
+        if (self.distance is None) != (kind.name != "distance"):
+            raise InvalidInput(
+                f"closure {self.name!r}: expected a distance for a distance closure and for no other, "
+                f"got {self.distance} for type {kind.name!r}"
+            )
+        if self.distance is not None:
+            object.__setattr__(self, "distance", as_positive(f"distance of closure {self.name!r}", self.distance))
+
+    def reversed(self) -> Closure:
+        """The same closure with a and b exchanged: what it allows is the same, its rows are told by the other body."""
+        a, b = self.placement_a, self.placement_b
+        if self.type == "universal":
+            a, b = a.turned(_SWAP), b.turned(_SWAP)
+        return Closure(self.name, self.type, self.frame_b, self.frame_a, b, a, self.axis, self.distance)
 
     @property
     def rows(self) -> int:

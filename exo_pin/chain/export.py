@@ -5,11 +5,11 @@ from __future__ import annotations
 from os import PathLike
 from pathlib import Path
 
-from ..design.files import preset, presets, write_text
+from ..design.files import preset, presets
 from ..design.mechanism import Mechanism
 from ..errors import InvalidInput
 from .closures import Closures
-from .files import closures_text
+from .files import closures_text, write_files
 from .masses import AssumedMasses
 from .urdf import dummy_shoulder_urdf, mechanism_urdf
 
@@ -52,7 +52,7 @@ def write_urdf(
         raise InvalidInput(f"expected a mechanism whose name can name a file, got {mechanism.name!r}")
     xml, closures = mechanism_urdf(mechanism, part, assumed)
     stem = f"{mechanism.name}{_SUFFIX[part]}"
-    return _write(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": _closures_file(closures, stem)})[0]
+    return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": _closures_file(closures, stem)})[0]
 
 
 def published_urdf() -> dict[str, str]:
@@ -75,19 +75,8 @@ def published_urdf() -> dict[str, str]:
 
 def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
     """Write :func:`published_urdf` to a folder and return the paths."""
-    return _write(folder, published_urdf())
+    return write_files(folder, published_urdf())
 
 
 def _closures_file(closures: Closures, stem: str) -> str:
     return closures_text(closures, f"What {stem}.urdf leaves out: its root, its loops, its roles. Written by exo_pin.")
-
-
-def _write(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path]:
-    target = Path(folder)
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InvalidInput(f"expected a folder to write to, got {str(target)!r}: {error}") from error
-    for name, text in texts.items():
-        write_text(target / name, text)
-    return [target / name for name in texts]

@@ -12,13 +12,15 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
 
     [[closures]]
     name = "loop"
-    type = "rigid"                       # see TYPES; rigid: 6 rows, spherical (also called point): 3 rows
+    type = "rigid"                       # what it allows, see below
     frame_a = "hand"                     # a link or joint of the URDF, or "universe", the world
     frame_b = "universe"
     translation_a_m = [0.0, 0.0, 0.1]    # optional: where the closure's frame stands in frame_a, frame_b
     quaternion_a_xyzw = [0.0, 0.0, 0.0, 1.0]
     translation_b_m = [0.4, 0.0, 0.0]
     quaternion_b_xyzw = [0.0, 0.0, 0.0, 1.0]
+    # axis = [0.0, 0.0, 1.0]             # optional, of revolute, prismatic, cylindrical: in the closure's frame
+    # distance_m = 0.3                   # of distance, and only there
 
     [roles]                              # optional: what the parts are for
     actuated = ["slide"]                 # joints that carry an actuator
@@ -32,6 +34,15 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     slide = "limb_1_slide"               # the limb's actuated joint
     platform_joint = "limb_1_platform_y" # its first joint after the arm
     closure = "limb_1_base"              # the closure that holds it to the torso
+
+The types, with the rows that they cost:
+
+* rigid (6): nothing moves;
+* spherical, also called point (3): the frames' origins coincide;
+* revolute (5): turning about the axis, by default the closure frame's z;
+* universal (4): turning about the y axis of frame b and the x axis of frame a, which stay at right angles;
+* prismatic (5): sliding along the axis; cylindrical (4): sliding along it and turning about it;
+* distance (1): the frames' origins keep their distance, as the ends of a rod between two ball joints.
 
 Lengths may also be given in mm (``translation_b_mm``). Orientations are unit quaternions, because roll, pitch and
 yaw lose digits near their lock. An unknown key, type, frame, joint or closure is an error that lists what there
@@ -53,7 +64,7 @@ from ..design.quantities import Table
 from ..errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
 from .closures import Closure, Closures, LimbRole, Placement, Roles, Root
 
-__all__ = ["closures_text", "read_closures", "write_closures"]
+__all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
 
 _SCHEMA = 1
 
@@ -103,6 +114,24 @@ def write_closures(closures: Closures, path: str | PathLike[str], comment: str =
     write_text(path, closures_text(closures, comment))
 
 
+def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path]:
+    """Write texts, by name, to a folder, which is made if it is not there; return the paths.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInput(f"expected a folder to write to, got {str(target)!r}: {error}") from error
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [target / name for name in texts]
+
+
 def closures_text(closures: Closures, comment: str = "") -> str:
     """The text of a closures file."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
@@ -116,6 +145,10 @@ def closures_text(closures: Closures, comment: str = "") -> str:
             if placement != Placement():
                 lines.append(_pair(f"translation_{end}_m", placement.translation))
                 lines.append(_pair(f"quaternion_{end}_xyzw", placement.quaternion))
+        if closure.axis is not None:
+            lines.append(_pair("axis", closure.axis))
+        if closure.distance is not None:
+            lines.append(_pair("distance_m", closure.distance))
     roles = closures.roles
     if roles != Roles():
         lines += ["", "[roles]", _pair("actuated", roles.actuated)]
@@ -167,8 +200,11 @@ def _read_closure(table: Table) -> Closure:
             placements.append(Placement(**{key: value for key, value in given.items() if value is not None}))  # type: ignore[arg-type]
         except InvalidInput as error:
             raise table.error(str(error), f"quaternion_{end}_xyzw") from error
+    axis = table.quantity("number", "axis", (3,), required=False)
+    distance = table.quantity("length", "distance", (), required=False)
     table.finish()
-    return Closure(*texts, *placements)  # type: ignore[arg-type]
+    extra = {"axis": axis, "distance": distance}
+    return Closure(*texts, *placements, **{key: value for key, value in extra.items() if value is not None})  # type: ignore[arg-type]
 
 
 def _read_roles(table: Table) -> Roles:

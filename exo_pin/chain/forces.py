@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -13,11 +13,9 @@ from numpy.typing import ArrayLike
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, as_finite
 from . import kernels
+from .structure import Structure
 
-if TYPE_CHECKING:
-    from .model import ClosedChain
-
-__all__ = ["TreeForces", "rnea"]
+__all__ = ["Forces", "TreeForces"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +29,7 @@ class TreeForces:
     """
 
     tau: FloatArray
-    _chain: ClosedChain = field(repr=False)
+    _chain: Structure = field(repr=False)
     _joint_wrenches: FloatArray = field(repr=False)  # (njoints, 6), local axes and origin
     _closure_wrenches: FloatArray = field(repr=False)  # (m, 6) on a, world axes, about the world's origin
     _poses: FloatArray = field(repr=False)  # (njoints, 4, 3)
@@ -114,22 +112,75 @@ def _told(
     return (both @ pose[:3].T if frame == "local" else both).reshape(6)
 
 
-def rnea(
-    chain: ClosedChain,
+class Forces(Structure):
+    """Recursive Newton-Euler on the tree of a chain."""
+
+    def rnea(
+        self,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        multipliers: ArrayLike | None = None,
+        external: Mapping[str, ArrayLike] | None = None,
+    ) -> TreeForces:
+        """Generalised forces of the tree, and the wrench that every joint transmits.
+
+        τ = M a + h - Jᵀλ - external: what the joints' actuators have to give when the closures give λ.
+
+        Parameters
+        ----------
+        q : array_like
+            Shape (nq,).
+        v, a : array_like, optional
+            Shape (nv,); zero if left out.
+        multipliers : array_like, optional
+            λ, shape (rows,), as the class describes; zero if left out.
+        external : mapping, optional
+            Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
+            origin, world axes, N and N m.
+
+        Returns
+        -------
+        TreeForces
+            With ``tau`` and the joints' wrenches.
+        """
+        zero = np.zeros(self._model.nv)
+        return _rnea(
+            self,
+            self._configuration(q),
+            zero if v is None else self._tangent("v", v),
+            zero if a is None else self._tangent("a", a),
+            None if multipliers is None else self._vector("multipliers", multipliers, self.row_count),
+            external,
+        )
+
+
+def _rnea(
+    chain: Structure,
     q: FloatArray,
     v: FloatArray,
     a: FloatArray,
     multipliers: FloatArray | None,
     external: Mapping[str, ArrayLike] | None,
 ) -> TreeForces:
-    """See :meth:`ClosedChain.rnea`."""
+    """:meth:`Forces.rnea` after its checks."""
     work, top, model = chain._workspace, chain._topology, chain.model
     data = work.data
     pin.forwardKinematics(model, data, q)
     work.external[:] = 0.0
     work.wrenches[:] = 0.0
     if multipliers is not None:
-        kernels.closure_wrenches(work.poses, multipliers, top.joints, top.local, top.rows, work.wrenches, work.external)
+        kernels.closure_wrenches(
+            work.poses,
+            multipliers,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            work.wrenches,
+            work.external,
+        )
     for name, value in (external or {}).items():
         if name not in chain._frames:
             raise UnknownName("frame", name, chain._frames)

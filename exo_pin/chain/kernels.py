@@ -1,17 +1,6 @@
-"""The relative motion of closure frames, compiled: one residual, one Jacobian, one drift for every closure type.
+"""All closures of a chain at once, compiled: residual, Jacobian, its rate, and the wrenches of the multipliers.
 
-A closure joins frame a of one body to frame b of another. Its relative pose is told as a sees it, in the axes of a:
-
-* displacement ``d = R_aᵀ (p_a - p_b)``, how far a stands from b;
-* turn ``θ = log(R_bᵀ R_a)``, the rotation vector that takes b to a (its components in a and b are the same).
-
-The relative twist ``V = (R_aᵀ (v_a - v_b), R_aᵀ (ω_a - ω_b))``, velocities of the body points at p_b, is exactly
-``(d', θ')`` as long as θ = 0, and ``d'`` always. A closure type selects what it forbids of both: its residual rows
-are the selected components of (d, θ), its Jacobian rows those of V. Since θ is its own image under the derivative
-of the logarithm, a Newton step on these rows is exact in θ however large the turn.
-
-Layout of ``poses``, shape (..., 4, 3): rows 0 to 2 are the columns of R, row 3 is p, as Pinocchio keeps them.
-World Jacobians are transposed, shape (nv, 6), linear part first, about the world's origin.
+What a closure type forbids is defined in :mod:`exo_pin.chain.projection`; everything here goes through its projection.
 """
 
 from __future__ import annotations
@@ -22,73 +11,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-__all__ = ["closure_wrenches", "drift", "residual", "residual_jacobian"]
+from .projection import project, project_rate, relative_pose
+
+__all__ = ["closure_wrenches", "jacobian_rate", "residual", "residual_jacobian", "shift_rows"]
 
 _compile = njit(cache=True, error_model="numpy")
-
-_RIGID, _SPHERICAL = 0, 1
-
-
-@_compile
-def _compose(parent: Any, local: Any, out: Any) -> None:
-    """Pose of ``local`` in ``parent``; both and ``out`` have shape (4, 3)."""
-    for i in range(4):
-        for k in range(3):
-            out[i, k] = local[i, 0] * parent[0, k] + local[i, 1] * parent[1, k] + local[i, 2] * parent[2, k]
-    for k in range(3):
-        out[3, k] += parent[3, k]
-
-
-@_compile
-def _log(Q: Any, out: Any) -> None:
-    """Rotation vector of Q (shape (3, 3), entries Q[i, j]), accurate for small and large turns."""
-    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
-    if trace > 0.0:
-        # The quaternion's vector part carries the full accuracy of a small turn.
-        w = 0.5 * math.sqrt(1.0 + trace)
-        x = (Q[2, 1] - Q[1, 2]) / (4.0 * w)
-        y = (Q[0, 2] - Q[2, 0]) / (4.0 * w)
-        z = (Q[1, 0] - Q[0, 1]) / (4.0 * w)
-    elif Q[0, 0] >= Q[1, 1] and Q[0, 0] >= Q[2, 2]:
-        x = 0.5 * math.sqrt(max(1.0 + Q[0, 0] - Q[1, 1] - Q[2, 2], 0.0))
-        w = (Q[2, 1] - Q[1, 2]) / (4.0 * x)
-        y = (Q[0, 1] + Q[1, 0]) / (4.0 * x)
-        z = (Q[0, 2] + Q[2, 0]) / (4.0 * x)
-    elif Q[1, 1] >= Q[2, 2]:
-        y = 0.5 * math.sqrt(max(1.0 + Q[1, 1] - Q[0, 0] - Q[2, 2], 0.0))
-        w = (Q[0, 2] - Q[2, 0]) / (4.0 * y)
-        x = (Q[0, 1] + Q[1, 0]) / (4.0 * y)
-        z = (Q[1, 2] + Q[2, 1]) / (4.0 * y)
-    else:
-        z = 0.5 * math.sqrt(max(1.0 + Q[2, 2] - Q[0, 0] - Q[1, 1], 0.0))
-        w = (Q[1, 0] - Q[0, 1]) / (4.0 * z)
-        x = (Q[0, 2] + Q[2, 0]) / (4.0 * z)
-        y = (Q[1, 2] + Q[2, 1]) / (4.0 * z)
-    if w < 0.0:
-        w, x, y, z = -w, -x, -y, -z
-    norm = math.sqrt(x * x + y * y + z * z)
-    factor = 2.0 if norm == 0.0 else 2.0 * math.atan2(norm, w) / norm
-    out[0], out[1], out[2] = factor * x, factor * y, factor * z
-
-
-@_compile
-def _relative(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d: Any, Q: Any) -> None:
-    """Fill the world poses of the closure's frames and their relative pose."""
-    _compose(poses[joints[c, 0]], local[c, 0], a)
-    _compose(poses[joints[c, 1]], local[c, 1], b)
-    for i in range(3):
-        d[i] = a[i, 0] * (a[3, 0] - b[3, 0]) + a[i, 1] * (a[3, 1] - b[3, 1]) + a[i, 2] * (a[3, 2] - b[3, 2])
-        for j in range(3):
-            Q[i, j] = b[i, 0] * a[j, 0] + b[i, 1] * a[j, 1] + b[i, 2] * a[j, 2]
-
-
-@_compile
-def _fill_residual(kind: int, d: Any, Q: Any, out: Any) -> None:
-    """Residual rows of one closure."""
-    for i in range(3):
-        out[i] = d[i]
-    if kind == _RIGID:
-        _log(Q, out[3:6])
 
 
 @_compile
@@ -103,7 +30,7 @@ def _largest(values: Any) -> float:
 
 
 @_compile
-def residual(poses: Any, joints: Any, local: Any, kinds: Any, rows: Any, out: Any) -> float:
+def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> float:
     """Fill the residual of all closures and return its largest entry.
 
     Parameters
@@ -116,25 +43,37 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, rows: Any, out: An
         Shape (m, 2, 4, 3), the closure's frames in those joints.
     kinds, rows : ndarray of int
         Shape (m,) type codes; shape (m + 1,) first row of each closure.
+    lengths : ndarray
+        Shape (m,), of the distance closures, m.
     out : ndarray
         Shape (rows,), m and rad.
     """
-    a, b, d, Q = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3))
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     for c in range(len(kinds)):
-        _relative(poses, joints, local, c, a, b, d, Q)
-        _fill_residual(kinds[c], d, Q, out[rows[c] : rows[c + 1]])
+        relative_pose(poses, joints, local, c, a, b, d, Q)
+        count = rows[c + 1] - rows[c]
+        project(kinds[c], d, Q, lengths[c], out[rows[c] : rows[c + 1]], S[:count])
     return _largest(out)
 
 
 @_compile
 def residual_jacobian(
-    poses: Any, J: Any, joints: Any, local: Any, kinds: Any, rows: Any, signs: Any, out: Any, jacobian: Any
+    poses: Any,
+    J: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    signs: Any,
+    out: Any,
+    jacobian: Any,
 ) -> float:
     """Fill residual and Jacobian of all closures and return the largest residual.
 
     Parameters
     ----------
-    poses, joints, local, kinds, rows, out
+    poses, joints, local, kinds, lengths, rows, out
         As for :func:`residual`.
     J : ndarray
         Shape (nv, 6), the joints' world Jacobian.
@@ -143,37 +82,67 @@ def residual_jacobian(
     jacobian : ndarray
         Shape (rows, nv), filled.
     """
-    a, b, d, Q = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3))
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    V = np.empty(6)
     for c in range(len(kinds)):
-        _relative(poses, joints, local, c, a, b, d, Q)
+        relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
-        _fill_residual(kinds[c], d, Q, out[first : first + count])
+        project(kinds[c], d, Q, lengths[c], out[first : first + count], S[:count])
         for k in range(J.shape[0]):
             sign = signs[c, k]
             if sign == 0.0:
                 for i in range(count):
                     jacobian[first + i, k] = 0.0
                 continue
-            wx, wy, wz = J[k, 3], J[k, 4], J[k, 5]
-            # v + ω × p_b
-            vx = J[k, 0] + wy * b[3, 2] - wz * b[3, 1]
-            vy = J[k, 1] + wz * b[3, 0] - wx * b[3, 2]
-            vz = J[k, 2] + wx * b[3, 1] - wy * b[3, 0]
-            for i in range(3):
-                jacobian[first + i, k] = sign * (a[i, 0] * vx + a[i, 1] * vy + a[i, 2] * vz)
-            if count == 6:
-                for i in range(3):
-                    jacobian[first + 3 + i, k] = sign * (a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz)
+            _twist_at(J[k], b[3], a, sign, V)
+            for i in range(count):
+                total = 0.0
+                for j in range(6):
+                    total += S[i, j] * V[j]
+                jacobian[first + i, k] = total
     return _largest(out)
 
 
 @_compile
-def drift(poses: Any, J: Any, dJ: Any, v: Any, joints: Any, local: Any, rows: Any, supports: Any, out: Any) -> None:
-    """Fill the drift, (d/dt Jacobian) v, of all closures.
+def _twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
+    """A world twist about the origin, referred to the point p, in the axes of a."""
+    wx, wy, wz = twist[3], twist[4], twist[5]
+    vx = twist[0] + wy * p[2] - wz * p[1]
+    vy = twist[1] + wz * p[0] - wx * p[2]
+    vz = twist[2] + wx * p[1] - wy * p[0]
+    for i in range(3):
+        out[i] = sign * (a[i, 0] * vx + a[i, 1] * vy + a[i, 2] * vz)
+        out[3 + i] = sign * (a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz)
+
+
+@_compile
+def _add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
+    """Add ± u × v to ``out``."""
+    out[0] += sign * (u[1] * v[2] - u[2] * v[1])
+    out[1] += sign * (u[2] * v[0] - u[0] * v[2])
+    out[2] += sign * (u[0] * v[1] - u[1] * v[0])
+
+
+@_compile
+def jacobian_rate(
+    poses: Any,
+    J: Any,
+    dJ: Any,
+    v: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    supports: Any,
+    out: Any,
+    drift: Any,
+) -> None:
+    """Fill the time derivative of the closures' Jacobian, and the drift, its product with v.
 
     Parameters
     ----------
-    poses, J, joints, local, rows
+    poses, J, joints, local, kinds, lengths, rows
         As for :func:`residual_jacobian`.
     dJ : ndarray
         Shape (nv, 6), time derivative of the world Jacobian.
@@ -182,37 +151,52 @@ def drift(poses: Any, J: Any, dJ: Any, v: Any, joints: Any, local: Any, rows: An
     supports : ndarray
         Shape (m, 2, nv): 1 for coordinates that move frame a (b), else 0.
     out : ndarray
-        Shape (rows,), m/s² and rad/s².
+        Shape (rows, nv), filled.
+    drift : ndarray
+        Shape (rows,), filled, m/s² and rad/s².
     """
-    a, b = np.empty((4, 3)), np.empty((4, 3))
-    twist_a, twist_b, bias, acceleration = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    dS, ignored = np.empty((6, 6)), np.empty(6)
+    twist_a, twist_b, V, W, relative = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(6)
+    moving, point, omega = np.empty(6), np.empty(3), np.empty(3)
     for c in range(len(rows) - 1):
-        _compose(poses[joints[c, 0]], local[c, 0], a)
-        _compose(poses[joints[c, 1]], local[c, 1], b)
-        twist_a[:], twist_b[:], bias[:] = 0.0, 0.0, 0.0
-        for k in range(len(v)):
-            in_a, in_b = supports[c, 0, k] * v[k], supports[c, 1, k] * v[k]
-            for i in range(6):
-                twist_a[i] += J[k, i] * in_a
-                twist_b[i] += J[k, i] * in_b
-                bias[i] += dJ[k, i] * (in_a - in_b)
-        p = b[3]
-        # Velocity of the point p_b of frame b, and relative twist of the body points there.
-        moving = np.cross(twist_b[3:], p) + twist_b[:3]
-        spin = twist_a[3:] - twist_b[3:]
-        relative = twist_a[:3] - twist_b[:3] + np.cross(spin, p)
-        omega = twist_a[3:]
-        # d/dt of R_aᵀ (v + ω × p_b) and of R_aᵀ ω, world-coordinate bias first.
-        acceleration[:3] = bias[:3] + np.cross(bias[3:], p) + np.cross(spin, moving) - np.cross(omega, relative)
-        acceleration[3:] = bias[3:] - np.cross(omega, spin)
+        relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
-        for i in range(count):
-            axis, part = i % 3, 3 * (i // 3)
-            out[first + i] = (
-                a[axis, 0] * acceleration[part]
-                + a[axis, 1] * acceleration[part + 1]
-                + a[axis, 2] * acceleration[part + 2]
-            )
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+        twist_a[:], twist_b[:] = 0.0, 0.0
+        for k in range(len(v)):
+            for i in range(6):
+                twist_a[i] += J[k, i] * supports[c, 0, k] * v[k]
+                twist_b[i] += J[k, i] * supports[c, 1, k] * v[k]
+        p = b[3]
+        _twist_at(twist_a - twist_b, p, a, 1.0, relative)
+        project_rate(kinds[c], d, Q, relative, dS[:count])
+        # Velocity of the point p_b of frame b, and the turning of a in its own axes.
+        point[:] = twist_b[:3]
+        _add_cross(twist_b[3:], p, 1.0, point)
+        for i in range(3):
+            omega[i] = a[i, 0] * twist_a[3] + a[i, 1] * twist_a[4] + a[i, 2] * twist_a[5]
+        drift[first : first + count] = 0.0
+        for k in range(len(v)):
+            sign = supports[c, 0, k] - supports[c, 1, k]
+            if sign == 0.0:
+                for i in range(count):
+                    out[first + i, k] = 0.0
+                continue
+            _twist_at(J[k], p, a, sign, V)
+            # d/dt of R_aᵀ (v + ω × p_b) and R_aᵀ ω: what changes in the world, less the turning of a's axes.
+            for i in range(6):
+                moving[i] = dJ[k, i]
+            _add_cross(J[k, 3:], point, 1.0, moving[:3])
+            _twist_at(moving, p, a, sign, W)
+            _add_cross(omega, V[:3], -1.0, W[:3])
+            _add_cross(omega, V[3:], -1.0, W[3:])
+            for i in range(count):
+                total = 0.0
+                for j in range(6):
+                    total += S[i, j] * W[j] + dS[i, j] * V[j]
+                out[first + i, k] = total
+                drift[first + i] += total * v[k]
 
 
 @_compile
@@ -228,12 +212,22 @@ def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> No
 
 
 @_compile
-def closure_wrenches(poses: Any, multipliers: Any, joints: Any, local: Any, rows: Any, wrenches: Any, out: Any) -> None:
+def closure_wrenches(
+    poses: Any,
+    multipliers: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    wrenches: Any,
+    out: Any,
+) -> None:
     """Turn multipliers into wrenches on the bodies that the closures join.
 
     Parameters
     ----------
-    poses, joints, local, rows
+    poses, joints, local, kinds, lengths, rows
         As for :func:`residual`.
     multipliers : ndarray
         Shape (rows,), N and N m.
@@ -243,20 +237,45 @@ def closure_wrenches(poses: Any, multipliers: Any, joints: Any, local: Any, rows
     out : ndarray
         Shape (njoints, 6); both bodies' wrenches are added, each in its joint's own frame.
     """
-    a, b = np.empty((4, 3)), np.empty((4, 3))
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    ignored = np.empty(6)
     for c in range(len(rows) - 1):
-        _compose(poses[joints[c, 0]], local[c, 0], a)
-        _compose(poses[joints[c, 1]], local[c, 1], b)
+        relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
         for k in range(6):
             wrenches[c, k] = 0.0
         for i in range(count):
-            axis, part = i % 3, 3 * (i // 3)
-            for k in range(3):
-                wrenches[c, part + k] += a[axis, k] * multipliers[first + i]
+            for j in range(6):
+                component = S[i, j] * multipliers[first + i]
+                axis, part = j % 3, 3 * (j // 3)
+                for k in range(3):
+                    wrenches[c, part + k] += a[axis, k] * component
         force, moment, p = wrenches[c, :3], wrenches[c, 3:], b[3]
         moment[0] += p[1] * force[2] - p[2] * force[1]
         moment[1] += p[2] * force[0] - p[0] * force[2]
         moment[2] += p[0] * force[1] - p[1] * force[0]
         _add_wrench(poses[joints[c, 0]], force, moment, 1.0, out[joints[c, 0]])
         _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
+
+
+@_compile
+def shift_rows(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
+    """Fill what a shift of frame a against frame b changes of the residual: the rows' directions in world axes.
+
+    Parameters
+    ----------
+    poses, joints, local, kinds, lengths, rows
+        As for :func:`residual`.
+    out : ndarray
+        Shape (rows, 3), filled.
+    """
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    ignored = np.empty(6)
+    for c in range(len(rows) - 1):
+        relative_pose(poses, joints, local, c, a, b, d, Q)
+        first, count = rows[c], rows[c + 1] - rows[c]
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+        for i in range(count):
+            for k in range(3):
+                out[first + i, k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]

@@ -2,46 +2,105 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dgelsy, dgelsy_lwork
 
-from ..errors import ExoPinError, InvalidInput
-from ..validation import FloatArray
-from .mobility import rank_tolerance
+from ..errors import InvalidInput, UndeterminedMotion
+from ..validation import FloatArray, as_finite
+from .rank import rank_tolerance
+from .structure import Structure
 
-if TYPE_CHECKING:
-    from .model import ClosedChain
-
-__all__ = ["UndeterminedMotion", "dependent_motion", "root_motion"]
+__all__ = ["Motions"]
 
 
-class UndeterminedMotion(ExoPinError, RuntimeError):
-    """The motion of the given joints leaves others free.
+class Motions(Structure):
+    """Motions that keep the loops closed."""
 
-    Attributes
-    ----------
-    q : ndarray
-        Shape (nq,), the configuration.
-    free : int
-        How many freedoms are left.
-    """
+    def dependent_motion(
+        self,
+        q: ArrayLike,
+        joints: Iterable[str],
+        velocity: ArrayLike,
+        acceleration: ArrayLike | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Velocity and acceleration of all joints from those of some.
 
-    def __init__(self, q: FloatArray, free: int) -> None:
-        self.q = q
-        self.free = int(free)
-        super().__init__(
-            f"the given joints leave {self.free} freedom{'s' if self.free > 1 else ''} of the chain open at this "
-            "configuration: give more joints, or keep away from the singularity"
+        Parameters
+        ----------
+        q : array_like
+            Shape (nq,), closed.
+        joints : iterable of str
+            Joints whose motion is given; it has to determine all others.
+        velocity, acceleration : array_like
+            Shape (k,), the coordinates of ``joints`` in v and a, in the order of ``joints``; the acceleration is
+            zero if left out. :meth:`root_motion` makes them for the root.
+
+        Returns
+        -------
+        v, a : ndarray
+            Shape (nv,), with J v = 0 and J a + J̇ v = 0.
+
+        Raises
+        ------
+        LoopNotClosed
+            If the loops stand open by more than 1e-8.
+        UndeterminedMotion
+            If the given joints leave others free, as at a singularity.
+        InvalidInput
+            If the given motion would open the loops.
+        """
+        chosen = self.velocity_indices(joints)
+        v = as_finite("velocity", velocity, (len(chosen),))
+        a = np.zeros(len(chosen)) if acceleration is None else as_finite("acceleration", acceleration, v.shape)
+        return _dependent_motion(self, self._closed(q), chosen, v, a)
+
+    def root_motion(
+        self,
+        q: ArrayLike,
+        angular_velocity: ArrayLike,
+        angular_acceleration: ArrayLike = (0.0, 0.0, 0.0),
+        linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
+        linear_acceleration: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> tuple[FloatArray, FloatArray]:
+        """Coordinates of the root joint's velocity and acceleration from a motion told in world axes.
+
+        Parameters
+        ----------
+        q : array_like
+            Shape (nq,).
+        angular_velocity, angular_acceleration : array_like
+            Shape (3,), of the root link, rad/s and rad/s².
+        linear_velocity, linear_acceleration : array_like
+            Shape (3,), of the root link's origin, m/s and m/s²; of a spherical root they must be zero.
+
+        Returns
+        -------
+        v, a : ndarray
+            Shape (3,) for a spherical root, (6,) for a free-flyer.
+
+        Raises
+        ------
+        InvalidInput
+            If the root is neither, or a spherical root is asked to move its centre.
+        """
+        return _root_motion(
+            self,
+            self._configuration(q),
+            as_finite("angular_velocity", angular_velocity, (3,)),
+            as_finite("angular_acceleration", angular_acceleration, (3,)),
+            as_finite("linear_velocity", linear_velocity, (3,)),
+            as_finite("linear_acceleration", linear_acceleration, (3,)),
         )
 
 
-def dependent_motion(
-    chain: ClosedChain, q: FloatArray, chosen: np.ndarray, velocity: FloatArray, acceleration: FloatArray
+def _dependent_motion(
+    chain: Structure, q: FloatArray, chosen: np.ndarray, velocity: FloatArray, acceleration: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """See :meth:`ClosedChain.dependent_motion`."""
+    """:meth:`Motions.dependent_motion` after its checks."""
     work, top, model = chain._workspace, chain._topology, chain.model
     if len(set(chosen.tolist())) != len(chosen):
         raise InvalidInput("a joint is given twice")
@@ -60,13 +119,18 @@ def dependent_motion(
     scaled = work.jacobian * top.row_scale[:, None]
     dependent = scaled[:, others] * column_scale[others]
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    v[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ v, gap)
+    # What the equations are made of: their right sides may cancel down to rounding, as in a parallelogram.
+    moving = float(np.abs(velocity / column_scale[chosen]).max(initial=0.0))
+    v[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ v, gap, moving)
     drift = work.drift_of(q, v)
-    a[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ a - top.row_scale * drift, gap)
+    moving = float(np.abs(a / column_scale).max(initial=0.0)) + float(np.square(v / column_scale).max(initial=0.0))
+    a[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
     return v, a
 
 
-def _solve(chain: ClosedChain, q: FloatArray, matrix: FloatArray, right: FloatArray, gap: float) -> FloatArray:
+def _solve(
+    chain: Structure, q: FloatArray, matrix: FloatArray, right: FloatArray, gap: float, moving: float
+) -> FloatArray:
     """Solve the redundant but consistent equations for all columns."""
     rows, columns = matrix.shape
     if columns == 0:
@@ -86,20 +150,20 @@ def _solve(chain: ClosedChain, q: FloatArray, matrix: FloatArray, right: FloatAr
     # ones leave what was given.
     left = matrix @ solution - right
     size = float(np.abs(right).max(initial=0.0)) + float(np.abs(solution).max(initial=0.0))
-    if not np.abs(left).max(initial=0.0) <= 1e-6 * size:
+    if not np.abs(left).max(initial=0.0) <= 1e-6 * size + 1e-9 * moving:
         raise InvalidInput("the given motion opens the loops: give fewer joints")
     return solution
 
 
-def root_motion(
-    chain: ClosedChain,
+def _root_motion(
+    chain: Structure,
     q: FloatArray,
     omega: FloatArray,
     eta: FloatArray,
     linear_velocity: FloatArray,
     linear_acceleration: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """See :meth:`ClosedChain.root_motion`."""
+    """:meth:`Motions.root_motion` after its checks."""
     model = chain.model
     kind = model.joints[1].shortname() if model.njoints > 1 else "none"
     work = chain._workspace

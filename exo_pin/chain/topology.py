@@ -36,10 +36,16 @@ class Topology:
     length : float
         The characteristic length that weighs metres against radians, m: the root mean square of the distances
         between neighbouring joints and closures on their links.
+    row_metres : ndarray of bool
+        Shape (rows,), which rows are in metres.
     row_scale : ndarray
         Shape (rows,), 1/length for rows in metres, 1 for rows in radians.
+    distances : ndarray
+        Shape (m,), what the distance closures keep, m; 0 for the others.
     metres : ndarray of bool
         Shape (nv,), which coordinates are in metres.
+    weight : ndarray
+        Shape (nv,), mobility of each coordinate where the least movement is asked: length² for metres, 1 for radians.
     """
 
     joints: IntArray
@@ -49,8 +55,11 @@ class Topology:
     supports: FloatArray
     signs: FloatArray
     length: float
+    row_metres: NDArray[np.bool_]
     row_scale: FloatArray
+    distances: FloatArray
     metres: NDArray[np.bool_]
+    weight: FloatArray
 
     @property
     def row_count(self) -> int:
@@ -96,7 +105,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
             if name not in frames:
                 raise UnknownName("frame", name, frames, where=f"closure {closure.name!r}")
             frame = model.frames[frames[name]]
-            pose = frame.placement * se3(placement)
+            pose = frame.placement * se3(placement) * _axis_turn(closure.axis)
             joints[c, end] = frame.parentJoint
             local[c, end, :3], local[c, end, 3] = pose.rotation.T, pose.translation
         if joints[c, 0] == joints[c, 1]:
@@ -109,12 +118,27 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
     length = _characteristic_length(model, local)
-    # The first three rows of every type are the displacement.
-    row_scale = np.concatenate([[1.0 / length] * 3 + [1.0] * (height - 3) for height in heights] or [[]])
-    for array in (joints, local, kinds, rows, supports, row_scale):
+    types = [TYPES[closure.type] for closure in closures.closures]
+    row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
+    row_scale = np.where(row_metres, 1.0 / length, 1.0)
+    distances = np.array([closure.distance or 0.0 for closure in closures.closures])
+    for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
         array.setflags(write=False)
     signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
-    return Topology(joints, local, kinds, rows, supports, signs, length, row_scale, _metres(model))
+    metres = _metres(model)
+    weight = frozen(np.where(metres, length**2, 1.0))
+    return Topology(
+        joints, local, kinds, rows, supports, signs, length, row_metres, row_scale, distances, metres, weight
+    )
+
+
+def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:
+    """The least rotation that takes z to the axis, so that the closure's own z is the axis."""
+    if axis is None:
+        return pin.SE3.Identity()
+    if axis[2] < -1.0 + 1e-12:
+        return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+    return pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(axis)), np.zeros(3))
 
 
 def _supports(model: pin.Model) -> FloatArray:

@@ -31,8 +31,8 @@ class Workspace:
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
         Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
-    gap, jacobian, drift, move
-        Buffers of shapes (rows,), (rows, nv), (rows,), (nv,).
+    gap, jacobian, jacobian_rate, drift, move
+        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,).
     """
 
     def __init__(self, model: pin.Model, topology: Topology) -> None:
@@ -52,7 +52,7 @@ class Workspace:
         self.J, self.dJ = self.data.J.T, self.data.dJ.T
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
-        self.jacobian = np.zeros((rows, model.nv))
+        self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move = np.zeros(model.nv)
         self.wrenches = np.zeros((len(topology.kinds), 6))
 
@@ -60,21 +60,43 @@ class Workspace:
         """Fill ``gap`` and return its largest entry."""
         top = self._topology
         pin.forwardKinematics(self._model, self.data, q)
-        return kernels.residual(self.poses, top.joints, top.local, top.kinds, top.rows, self.gap)
+        return kernels.residual(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.gap)
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
         top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
         return kernels.residual_jacobian(
-            self.poses, self.J, top.joints, top.local, top.kinds, top.rows, top.signs, self.gap, self.jacobian
+            self.poses,
+            self.J,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.signs,
+            self.gap,
+            self.jacobian,
         )
 
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Fill ``drift`` and return it."""
+        """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
         top = self._topology
         pin.computeJointJacobiansTimeVariation(self._model, self.data, q, v)
-        kernels.drift(self.poses, self.J, self.dJ, v, top.joints, top.local, top.rows, top.supports, self.drift)
+        kernels.jacobian_rate(
+            self.poses,
+            self.J,
+            self.dJ,
+            v,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.supports,
+            self.jacobian_rate,
+            self.drift,
+        )
         return self.drift
 
 

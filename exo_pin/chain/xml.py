@@ -104,13 +104,18 @@ class Document:
         origin: ArrayLike,
         axis: ArrayLike,
         limits: ArrayLike | None = None,
+        rotation: FloatArray | None = None,
     ) -> None:
-        """Add a joint whose frame is parallel to its parent's; limits in rad or m."""
+        """Add a joint; its frame is parallel to its parent's unless a rotation, shape (3, 3), is given.
+
+        Limits are in rad or m.
+        """
+        turned = "" if rotation is None else f' rpy="{_numbers(_roll_pitch_yaw(rotation))}"'
         self._lines += [
             f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>",
             f"    <parent link={quoteattr(parent)}/>",
             f"    <child link={quoteattr(child)}/>",
-            f'    <origin xyz="{_numbers(origin)}"/>',
+            f'    <origin xyz="{_numbers(origin)}"{turned}/>',
             f'    <axis xyz="{_numbers(axis)}"/>',
         ]
         # A passive joint gives no effort.
@@ -134,6 +139,15 @@ class Document:
 def _number(value: float) -> str:
     # Adding zero turns -0.0 into 0.0.
     return repr(float(value) + 0.0)
+
+
+def _roll_pitch_yaw(R: FloatArray) -> list[float]:
+    """Angles of Rz(yaw) Ry(pitch) Rx(roll), which make up R to rounding even where they lock."""
+    yaw = float(np.arctan2(R[1, 0], R[0, 0]))
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    # What is left after the yaw is taken off: Ry(pitch) Rx(roll).
+    left = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ R
+    return [float(np.arctan2(-left[1, 2], left[1, 1])), float(np.arctan2(-left[2, 0], left[0, 0])), yaw]
 
 
 def _numbers(values: ArrayLike) -> str:

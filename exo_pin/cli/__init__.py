@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from .. import __version__
 from ..errors import ExoPinError
-from . import designs, reactions, source
+from . import designs, kinematics, mobility, muscles, reactions, source
 
 __all__ = ["main"]
 
-_GROUPS = (reactions, designs, source)
+_GROUPS = (reactions, kinematics, designs, mobility, muscles, source)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,8 +37,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that answers a wrong command with one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"exo-pin: {message} ({self.prog} --help tells more)\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="exo-pin", description="What force does a parallel shoulder exoskeleton put on the shoulder joint?"
     )
     parser.add_argument("--version", action="version", version=__version__)

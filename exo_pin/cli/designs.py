@@ -18,7 +18,9 @@ def add_commands(commands: Any) -> None:
     listing = commands.add_parser("presets", help="the published mechanisms that come with the package")
     listing.set_defaults(run=_presets)
 
-    check = commands.add_parser("check", help="kinematic consistency of a design")
+    check = commands.add_parser(
+        "check", help="kinematic consistency of a design, or of any robot given as a .urdf with its closures"
+    )
     add_design(check)
     check.set_defaults(run=_check)
 

@@ -43,7 +43,7 @@ def _reaction(options: argparse.Namespace) -> int:
     exo, angles = design(options), pose_angles(options)
     orientation, bounds = pose(options, exo.side), _bounds(options.side_force_limit)
     answers = [exo.reaction(orientation), exo.reaction(orientation, split="minimal", constraint_bounds=bounds)]
-    if exo.mechanism.is_upu.sum() >= 3:
+    if exo.mechanism.limb_count + exo.mechanism.is_upu.sum() >= 6:
         answers.append(exo.reaction(orientation, split="standalone"))
     if options.json:
         print(_json(exo, angles, answers))
@@ -59,6 +59,8 @@ def _reaction(options: argparse.Namespace) -> int:
 
 def _plot(options: argparse.Namespace) -> int:
     exo = design(options)
+    if not options.out.suffix:
+        raise InvalidInput(f"expected --out with an ending such as .png, got {options.out}")
     use_file_backend()
     figure = overview(exo, pose(options, exo.side))
     try:

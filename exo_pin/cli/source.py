@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..thesis import ledger, ledger_table
+from ..thesis import condensed, ledger, ledger_table
 
 __all__ = ["add_commands"]
 
@@ -13,13 +13,13 @@ __all__ = ["add_commands"]
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("thesis", help="what the thesis prints beside what is computed")
-    parser.add_argument("--no-notes", action="store_true", help="leave out the column of notes")
+    parser.add_argument("--all", action="store_true", help="every value, with notes; else long tables are summed up")
     parser.set_defaults(run=_thesis)
 
 
 def _thesis(options: argparse.Namespace) -> int:
     rows = ledger()
-    print(ledger_table(rows, notes=not options.no_notes))
+    print(ledger_table(rows) if options.all else condensed(rows))
     verdicts = [row.verdict for row in rows]
     print("\n" + ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in sorted(set(verdicts))))
     return 0

@@ -5,16 +5,19 @@ from __future__ import annotations
 from .arm import Arm
 from .files import preset, presets, read_mechanism, write_mechanism
 from .geometry import CircleDimensions, WristGeometry
+from .guide import LimbGuide
 from .limb import Limb, LimbBody, Stroke
-from .loading import Load, Motion
+from .loading import CentreOffset, Load, Motion
 from .mechanism import Mechanism
 from .shoulder import Shoulder
 
 __all__ = [
     "Arm",
+    "CentreOffset",
     "CircleDimensions",
     "Limb",
     "LimbBody",
+    "LimbGuide",
     "Load",
     "Mechanism",
     "Motion",

@@ -3,7 +3,8 @@
 P. de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", Journal of Biomechanics 29 (1996)
 1223-1230. Masses are fractions of body mass, lengths are scaled with stature from the table's mean lengths,
 centres of mass and radii of gyration are fractions of segment length. All come from this one table, because its
-hand ends at the third knuckle: with another author's longer hand the arm's centre of mass would move by 4 cm.
+hand ends at the third knuckle: its fractions on another author's lengths, whose hand ends at the fingertips, would move
+the arm's centre of mass by 4 cm.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def arm_segments(
         raise InvalidInput(f"expected a height of 0.5 to 2.6 m, got {height:g}")
     if not 3.0 <= mass <= 400.0:
         raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {mass:g}")
-    if sex not in _SEGMENTS:
+    if not isinstance(sex, str) or sex not in _SEGMENTS:
         raise UnknownName("sex", sex, _SEGMENTS)
     payload = as_positive("payload", payload, zero=True)
     bend = float(as_finite("elbow_flexion", elbow_flexion, ()))

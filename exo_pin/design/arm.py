@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,8 @@ __all__ = ["Arm"]
 
 #: A centre of mass farther than this from O, m, is taken for millimetres.
 _FARTHEST_CENTRE = 3.0
+#: A heavier arm, kg, is taken for grams.
+_HEAVIEST = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,20 +54,27 @@ class Arm:
     inertia: FloatArray | None = None
     device: bool = False
     body_mass: float | None = None
-    parts: tuple[Arm, ...] = ()
+    parts: tuple[Arm, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", as_positive("mass", self.mass))
+        if self.mass > _HEAVIEST:
+            raise InvalidInput(f"expected mass in kg, got {self.mass:g} (grams?)")
         centre = as_finite("centre_of_mass", self.centre_of_mass, (3,))
         if np.linalg.norm(centre) > _FARTHEST_CENTRE:
             raise InvalidInput(f"expected centre_of_mass in m, got {centre} (millimetres?)")
         object.__setattr__(self, "centre_of_mass", centre)
         if self.inertia is not None:
-            object.__setattr__(self, "inertia", as_inertia("inertia", self.inertia))
+            tensor = as_inertia("inertia", self.inertia)
+            if tensor.max() > self.mass * _FARTHEST_CENTRE**2:
+                raise InvalidInput(f"expected inertia in kg m², got up to {tensor.max():.3g} (g mm²?)")
+            object.__setattr__(self, "inertia", tensor)
+        if not isinstance(self.device, bool):
+            raise InvalidInput(f"expected device to be True or False, got {self.device!r}")
         if self.body_mass is not None:
             object.__setattr__(self, "body_mass", as_positive("body_mass", self.body_mass))
-        if not self.parts:
-            object.__setattr__(self, "parts", (self,))
+        # A changed copy is a body of its own: only a sum has parts.
+        object.__setattr__(self, "parts", (self,))
 
     @classmethod
     def from_inertia_about_origin(
@@ -132,7 +141,7 @@ class Arm:
 
         segments = arm_segments(height, mass, sex, elbow_flexion, payload, degrees)
         bodies = [cls(weight, centre, tensor, body_mass=mass) for weight, centre, tensor in segments]
-        return replace(_combined(bodies), parts=())
+        return replace(_combined(bodies))
 
     @property
     def inertia_about_origin(self) -> FloatArray:
@@ -165,7 +174,6 @@ class Arm:
                 part,
                 centre_of_mass=part.centre_of_mass @ MIRROR,
                 inertia=None if part.inertia is None else MIRROR @ part.inertia @ MIRROR,
-                parts=(),
             )
             for part in self.parts
         ]
@@ -193,11 +201,12 @@ def _combined(bodies: Iterable[Arm]) -> Arm:
     known = {part.body_mass for part in parts if part.body_mass is not None}
     if len(known) > 1:
         raise InvalidInput(f"these arms belong to persons of different body mass: {sorted(known)} kg")
-    return Arm(
+    total = Arm(
         mass,
         frozen(centre),
         inertia,
         device=all(part.device for part in parts),
         body_mass=known.pop() if known else None,
-        parts=parts,
     )
+    object.__setattr__(total, "parts", parts)
+    return total

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from ..errors import InvalidInput, UnknownName
-from ..validation import as_finite, as_inertia, as_positive
+from ..validation import as_finite, as_inertia, as_positive, as_unit_vector
+from .guide import LimbGuide
 
 __all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]
 
@@ -100,7 +101,15 @@ class Limb:
     stroke : Stroke or None
         What the actuator can do.
     joint_limit : float or None
-        Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that a universal joint's angles keep to, rad.
+        Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that a universal joint's angles keep to, counted from
+        where its two yokes are in line, rad.
+    joint_straight : tuple of float or None
+        That direction, along the limb, in the joint's own frame ({A_i} at the base, {B_i} at the platform), shape
+        (3,); None where it is not known, and then ``joint_limit`` cannot be applied. Along Z of (4-15) it is not:
+        the prototype at rest would be out of range.
+    guide : LimbGuide or None
+        Elasticity across the limb's line; None for a bare muscle, which has no stiffness there. Of no effect on
+        an SPS limb.
     """
 
     kind: LimbKind = "UPU"
@@ -108,16 +117,22 @@ class Limb:
     platform_body: LimbBody | None = None
     stroke: Stroke | None = None
     joint_limit: float | None = None
+    joint_straight: tuple[float, float, float] | None = None
+    guide: LimbGuide | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in ("UPU", "SPS"):
+        if not isinstance(self.kind, str) or self.kind not in ("UPU", "SPS"):
             raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
-        for name, kind in (("base_body", LimbBody), ("platform_body", LimbBody), ("stroke", Stroke)):
+        kinds = {"base_body": LimbBody, "platform_body": LimbBody, "stroke": Stroke, "guide": LimbGuide}
+        for name, kind in kinds.items():
             value = getattr(self, name)
             if value is not None and not isinstance(value, kind):
                 raise InvalidInput(f"expected {name} to be a {kind.__name__} or None, got {type(value).__name__}")
         if self.joint_limit is not None:
             object.__setattr__(self, "joint_limit", as_positive("joint_limit", self.joint_limit))
+        if self.joint_straight is not None:
+            direction = as_unit_vector("joint_straight", self.joint_straight)
+            object.__setattr__(self, "joint_straight", tuple(direction.tolist()))
 
     @property
     def mass(self) -> float:

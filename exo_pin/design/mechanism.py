@@ -68,9 +68,29 @@ class Mechanism:
             if not isinstance(value, kind) and not (optional and value is None):
                 raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
         object.__setattr__(self, "limbs", _limbs(self.limbs, self.geometry.limb_count))
-        object.__setattr__(self, "gravity", as_finite("gravity", self.gravity, (3,)))
+        gravity = as_finite("gravity", self.gravity, (3,))
+        if np.linalg.norm(gravity) > 100.0:
+            raise InvalidInput(f"expected gravity in m/s², got {gravity} (mm/s²?)")
+        object.__setattr__(self, "gravity", gravity)
         object.__setattr__(self, "side", as_side(self.side))
+        circles = self.geometry.circles
+        if circles is not None and circles.side != self.side:
+            raise InvalidInput(
+                f"this geometry is laid out for the {circles.side} shoulder, not the {self.side}: use mirrored()"
+            )
+        self._check_texts()
+
+    def _check_texts(self) -> None:
+        for name in ("name", "title"):
+            if not isinstance(getattr(self, name), str):
+                raise InvalidInput(f"expected {name} to be a string, got {getattr(self, name)!r:.40}")
+        if not isinstance(self.sources, Mapping) or not all(
+            isinstance(text, str) for pair in self.sources.items() for text in pair
+        ):
+            raise InvalidInput(f"expected sources to map strings to strings, got {self.sources!r:.60}")
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
+        if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
+            raise InvalidInput(f"expected estimated to be a list of strings, got {self.estimated!r:.60}")
         object.__setattr__(self, "estimated", tuple(self.estimated))
 
     @property
@@ -129,6 +149,7 @@ class Mechanism:
             self,
             geometry=self.geometry.mirrored(),
             arm=None if self.arm is None else self.arm.mirrored(),
+            shoulder=self.shoulder.mirrored(),
             gravity=self.gravity @ MIRROR,
             side="right" if self.side == "left" else "left",
         )
@@ -139,6 +160,8 @@ class Mechanism:
 
 
 def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
+    if limbs is not None and not isinstance(limbs, (tuple, list)):
+        raise InvalidInput(f"expected limbs to be a list of Limb records, got {type(limbs).__name__}")
     if limbs is None or len(limbs) == 0:
         return (Limb(),) * count
     for limb in limbs:

@@ -20,6 +20,9 @@ UNITS: dict[str, dict[str, float]] = {
     "mass": {"_kg": 1.0, "_g": 1e-3},
     "inertia": {"_kg_m2": 1.0, "_g_mm2": 1e-9},
     "acceleration": {"_m_s2": 1.0},
+    "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
+    "twist stiffness": {"_N_m_rad": 1.0},
+    "rigidity": {"_N_m2": 1.0},
     "number": {"": 1.0},
 }
 
@@ -86,6 +89,10 @@ class Table:
     def flag(self, key: str) -> bool:
         """A boolean, False if absent."""
         return bool(self._typed(key, bool, False))
+
+    def get_flag(self, key: str) -> bool:
+        """Look at a boolean without taking it."""
+        return self._data.get(key) is True
 
     def integer(self, key: str) -> int:
         """A required integer."""

@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..conventions import as_side, shoulder_angles
-from ..validation import as_finite, as_positive
+from ..conventions import MIRROR, as_side, shoulder_angles
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_finite, as_positive, frozen
 
-__all__ = ["Shoulder"]
+__all__ = ["Shoulder", "as_stiffness"]
 
 
-@dataclass(frozen=True)
+def as_stiffness(name: str, value: Any) -> FloatArray:
+    """Return a stiffness as a symmetric positive semi-definite matrix, shape (3, 3), N/m; a number means isotropic.
+
+    Raises
+    ------
+    InvalidInput
+        If it is neither a number nor such a matrix.
+    """
+    if np.ndim(value) == 0:
+        return frozen(as_positive(name, value, zero=True) * np.eye(3))
+    matrix = as_finite(name, value, (3, 3))
+    scale = float(np.abs(matrix).max())
+    if np.abs(matrix - matrix.T).max() > 1e-9 * scale:
+        raise InvalidInput(f"expected {name} to be symmetric, got {matrix.tolist()}")
+    if scale > 0.0 and np.linalg.eigvalsh(matrix)[0] < -1e-9 * scale:
+        raise InvalidInput(f"expected {name} without a negative principal stiffness, got {matrix.tolist()}")
+    return frozen(0.5 * (matrix + matrix.T))
+
+
+@dataclass(frozen=True, eq=False)
 class Shoulder:
     """A ball joint at O, and the range it allows.
 
@@ -22,18 +43,31 @@ class Shoulder:
     abduction_centre, half_diagonal : float or None
         The diamond |θx - centre| + |θz| < half_diagonal of Table 5-6 in the shoulder's Y-X-Z angles, rad (θx is
         abduction, θz axial rotation; flexion is free). None where no range is known.
+    stiffness : ndarray or None
+        K_s, shape (3, 3), N/m, base frame: force per displacement of the joint's centre. A number stands for the
+        same in every direction. None where it is not known; no value for a person was found in the literature,
+        so sweep it.
     """
 
     abduction_centre: float | None = None
     half_diagonal: float | None = None
+    stiffness: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        if self.stiffness is not None:
+            object.__setattr__(self, "stiffness", as_stiffness("stiffness", self.stiffness))
         if self.abduction_centre is not None:
             object.__setattr__(
                 self, "abduction_centre", float(as_finite("abduction_centre", self.abduction_centre, ()))
             )
         if self.half_diagonal is not None:
             object.__setattr__(self, "half_diagonal", as_positive("half_diagonal", self.half_diagonal))
+
+    def mirrored(self) -> Shoulder:
+        """Mirror image in the x-z plane, for the other side of the body."""
+        if self.stiffness is None:
+            return self
+        return replace(self, stiffness=MIRROR @ self.stiffness @ MIRROR)
 
     def allows(self, orientation: Rotation, side: str = "left") -> np.ndarray:
         """Whether the joint reaches an orientation.

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
-from ..validation import FloatArray
+from ..validation import FloatArray, as_real
 
 __all__ = ["ConstraintBounds", "SideForceBounds"]
 
@@ -83,11 +83,11 @@ class SideForceBounds:
 def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
     try:
         lower, upper = bounds
-        sides = np.array(lower, dtype=np.float64), np.array(upper, dtype=np.float64)
     except (TypeError, ValueError):
         raise InvalidInput(
             f'expected constraint_bounds to be None, "actuator" or (lower, upper) in N, got {bounds!r:.80}'
         ) from None
+    sides = as_real("lower constraint bound", lower), as_real("upper constraint bound", upper)
     if np.isnan(sides[0]).any() or np.isnan(sides[1]).any():
         raise InvalidInput("expected constraint_bounds without NaN")
     if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():

@@ -50,6 +50,12 @@ class Certificate:
     chosen_by: str
 
     def __str__(self) -> str:
+        open_ends = bool((self.undetermined > 0).any())
+        return f"{self.statement} Assumed: {self.chosen_by}." if open_ends else self.statement
+
+    @property
+    def statement(self) -> str:
+        """What equilibrium determines and what it leaves open, in words."""
         counts = np.unique(self.undetermined[self.undetermined >= 0])
         if counts.size == 0:
             return "No pose has an answer."
@@ -67,7 +73,7 @@ class Certificate:
             (sure if flags[self.undetermined >= 0].all() else open_).append(name)
         return (
             f"Equilibrium leaves {span} reactions open. Determined: {', '.join(sure) or 'none'}. "
-            f"Not determined: {', '.join(open_) or 'none'}; {self.chosen_by}."
+            f"Not determined: {', '.join(open_) or 'none'}."
         )
 
 

@@ -128,4 +128,6 @@ def joint_angles(
         _turn(axis, out[i, 0], neutral_base_axes[i], half)
         _turn(X_arm, out[i, 1], half, moved)
         out[i, 3] = _angle(X_arm, moved, y_arm)
-        out[i, 4] = _angle(base_axes[i], X[i], X_neutral)
+        for j in range(3):
+            moved[j] = R[j, 0] * X_arm[0] + R[j, 1] * X_arm[1] + R[j, 2] * X_arm[2]
+        out[i, 4] = _angle(base_axes[i], moved, X_neutral)

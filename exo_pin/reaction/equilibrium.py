@@ -13,13 +13,14 @@ affine in f_i and g_i, and what is left is the arm's moment balance for f and it
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain, mechanism_urdf
-from ..design import Arm, Mechanism
+from ..design import Arm, Limb, Mechanism
 from ..validation import FloatArray
 from ..wrist.kernels import limb_vectors
 from .configuration import NeutralLimbs, joint_angles
@@ -68,6 +69,18 @@ class Equilibrium(NamedTuple):
         return -self.closure_of_g[:, :3].T
 
 
+def _without_spin(limb: Limb) -> Limb:
+    """An SPS limb may spin about its own line at any rate, so its inertia about that line is left out."""
+    if limb.kind != "SPS" or limb.mass == 0.0:
+        return limb
+    base, platform = limb.base_body, limb.platform_body
+    return replace(
+        limb,
+        base_body=base and replace(base, axial_inertia=0.0),
+        platform_body=platform and replace(platform, axial_inertia=0.0),
+    )
+
+
 class EquilibriumModel:
     """A mechanism's closed chain, ready to be asked for equilibrium pose by pose. Not safe to share between threads.
 
@@ -87,7 +100,7 @@ class EquilibriumModel:
         arm = mechanism.require_arm("weight")
         if arm.inertia is None:
             arm = Arm(arm.mass, arm.centre_of_mass, np.zeros((3, 3)))
-            mechanism = mechanism.replace(arm=arm)
+        mechanism = mechanism.replace(arm=arm, limbs=tuple(_without_spin(limb) for limb in mechanism.limbs))
         self.chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="whole"))
         self._model = self.chain.model
         self._data = self._model.createData()
@@ -107,7 +120,7 @@ class EquilibriumModel:
         self._q_index = [[self._model.joints[j].idx_q for j in ids] for ids in joints]
         v_index = [[self._model.joints[j].idx_v for j in ids] for ids in joints]
         self._upu_columns = np.array([v_index[i] for i in self._upu], dtype=int).reshape(-1, 5)
-        self._sps_columns = np.array([v_index[i] for i in self._sps], dtype=int).reshape(-1, 3)
+        self._slides = np.array([columns[2] for columns in v_index])
         n = mechanism.limb_count
         self._b, self._s, self._X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
         self._length, self._reach, self._angles = np.empty(n), np.empty(n), np.empty((n, 5))
@@ -185,7 +198,7 @@ class EquilibriumModel:
         if self._upu.size:
             self._close_upu(J, tau, share, closure, of_f, of_g)
         if self._sps.size:
-            self._close_sps(J, tau, closure, of_f)
+            self._close_sps(tau, share, closure, of_f)
         root = self._data.f[1]
         carried = R @ root.linear - load[:3]
         moment = R @ root.angular - load[3:]
@@ -237,17 +250,17 @@ class EquilibriumModel:
         solved = np.linalg.solve(rows, target)
         closure[limbs], of_f[limbs], of_g[limbs] = solved[:, :, 0], solved[:, :, 1], solved[:, :, 2]
 
-    def _close_sps(self, J: FloatArray, tau: FloatArray, closure: FloatArray, of_f: FloatArray) -> None:
-        """Fill the rows of the SPS limbs: three joint rows for a pure force through A_i."""
-        limbs, columns = self._sps, self._sps_columns
+    def _close_sps(self, tau: FloatArray, share: FloatArray, closure: FloatArray, of_f: FloatArray) -> None:
+        """Fill the rows of the SPS limbs: a pure force through A_i, also where the limb points at O.
+
+        Along the limb the slide's row gives it, across the limb the moment balance of the limb about B_i.
+        """
+        limbs = self._sps
+        s, length = self._s[limbs], self._length[limbs, None]
         base = self.mechanism.geometry.base_points[limbs]
-        # A force F at A is the wrench (F, A × F); so its row on a joint axis (w, m) is w + m × A.
-        axes = J[:, columns].transpose(1, 2, 0)
-        rows = axes[:, :, :3] + np.cross(axes[:, :, 3:], base[:, None, :])
-        target = np.zeros((limbs.size, 3, 2))
-        target[:, :, 0] = tau[columns]
-        target[:, 2, 1] = 1.0
-        solved = np.linalg.solve(rows, target)
-        for column, wrench in ((0, closure), (1, of_f)):
-            wrench[limbs, :3] = solved[:, :, column]
-            wrench[limbs, 3:] = np.cross(base, solved[:, :, column])
+        about_B = share[limbs, 3:] - np.cross(self._b[limbs], share[limbs, :3])
+        across = np.cross(s, about_B) / np.where(length > 0.0, length, 1.0)
+        along = -(tau[self._slides[limbs]])[:, None] * s
+        force = along + across
+        closure[limbs] = np.concatenate([force, np.cross(base, force)], axis=1)
+        of_f[limbs] = np.concatenate([-s, np.cross(base, -s)], axis=1)

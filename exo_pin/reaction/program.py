@@ -14,7 +14,7 @@ from ..validation import FloatArray
 
 __all__ = ["LeastForce", "least_force"]
 
-#: Largest KKT residual, relative to the largest force of the problem, with which an answer is given.
+#: Largest KKT residual, relative to the force before the variables lower it, with which an answer is given.
 KKT_TOLERANCE = 1e-8
 #: Relative size of a singular value below which a direction does not change the force.
 RANK_TOLERANCE = 1e-12
@@ -39,7 +39,7 @@ class LeastForce(NamedTuple):
         Shape (m,), N: gradient of ½|force|² with respect to z; zero inside the bounds, positive on a lower one
         and negative on an upper one (to within the residual).
     residual : float
-        Largest violation of the optimality conditions, relative to the largest force of the problem.
+        Largest violation of the optimality conditions, relative to the force before the variables lower it.
     unique : bool
         Whether z is the only minimiser. The force always is.
     """
@@ -88,17 +88,17 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     if crossed.size:
         raise InfeasibleBounds(crossed)
     count = effect.shape[1]
-    finite = np.concatenate([lower[np.isfinite(lower)], upper[np.isfinite(upper)]])
-    scale = float(max(np.abs(constant).max(), np.abs(finite).max(initial=0.0)))
+    start = np.clip(np.zeros(count), lower, upper)
+    scale = float(np.linalg.norm(constant + effect @ start))
     if scale == 0.0 or count == 0:
-        start = np.clip(np.zeros(count), lower, upper)
         force = constant + effect @ start
         return LeastForce(start, force, effect.T @ force, 0.0, count == 0)
-    c, low, high = constant / scale, lower / scale, upper / scale
-    values = np.linalg.svd(effect, compute_uv=False)
+    values = np.asarray(np.linalg.svd(effect, compute_uv=False), dtype=np.float64)
     full_rank = bool(count <= 3 and values[-1] > RANK_TOLERANCE * values[0])
+    low, high = _relevant(constant, effect, lower, upper, values, scale)
+    c = constant / scale
     z = _unbounded(c, effect)
-    if finite.size and not ((low <= z) & (z <= high)).all():
+    if not ((low <= z) & (z <= high)).all():
         z = _bounded(c, effect, low, high, full_rank)
     force, gradient, residual = _optimality(c, effect, low, high, z)
     if not residual <= KKT_TOLERANCE:
@@ -108,8 +108,30 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     return LeastForce(np.clip(z * scale, lower, upper), force * scale, gradient * scale, residual, unique)
 
 
+def _relevant(
+    c: FloatArray, G: FloatArray, lower: FloatArray, upper: FloatArray, values: FloatArray, scale: float
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds over ``scale``, with those that no answer can reach taken away.
+
+    People write 1e6 or 1e12 N for "no bound"; kept, such a number would swallow the digits of the others. With G of
+    full column rank an answer z has |c + G z| <= |c + G z_0| for any z_0 within the bounds, so
+    |z| <= (|c| + |c + G z_0|) / σ_min, and bounds beyond that do not matter. Otherwise the answers of least norm lie
+    within the same reach with the smallest singular value that counts, enlarged by the bounds that are near.
+    """
+    counting = values[values > RANK_TOLERANCE * values[0]]
+    reach = (float(np.linalg.norm(c)) + scale) / float(counting[-1]) * 2.0
+    if counting.size < G.shape[1]:
+        near = np.concatenate([bound[np.abs(bound) < 10 * reach] for bound in (lower, upper)])
+        reach = 10.0 * (reach + float(np.linalg.norm(near)))
+    low = np.where(lower < -reach, -np.inf, lower) / scale
+    high = np.where(upper > reach, np.inf, upper) / scale
+    return low, high
+
+
 def _unbounded(c: FloatArray, G: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.lstsq(G, -c, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
+    z = np.linalg.lstsq(G, -c, rcond=RANK_TOLERANCE)[0]
+    # One refinement: near the singular surface z is large, and its rounding would be left over as force.
+    return np.asarray(z - np.linalg.lstsq(G, c + G @ z, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
 
 
 def _bounded(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, full_rank: bool) -> FloatArray:

@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import Arm, Load, Mechanism, Motion
-from ..errors import InvalidInput, SolverFailed, UnknownName
-from ..validation import FloatArray
-from ..wrist.forces import STATUS, classify
-from ..wrist.kernels import arm_load
-from ..wrist.stacks import Query, as_query
+from ..design import CentreOffset, Load, Motion
+from ..errors import InvalidInput, UnknownName
+from ..wrist.forces import STATUS, require_standalone
+from ..wrist.stacks import as_query
+from .answer import Answer
 from .bounds import ConstraintBounds, SideForceBounds
-from .certificate import Certificate, is_determined
-from .equilibrium import Equilibrium, EquilibriumModel
-from .program import least_force
+from .elastic import as_offset, shoulder_stiffness
+from .equilibrium import EquilibriumModel
+from .misaligned import misaligned_reaction
 from .result import Reaction
 
 __all__ = ["Split", "reaction"]
 
-Split = Literal["spherical", "minimal", "standalone"]
-_CHOSEN_BY = {
-    "spherical": "limbs without side force are assumed (g = 0)",
-    "minimal": "the side forces of least shoulder force are assumed",
-    "standalone": "a shoulder that carries nothing is assumed (F_s = 0)",
-}
-
-
-class _Chosen(NamedTuple):
-    """f and g of one pose."""
-
-    f: FloatArray
-    g: FloatArray
+Split = Literal["spherical", "minimal", "elastic", "standalone"]
 
 
 def reaction(
@@ -43,6 +31,7 @@ def reaction(
     load: Load | None = None,
     split: str = "spherical",
     constraint_bounds: ConstraintBounds = None,
+    centre_offset: CentreOffset | ArrayLike | None = None,
 ) -> Reaction:
     """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`."""
     if split not in get_args(Split):
@@ -50,15 +39,19 @@ def reaction(
     if constraint_bounds is not None and split != "minimal":
         raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
     mechanism = model.mechanism
-    if split == "standalone" and mechanism.is_upu.sum() < 3:
-        raise InvalidInput(
-            f"a wrist without a shoulder needs at least 3 UPU limbs to hold its centre, got {mechanism.is_upu.sum()}"
-        )
+    if split == "standalone":
+        require_standalone(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
     bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count)
-    answer = _Answer(mechanism, query)
+    if split == "elastic":
+        shoulder_stiffness(mechanism)  # raises now, not in the middle of a stack
+    if centre_offset is not None:
+        return misaligned_reaction(mechanism, query, as_offset(centre_offset, query.shape), split, bounds)
+    answer = Answer(mechanism, query)
+    if split == "elastic":
+        answer.prepare_elastic(query)
     quaternions = orientation.as_quat().reshape(-1, 4)
     for row in np.flatnonzero(answer.status < STATUS.index("singular")).tolist():
         R = query.matrices[row]
@@ -66,191 +59,4 @@ def reaction(
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
         answer.fill(row, state, split, bounds)
-    trivial = split == "minimal" and bounds.is_free and bool(mechanism.is_upu.sum() >= 3)
-    return answer.finished(query, split, trivial)
-
-
-class _Answer:
-    """The arrays of a :class:`Reaction` while they are filled, poses along the first axis."""
-
-    def __init__(self, mechanism: Mechanism, query: Query) -> None:
-        count, n = len(query.matrices), mechanism.limb_count
-        self.mechanism, self.upu = mechanism, np.flatnonzero(mechanism.is_upu)
-        self.radius = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
-        self.status, self.margin, self.determinant = classify(mechanism, query.matrices)
-        self.shoulder, self.spherical = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
-        self.f, self.g = np.full((count, n), np.nan), np.full((count, n), np.nan)
-        self.on_arm, self.on_torso = np.full((count, n, 6), np.nan), np.full((count, n, 6), np.nan)
-        self.undetermined = np.full(count, -1)
-        self.redundant = np.full(count, -1)
-        self.f_unique, self.g_unique = np.zeros((count, n), dtype=bool), np.zeros((count, n), dtype=bool)
-        self.shoulder_unique, self.torso_unique = np.zeros((count, 3), dtype=bool), np.zeros(count, dtype=bool)
-
-    def fill(self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds) -> None:
-        """Solve one pose."""
-        f0, stress = _tensions(state)
-        chosen_spherical = _Chosen(f0, np.zeros_like(f0))
-        try:
-            chosen = self._choose(row, state, split, bounds, f0, stress)
-        except SolverFailed:
-            self.status[row] = STATUS.index("not_solved")
-            return
-        self.f[row], self.g[row] = chosen
-        self.shoulder[row], closure = _apply(state, chosen)
-        self.spherical[row] = _apply(state, chosen_spherical)[0]
-        self.on_arm[row] = closure - state.limb_share
-        self.on_torso[row] = -closure
-        self._certify(row, state, stress)
-
-    def _choose(
-        self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds, f0: FloatArray, stress: FloatArray
-    ) -> _Chosen:
-        """f and g of the wanted split. What is open are tensions that balance themselves, and side forces."""
-        g = np.zeros_like(f0)
-        if split == "spherical":
-            return _Chosen(f0, g)
-        own, side = stress.shape[1], state.shoulder_of_g[:, self.upu]
-        effect = np.hstack([state.shoulder_of_f @ stress, side])
-        constant = state.shoulder + state.shoulder_of_f @ f0
-        free = np.full(own, np.inf)
-        if split == "standalone":
-            unbounded = np.full(effect.shape[1], np.inf)
-            open_forces = least_force(constant, effect, -unbounded, unbounded).variables
-        else:
-            lower, upper = bounds.at(row, f0)
-            open_forces = least_force(
-                constant,
-                effect,
-                np.concatenate([-free, lower[self.upu]]),
-                np.concatenate([free, upper[self.upu]]),
-            ).variables
-        g[self.upu] = open_forces[own:]
-        return _Chosen(f0 + stress @ open_forces[:own], g)
-
-    def _certify(self, row: int, state: Equilibrium, stress: FloatArray) -> None:
-        """Which reactions change with a self-stress, Wojtyra's criterion."""
-        own, side = stress.shape[1], self.upu.size
-        n = len(stress)
-        self.undetermined[row] = own + side
-        self.redundant[row] = side
-        of_f = np.hstack([stress, np.zeros((n, side))])
-        of_g = np.zeros((n, own + side))
-        of_g[self.upu, own + np.arange(side)] = 1.0
-        self.f_unique[row], self.g_unique[row] = is_determined(of_f), is_determined(of_g)
-        shoulder = state.shoulder_of_f @ of_f + state.shoulder_of_g @ of_g
-        self.shoulder_unique[row] = is_determined(shoulder)
-        # The torso feels the limbs and, through the ball joint at O, the shoulder.
-        limbs = state.closure_of_f.T @ of_f + state.closure_of_g.T @ of_g
-        limbs[:3] += shoulder
-        limbs[3:] /= self.radius
-        self.torso_unique[row] = bool(is_determined(limbs).all())
-
-    def finished(self, query: Query, split: str, trivial: bool) -> Reaction:
-        """Shape everything to the caller's stack."""
-        shape = query.shape
-
-        def stacked(array: np.ndarray) -> np.ndarray:
-            return array.reshape((*shape, *array.shape[1:]))
-
-        arm_force, arm_moment, device = _arm_loads(self.mechanism, query)
-        limbs = self.on_arm.sum(axis=1)
-        largest = np.maximum(
-            np.abs(self.shoulder).max(axis=1), np.abs(self.on_arm[:, :, :3]).max(axis=(1, 2), initial=0.0)
-        )
-        largest = np.maximum(largest, np.abs(arm_force).max(axis=1))
-        miss = np.maximum(
-            np.abs(self.shoulder + limbs[:, :3] + arm_force).max(axis=1),
-            np.abs(limbs[:, 3:] + arm_moment).max(axis=1) / self.radius,
-        )
-        residual = np.divide(miss, largest, out=np.where(np.isnan(miss), np.nan, 0.0), where=largest > 0.0)
-        size, reference = np.linalg.norm(self.shoulder, axis=1), np.linalg.norm(self.spherical, axis=1)
-        nothing = 1e-12 * largest
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(reference > nothing, size / reference, np.where(size > nothing, np.inf, np.nan))
-        ratio[np.isnan(size)] = np.nan
-        certificate = Certificate(
-            stacked(self.undetermined),
-            stacked(self.redundant),
-            stacked(self.f_unique),
-            stacked(self.g_unique),
-            stacked(self.shoulder_unique),
-            stacked(self.torso_unique),
-            _CHOSEN_BY[split],
-        )
-        arm = self.mechanism.arm
-        weight = None
-        if arm is not None and arm.body_mass is not None:
-            weight = arm.body_mass * float(np.linalg.norm(self.mechanism.gravity))
-        return Reaction(
-            shoulder_force=stacked(self.shoulder),
-            actuator_forces=stacked(self.f),
-            constraint_forces=stacked(self.g),
-            limb_wrenches=stacked(self.on_arm),
-            cuff_wrench=stacked(limbs + device),
-            harness_wrenches=stacked(self.on_torso),
-            spherical_force=stacked(self.spherical),
-            ratio=stacked(ratio),
-            split=split,
-            status=np.array(STATUS)[self.status].reshape(shape),
-            margin=stacked(self.margin),
-            determinant=stacked(self.determinant),
-            residual=stacked(residual),
-            certificate=certificate,
-            body_weight=weight,
-            trivial=trivial,
-        )
-
-
-def _tensions(state: Equilibrium) -> tuple[FloatArray, FloatArray]:
-    """Tensions of least norm that balance the moment, and a basis (n, n - 3) of those that balance themselves."""
-    A = state.moment_of_f
-    n = A.shape[1]
-    if n == 3:
-        return np.asarray(np.linalg.solve(A, state.moment), dtype=np.float64), np.empty((3, 0))
-    U, values, Vt = np.linalg.svd(A)
-    return Vt[:3].T @ ((U.T @ state.moment) / values), Vt[3:].T
-
-
-def _apply(state: Equilibrium, chosen: _Chosen) -> tuple[FloatArray, FloatArray]:
-    """F_s, shape (3,), and closure wrenches, shape (n, 6)."""
-    closure = state.closure + chosen.f[:, None] * state.closure_of_f + chosen.g[:, None] * state.closure_of_g
-    shoulder = state.shoulder + state.shoulder_of_f @ chosen.f + state.shoulder_of_g @ chosen.g
-    return shoulder, closure
-
-
-def _arm_loads(mechanism: Mechanism, query: Query) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What arm and device add to the balance, by Newton and Euler in closed form and not through Pinocchio.
-
-    Returns force (N, 3) and moment (N, 3) about O on the whole arm, load included, and the wrench (N, 6) of the
-    device's own parts, without the load.
-    """
-    arm = mechanism.require_arm("weight")
-    nothing = np.zeros_like(query.force)
-    force, moment = _carried(arm, mechanism.gravity, query, query.force, query.moment)
-    device = np.zeros((len(force), 6))
-    for part in arm.parts:
-        if part.device:
-            device += np.concatenate(_carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
-    return force, moment, device
-
-
-def _carried(
-    body: Arm, gravity: FloatArray, query: Query, force: FloatArray, moment: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Weight, inertia and load of a body that turns with the arm: force and moment about O, shape (N, 3) each."""
-    total_force, total_moment = np.empty_like(force), np.empty_like(moment)
-    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia_about_origin
-    arm_load(
-        query.matrices,
-        body.mass,
-        body.centre_of_mass,
-        inertia,
-        gravity,
-        query.velocity,
-        query.acceleration,
-        force,
-        moment,
-        total_force,
-        total_moment,
-    )
-    return total_force, total_moment
+    return answer.finished(query, split)

@@ -61,10 +61,15 @@ class Reaction:
     certificate : Certificate
         Which of these numbers equilibrium determines.
     body_weight : float or None
-        Weight of the person, N, where it is known.
+        Weight of the person under standard gravity, N, where the mass is known.
     trivial : bool
-        Whether the least shoulder force is zero by construction: no bound on the side forces of three or more
-        UPU limbs, so that the limbs alone can always carry the arm. It then says nothing about the device.
+        Whether the least shoulder force is zero by construction, in every pose that has an answer: what is free of
+        bounds (side forces, and tensions that balance themselves) reaches every shoulder force, so that the limbs
+        alone can always carry the arm. It then says nothing about the device.
+    centre_displacement : ndarray or None
+        δ, shape (..., 3), m: how far the shoulder's centre gives way, for split "elastic".
+    side_stiffness : ndarray or None
+        k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
     """
 
     shoulder_force: FloatArray
@@ -83,11 +88,18 @@ class Reaction:
     certificate: Certificate
     body_weight: float | None = None
     trivial: bool = False
+    centre_displacement: FloatArray | None = None
+    side_stiffness: FloatArray | None = None
 
     @property
     def magnitude(self) -> FloatArray:
         """|F_s|, shape (...), N."""
         return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))
+
+    @property
+    def harness_wrench(self) -> FloatArray:
+        """All limbs together on the torso, shape (..., 6): force in N and moment about O in N m, base frame."""
+        return np.asarray(self.harness_wrenches.sum(axis=-2))
 
     @property
     def percent_body_weight(self) -> FloatArray | None:
@@ -109,17 +121,24 @@ class Reaction:
         Returns
         -------
         ndarray of int
-            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the pose
-            after which det X has another sign. A path that steps onto the surface itself counts at that step.
+            Shape (k, d) for a stack of d dimensions, the last of which runs along the path: index of the last pose
+            before det X takes the other sign. Poses on the surface itself belong to neither side: a path that steps
+            onto it and goes on crosses once, one that touches it and turns back does not. Empty for other than three
+            limbs, whose surface has no such sign.
 
         Notes
         -----
         A pose beyond the surface is not reachable from one before it without losing hold of the arm.
         """
-        side = np.sign(np.where(self.has_answer, self.determinant, 0.0))
+        side = np.where(self.status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
         if side.ndim == 0:
             return np.empty((0, 0), dtype=np.int64)
-        return np.argwhere(side[..., 1:] * side[..., :-1] <= 0.0)
+        found = []
+        for path in np.ndindex(side.shape[:-1]):
+            steps = np.flatnonzero(side[path])
+            signs = side[path][steps]
+            found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
+        return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
 
     def as_dict(self) -> dict[str, Any]:
         """All fields as arrays and plain values, in one flat dict."""
@@ -132,6 +151,7 @@ class Reaction:
                 "limb_wrenches",
                 "cuff_wrench",
                 "harness_wrenches",
+                "harness_wrench",
                 "spherical_force",
                 "ratio",
                 "status",
@@ -145,10 +165,16 @@ class Reaction:
             "magnitude": self.magnitude,
             "percent_body_weight": self.percent_body_weight,
             "undetermined": self.certificate.undetermined,
+            "actuator_forces_determined": self.certificate.actuator_forces,
+            "constraint_forces_determined": self.certificate.constraint_forces,
+            "shoulder_force_determined": self.certificate.shoulder_force,
+            "torso_wrench_determined": self.certificate.torso_wrench,
             "split": self.split,
             "trivial": self.trivial,
             "certificate": str(self.certificate),
             "body_weight": self.body_weight,
+            "centre_displacement": self.centre_displacement,
+            "side_stiffness": self.side_stiffness,
         }
 
     def to_json(self, indent: int | None = 2) -> str:

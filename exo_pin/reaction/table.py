@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 __all__ = ["reaction_table"]
 
+#: Columns of a line of text below the table.
+_WIDTH = 100
+
 
 def reaction_table(reactions: Sequence[Reaction]) -> str:
     """Lay out answers to the same question side by side.
@@ -59,10 +62,10 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
             [f"limb {limb + 1} {label}, N", *(_number(column[limb]) for column in columns)]
             for limb in range(len(columns[0]))
         ]
-    for label, part in (("force", slice(0, 3)), ("moment", slice(3, 6))):
-        unit = "N" if label == "force" else "N m about O"
-        sizes = (_number(float(np.linalg.norm(r.cuff_wrench[part]))) for r in reactions)
-        rows.append([f"cuff on the arm, {label}, {unit}", *sizes])
+    for owner, name in (("cuff on the arm", "cuff_wrench"), ("harness on the torso", "harness_wrench")):
+        for label, part in (("force, N", slice(0, 3)), ("moment, N m", slice(3, 6))):
+            sizes = (_number(float(np.linalg.norm(getattr(r, name)[part]))) for r in reactions)
+            rows.append([f"{owner}, {label}", *sizes])
     rows.append(["status", *(str(r.status) for r in reactions)])
     return rows
 
@@ -82,21 +85,26 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
         ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],
         ["peak |g_i|, N", *(peak(np.abs(r.constraint_forces)) for r in reactions)],
-        ["crossings of det X = 0", *(str(len(r.crossings())) for r in reactions)],
+        ["crossings of det X = 0", *(_crossings(r) for r in reactions)],
     ]
 
 
+def _crossings(reaction: Reaction) -> str:
+    """How often paths cross the singular surface; a dash where its sides have no sign to tell them by."""
+    return "-" if np.isnan(reaction.determinant).all() else str(len(reaction.crossings()))
+
+
 def _notes(reactions: Sequence[Reaction]) -> list[str]:
-    notes = [""]
-    said: set[str] = set()
+    statements = dict.fromkeys(reaction.certificate.statement for reaction in reactions)
+    lines = ["", *(textwrap.fill(statement, _WIDTH) for statement in statements)]
     for reaction in reactions:
-        line = f"{reaction.split}: {reaction.certificate}"
+        if not (reaction.certificate.undetermined > 0).any():
+            continue
+        line = f"{reaction.split} assumes {reaction.certificate.chosen_by}."
         if reaction.trivial:
             line += (
-                " The zero is trivial: side forces are passive reactions of the structure, and without a bound on "
+                " Its zero is trivial: side forces are passive reactions of the structure, and without a bound on "
                 "them the limbs alone can carry the arm."
             )
-        if line not in said:
-            notes.append(textwrap.fill(line, 100, subsequent_indent="  "))
-            said.add(line)
-    return notes
+        lines.append(textwrap.fill(line, _WIDTH, subsequent_indent="  "))
+    return lines

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..validation import FloatArray, frozen
 
-__all__ = ["NOT_REPRODUCIBLE", "Row", "Verdict", "compare", "ledger_table"]
+__all__ = ["NOT_REPRODUCIBLE", "Row", "Verdict", "compare", "condensed", "ledger_table"]
 
 Verdict = Literal["reproduced", "misprint, corrected", "not reproducible"]
 NOT_REPRODUCIBLE: Verdict = "not reproducible"
@@ -97,8 +97,33 @@ def compare(
     return Row(source, quantity, unit, shown, own, verdict, note, digits)
 
 
+def condensed(rows: Iterable[Row], most: int = 4) -> str:
+    """Lay the ledger out as a Markdown table with one line for a source of many values.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        The rows.
+    most : int
+        A source with more rows of one verdict than this is told by their number.
+    """
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.source, row.verdict), []).append(row)
+    lines = list(_HEAD)
+    for (source, verdict), group in groups.items():
+        if len(group) <= most:
+            lines += [_line(row, notes=False) for row in group]
+            continue
+        gaps = np.concatenate([np.abs(row.printed - row.computed).ravel() for row in group])
+        size = max(float(np.abs(row.printed).max()) for row in group)
+        width = f"within {np.nanmax(gaps):.2g} of up to {size:.3g}" if verdict == "reproduced" else ""
+        lines.append(_cells([source, f"{len(group)} values", "", width, verdict]))
+    return "\n".join(lines)
+
+
 def ledger_table(rows: Iterable[Row], notes: bool = True) -> str:
-    """Lay the ledger out as a Markdown table.
+    """Lay the whole ledger out as a Markdown table.
 
     Parameters
     ----------
@@ -107,20 +132,28 @@ def ledger_table(rows: Iterable[Row], notes: bool = True) -> str:
     notes : bool
         Whether to show the column of notes.
     """
+    head = [line + end for line, end in zip(_HEAD, (" note |", " --- |"), strict=True)] if notes else list(_HEAD)
+    return "\n".join(head + [_line(row, notes) for row in rows])
 
-    def numbers(values: FloatArray, digits: int) -> str:
-        return ", ".join(f"{value + 0.0:.{digits}f}" for value in values.ravel())
 
-    header = ["source", "quantity", "thesis says", "exo_pin computes", "verdict"] + ["note"] * notes
-    lines = ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
-    for row in rows:
-        unit = f", {row.unit}" if row.unit else ""
-        cells = [
-            row.source,
-            row.quantity + unit,
-            numbers(row.printed, row.digits),
-            numbers(row.computed, row.digits),
-            row.verdict,
-        ] + [row.note] * notes
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines)
+_HEAD = ("| source | quantity | thesis says | exo_pin computes | verdict |", "| --- | --- | --- | --- | --- |")
+
+
+def _line(row: Row, notes: bool) -> str:
+    def number(value: float) -> str:
+        if not np.isfinite(value):
+            return "-"
+        # A small number that decimals would hide; rounding noise about zero stays hidden.
+        hidden = 1e-9 < abs(value) < 0.5 * 10.0**-row.digits
+        return f"{value:.4g}" if hidden else f"{round(value, row.digits) + 0.0:.{row.digits}f}"
+
+    def numbers(values: FloatArray) -> str:
+        return ", ".join(number(value) for value in values.ravel())
+
+    unit = f", {row.unit}" if row.unit else ""
+    cells = [row.source, row.quantity + unit, numbers(row.printed), numbers(row.computed), row.verdict]
+    return _cells(cells + [row.note] * notes)
+
+
+def _cells(cells: Iterable[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"

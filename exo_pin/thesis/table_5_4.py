@@ -33,7 +33,7 @@ def rows() -> list[Row]:
     return [
         compare(_SOURCE, "distance of the centroid from O", "mm", 191.07,
                 np.linalg.norm(arm.centre_of_mass) * 1e3, 5e-3, digits=2),
-        compare(_SOURCE, "principal moments about the centroid", "kg m²", as_printed,
+        compare(_SOURCE, "principal moments about the centroid, of the tensor as printed", "kg m²", as_printed,
                 np.linalg.eigvalsh(arm.inertia), 1e-9, mended=negated, digits=5,
                 note="the off-diagonal entries are printed as integrals; taken for a tensor one moment is negative"),
         compare(_SOURCE, "I_yz and I_zy, integrals", "g mm²", [-2649709.2, -2649709.3],

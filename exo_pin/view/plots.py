@@ -15,6 +15,7 @@ from .. import wrist
 from ..conventions import shoulder_angles, shoulder_rotation
 from ..errors import MissingExtra
 from ..exo import ShoulderExo
+from ..reaction.answer import STANDARD_GRAVITY
 from ..validation import FloatArray, as_rotation
 
 if TYPE_CHECKING:
@@ -79,7 +80,8 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     axis = exo.geometry.platform_axis
     ax.plot(*_ring(b, None if axis is None else R @ axis).T, color="0.5", linewidth=2, label="platform ring on the arm")
     for i, tension in enumerate(answer.actuator_forces):
-        pulls = tension >= 0
+        pulls = not tension < 0
+        known = f"{'pulls' if pulls else 'pushes'} {abs(tension):.0f} N" if np.isfinite(tension) else "(no force found)"
         ax.plot(
             *np.stack([a[i], b[i]], axis=1),
             color=BLUE if pulls else ORANGE,
@@ -87,13 +89,16 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
             linewidth=3.5,
             marker="o",
             markersize=4,
-            label=f"limb {i + 1} {'pulls' if pulls else 'pushes'} {abs(tension):.0f} N",
+            label=f"limb {i + 1} {known}",
         )
         ax.text(*(1.12 * a[i]), str(i + 1), fontsize=9, ha="center", va="center")
     weight = arm.mass * exo.mechanism.gravity
     _arrow(ax, R @ arm.centre_of_mass, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
-    shoulder = answer.shoulder_force
-    _arrow(ax, np.zeros(3), shoulder, RED, f"shoulder on the arm {np.linalg.norm(shoulder):.0f} N")
+    shoulder = np.nan_to_num(answer.shoulder_force)
+    if answer.has_answer:
+        _arrow(ax, np.zeros(3), shoulder, RED, f"shoulder on the arm {np.linalg.norm(shoulder):.0f} N")
+    else:
+        ax.plot([], [], " ", label=f"pose is {answer.status}: no forces")
     ax.set(xlabel="x forward, m", ylabel="y left, m", zlabel="z up, m")
     tips = np.stack([np.zeros(3), hand, _METRES_PER_NEWTON * shoulder])
     _equal_axes(ax, np.vstack([a, b, tips]))
@@ -159,10 +164,12 @@ def shoulder_force_map(
     arm = exo.mechanism.require_arm("a map of forces")
     unit, name = 1.0, "|F_s|, N"
     if arm.body_mass is not None:
-        unit = 100.0 / (arm.body_mass * float(np.linalg.norm(exo.mechanism.gravity)))
+        unit = 100.0 / (arm.body_mass * STANDARD_GRAVITY)
         name = "|F_s|, % of body weight"
-    shown = np.clip(force * unit, *np.nanpercentile(force * unit, [0.5, 98.5]))
-    image = ax.pcolormesh(flexion, abduction, shown, norm=LogNorm(), cmap="cividis", shading="nearest", rasterized=True)
+    low, high = np.nanpercentile(force * unit, [0.5, 98.5])
+    shown = np.clip(force * unit, low, high)
+    scale = LogNorm(low, high) if 0.0 < low < high else None  # an unloaded arm has no logarithm
+    image = ax.pcolormesh(flexion, abduction, shown, norm=scale, cmap="cividis", shading="nearest", rasterized=True)
     bar = ax.figure.colorbar(image, ax=ax, extend="both", label=name)
     bar.ax.yaxis.set_major_formatter("{x:g}")
     if exo.geometry.limb_count == 3:

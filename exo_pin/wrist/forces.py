@@ -15,7 +15,7 @@ from ..validation import FloatArray
 from .kernels import FOLDED, OK, arm_load, classify_stack, force_stack, limb_stack
 from .stacks import as_query, require_massless
 
-__all__ = ["STATUS", "WristForces", "classify", "dynamics", "statics"]
+__all__ = ["STATUS", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
 
 #: Names of the kernel's status codes.
 STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
@@ -64,7 +64,8 @@ def statics(
         On the arm, besides its weight.
     split : {"spherical", "standalone"}
         "spherical": g_i = 0, limbs without side force, (D-30). "standalone": no ball joint, F_s = 0, (D-25);
-        needs three UPU limbs or more. What equilibrium still leaves open with more limbs than needed is chosen
+        needs six limb forces or more, tensions
+        and side forces of UPU limbs together. What equilibrium still leaves open with more limbs than needed is chosen
         with the least sum of squares of the forces f (and g).
 
     Returns
@@ -76,7 +77,7 @@ def statics(
     MissingData
         If the mechanism has no arm.
     InvalidInput
-        If a limb has mass, or a standalone wrist is asked of fewer than three UPU limbs.
+        If a limb has mass, or a standalone wrist is asked of too few limb forces.
     """
     return _balance(mechanism, orientation, None, load, split)
 
@@ -125,10 +126,8 @@ def _balance(
     require_massless(mechanism)
     is_upu, n = mechanism.is_upu, mechanism.limb_count
     standalone = split == "standalone"
-    if standalone and is_upu.sum() < 3:
-        raise InvalidInput(
-            f"a wrist without a shoulder needs at least 3 UPU limbs to hold its centre, got {is_upu.sum()}"
-        )
+    if standalone:
+        require_standalone(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
     query = as_query(orientation, motion, load)
     # An arm at rest feels no inertia, so an unknown one does not enter.
@@ -175,6 +174,22 @@ def _balance(
         np.array(STATUS)[status].reshape(shape),
         margin.reshape(shape),
     )
+
+
+def require_standalone(mechanism: Mechanism) -> None:
+    """Raise unless there are enough limb forces to hold the arm without a shoulder.
+
+    Raises
+    ------
+    InvalidInput
+        If tensions (one a limb) and side forces (one a UPU limb) are fewer than the six components to hold.
+    """
+    sides = int(mechanism.is_upu.sum())
+    if mechanism.limb_count + sides < 6:
+        raise InvalidInput(
+            f"without a shoulder the limbs must hold six components, and {mechanism.limb_count} tensions with {sides} "
+            "side forces of UPU limbs are too few"
+        )
 
 
 def classify(mechanism: Mechanism, matrices: FloatArray) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:

@@ -3,25 +3,51 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import five_bar, four_bar, random_wrist
+from mechanisms import (
+    agile_eye,
+    delta,
+    five_bar,
+    four_bar,
+    parallelogram,
+    planar_3rrr,
+    random_loop,
+    random_wrist,
+    stewart,
+)
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import ClosedChain, UndeterminedMotion, mechanism_urdf
+from exo_pin.chain import TYPES, ClosedChain, mechanism_urdf
 from exo_pin.conventions import thesis_rotation
 from exo_pin.design import preset
-from exo_pin.errors import InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 STEP = 1e-5
 FINITE = 1e-7
 
 
+OTHERS = (
+    planar_3rrr(),
+    agile_eye(),
+    delta(),
+    delta("universal"),
+    delta("rigid"),
+    stewart(),
+    parallelogram(),
+)
+
+
 def chains():
+    for named in OTHERS:
+        yield named.closures.name, named.chain()
     yield "four_bar", four_bar().chain()
     yield "four_bar_link", four_bar("link").chain()
     yield "five_bar", five_bar().chain()
     for part in ("whole", "wrist", "floating"):
         yield f"prototype-{part}", ClosedChain.from_urdf(*mechanism_urdf(preset("prototype"), part))
+    for kind in TYPES:
+        if kind != "point":
+            yield f"loop-{kind}", random_loop(kind).chain()
     yield "mixed", ClosedChain.from_urdf(*mechanism_urdf(random_wrist(7, "USUSU")))
 
 
@@ -37,6 +63,8 @@ def posed(chain):
 
 
 HAND = {"four_bar": four_bar().q, "four_bar_link": four_bar("link").q, "five_bar": five_bar().q}
+HAND |= {f"loop-{kind}": random_loop(kind).q for kind in TYPES if kind != "point"}
+HAND |= {named.closures.name: named.q for named in OTHERS}
 START = HAND | {name: posed(chain) for name, chain in CHAINS.items() if name.startswith("prototype")}
 
 
@@ -124,7 +152,24 @@ def test_a_loop_that_cannot_close_raises_with_its_evidence():
         chain.close(named.q + 0.2, hold=chain.model.names[1:])
 
 
-def test_residual_is_pinocchios_relative_placement(chain):
+PINOCCHIOS = [
+    name for name, chain in CHAINS.items() if {item.type for item in chain.closures} <= {"rigid", "spherical"}
+]
+
+
+@pytest.fixture(params=PINOCCHIOS)
+def as_pinocchio(request):
+    return CHAINS[request.param]
+
+
+@pytest.mark.parametrize("name", sorted(set(CHAINS) - set(PINOCCHIOS)))
+def test_closures_that_pinocchio_lacks_are_not_handed_to_it(name):
+    with pytest.raises(InvalidInput, match="no constraint for the"):
+        _ = CHAINS[name].constraint_models
+
+
+def test_residual_is_pinocchios_relative_placement(as_pinocchio):
+    chain = as_pinocchio
     q = open_configurations(chain, 5, count=1)[0]
     data = chain.model.createData()
     pin.forwardKinematics(chain.model, data, q)
@@ -140,7 +185,8 @@ def test_residual_is_pinocchios_relative_placement(chain):
             np.testing.assert_allclose(rows[3:], expected, atol=1e-14)
 
 
-def test_jacobian_is_pinocchios_on_closed_loops(chain):
+def test_jacobian_is_pinocchios_on_closed_loops(as_pinocchio):
+    chain = as_pinocchio
     for q in open_configurations(chain, 6):
         q = chain.close(q)
         models = pin.StdVec_RigidConstraintModel()
@@ -171,7 +217,9 @@ def test_jacobian_is_the_derivative_of_the_residual_on_closed_loops(chain):
 
 def test_rows_in_metres_are_the_derivative_of_the_residual_everywhere(chain):
     rng = np.random.default_rng(9)
-    metres = np.concatenate([[True] * 3 + [False] * (closure.rows - 3) for closure in chain.closures])
+    metres = np.concatenate(
+        [[True] * TYPES[item.type].translations + [False] * TYPES[item.type].rotations for item in chain.closures]
+    )
     for q in open_configurations(chain, 10, size=1.0):
         v = rng.normal(size=chain.model.nv)
         ahead, behind = (chain.residual(pin.integrate(chain.model, q, s * STEP * v)) for s in (1, -1))

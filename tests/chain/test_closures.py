@@ -4,7 +4,8 @@ import tomllib
 
 import numpy as np
 import pytest
-from mechanisms import four_bar
+from mechanisms import four_bar, random_loop
+from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import (
     ClosedChain,
@@ -41,6 +42,8 @@ def random_closures(seed):
     closures = (
         Closure("one", "rigid", 'a "quoted" link', "universe", place(), place()),
         Closure("zwei ü", "spherical", "b", "c", placement_b=place()),
+        Closure("hinge", "revolute", "c", "d", place(), place(), axis=tuple(rng.normal(size=3))),
+        Closure("rod", "distance", "d", "e", place(), distance=0.1 + rng.random()),
     )
     limb = LimbRole("limb_1", "UPU", "slide", "hip", "one")
     roles = Roles(("slide", "other"), "ball", "arm", "centre", (limb,))
@@ -81,6 +84,13 @@ def test_units_aliases_and_defaults(tmp_path):
         (("translation_b_mm = [400.0, 0.0, 0.0]", "quaternion_b_xyzw = [0, 0, 0, 2]"), FileFormatError, "unit"),
         (("[[closures]]", "[[closures]"), FileFormatError, "TOML"),
         (("[[closures]]", "[roles]\nactuated = [1]\n[[closures]]"), FileFormatError, "strings"),
+        (('"point"', '"distance"'), FileFormatError, "expected a distance"),
+        (('"point"', '"distance"\ndistance_mm = -3.0'), FileFormatError, "above zero"),
+        (('"point"', '"rigid"\ndistance_m = 0.3'), FileFormatError, "for no other"),
+        (('"point"', '"spherical"\naxis = [1.0, 0.0, 0.0]'), FileFormatError, "has no axis"),
+        (('"point"', '"universal"\naxis = [1.0, 0.0, 0.0]'), FileFormatError, "only revolute, prismatic"),
+        (('"point"', '"revolute"\naxis = [0.0, 0.0, 0.0]'), FileFormatError, "direction"),
+        (('"point"', '"revolute"\naxis = [1.0, 0.0]'), FileFormatError, "shape"),
     ],
 )
 def test_a_bad_file_is_refused_and_told_why(tmp_path, change, error, said):
@@ -90,6 +100,42 @@ def test_a_bad_file_is_refused_and_told_why(tmp_path, change, error, said):
     with pytest.raises(error, match=said) as caught:
         read_closures(path)
     assert "robot.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rows"),
+    [
+        ("rigid", 6),
+        ("point", 3),
+        ("spherical", 3),
+        ("revolute", 5),
+        ("universal", 4),
+        ("prismatic", 5),
+        ("cylindrical", 4),
+        ("distance", 1),
+    ],
+)
+def test_every_type_has_its_rows(kind, rows, tmp_path):
+    more = "\ndistance_mm = 300.0" if kind == "distance" else ""
+    path = tmp_path / "robot.toml"
+    path.write_text(GOOD.replace('"point"', f'"{kind}"{more}'))
+    (closure,) = read_closures(path).closures
+    assert closure.rows == rows
+    assert closure.distance == (0.3 if kind == "distance" else None)
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 2.0), (0, 0, -1.0), (1.0, 0, 0), (0.3, -0.4, 0.5), (1e-9, 0, -1.0)])
+def test_an_axis_is_the_z_axis_of_a_turned_frame(axis):
+    # A revolute closure about its axis leaves turning about it free, and nothing else.
+    named = random_loop("revolute")
+    (given,) = named.closures.closures
+    other = dataclasses.replace(given, axis=axis)
+    chain = ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, closures=(other,)))
+    (pose,) = chain._topology.local[:, 0]
+    carrier = Rotation.from_quat(given.placement_a.quaternion)
+    expected = carrier.apply(np.array(axis) / np.linalg.norm(axis))
+    np.testing.assert_allclose(pose[2], expected, atol=1e-12)
+    np.testing.assert_allclose(pose[:3] @ pose[:3].T, np.eye(3), atol=1e-14)
 
 
 def test_a_missing_file_is_named(tmp_path):

@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from mechanisms import five_bar, four_bar, random_wrist
 
-from exo_pin.chain import ClosedChain, mechanism_urdf
+from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles, mechanism_urdf
 from exo_pin.conventions import thesis_rotation
 from exo_pin.design import preset
-from exo_pin.errors import LoopNotClosed
+from exo_pin.errors import InvalidInput, LoopNotClosed
+from exo_pin.wrist import limb_jacobian
 
 
 def wrist_chain(mechanism, part):
@@ -68,6 +69,64 @@ def test_locked_actuators_leave_the_smaller_margin_the_nearer_the_singularity():
     # Along abduction the determinant has a double zero at 90°, so the margin is quadratic in the distance.
     assert margins[0] / margins[1] == pytest.approx(100, rel=0.02)
     assert margins[1] / margins[2] == pytest.approx(100, rel=0.002)
+
+
+def test_the_effort_grows_without_bound_towards_the_singularity():
+    chain = wrist_chain(preset("prototype"), "whole")
+    efforts = [
+        chain.mobility(at(chain, thesis_rotation(angle, 0, 0, degrees=True))).margins.effort["N per N m"]
+        for angle in (89.9, 89.99, 89.999)
+    ]
+    assert efforts[1] / efforts[0] == pytest.approx(100, rel=0.02)
+    assert efforts[2] / efforts[1] == pytest.approx(100, rel=0.02)
+    assert chain.mobility(at(chain, SINGULAR)).margins.effort["N per N m"] == np.inf
+
+
+@pytest.mark.parametrize("pose", range(len(POSES)))
+def test_margins_of_the_wrist_are_its_limbs_jacobian(pose):
+    # d(lengths)/dt = J ω: travel is its norm, and effort per moment the norm of its inverse, as in the closed form.
+    mechanism = preset("prototype")
+    chain = wrist_chain(mechanism, "whole")
+    J = limb_jacobian(mechanism.geometry, POSES[pose])
+    margins = chain.mobility(at(chain, POSES[pose]), part="orientation").margins
+    assert margins.travel == pytest.approx({"m per rad": np.linalg.norm(J, 2)}, rel=1e-6)
+    assert margins.effort == pytest.approx({"N per N m": np.linalg.norm(np.linalg.inv(J), 2)}, rel=1e-6)
+
+
+def test_a_chain_that_is_locked_altogether():
+    named = five_bar()
+    mobility = named.chain().mobility(named.q, locked=["left_crank_hinge", "right_crank_hinge"], frame="tip")
+    assert (mobility.degrees_of_freedom, mobility.locked, mobility.margins, mobility.kinds) == (0, None, None, ())
+    mobility = named.chain().mobility(
+        named.q, locked=["left_forearm_hinge", "right_forearm_hinge"], actuated=["left_crank_hinge"], frame="tip"
+    )
+    assert mobility.degrees_of_freedom == 0
+    assert mobility.margins.effort["N m per N"] == 0.0
+    with pytest.raises(InvalidInput, match="not actuated"):
+        named.chain().mobility(named.q, locked=["left_crank_hinge"], actuated=["left_crank_hinge"])
+
+
+def test_idle_turns_are_no_singularity():
+    # A rod on two ball joints spins about itself: the locked actuator leaves that, and it is not the output's.
+    urdf = """<robot name="rod"><link name="ground"/><link name="slider"/>
+      <joint name="slide" type="prismatic"><parent link="ground"/><child link="slider"/><axis xyz="1 0 0"/>
+        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+      <link name="rod"/><joint name="flight" type="floating"><parent link="slider"/><child link="rod"/></joint>
+      <link name="crank"/><joint name="hinge" type="revolute"><parent link="ground"/><child link="crank"/>
+        <origin xyz="0.5 0.3 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+    </robot>"""
+    ends = (
+        Closure("one", "spherical", "rod", "slider"),
+        Closure("two", "spherical", "rod", "crank", Placement((0.5, 0, 0)), Placement((0, -0.3, 0))),
+    )
+    chain = ClosedChain.from_urdf(urdf, Closures("rod", closures=ends, roles=Roles(("slide",), arm="crank")))
+    mobility = chain.mobility(chain.neutral())
+    assert np.abs(chain.residual(chain.neutral())).max() < 1e-15
+    assert (mobility.degrees_of_freedom, mobility.locked.degrees_of_freedom, mobility.idle) == (2, 1, 1)
+    assert mobility.kinds == ()
+    # The crank's tip moves with the slider: 0.3 m a radian.
+    assert mobility.margins.travel["m per rad"] == pytest.approx(0.3)
+    assert mobility.margins.effort["N per N m"] == pytest.approx(1 / 0.3)
 
 
 @pytest.mark.parametrize("kinds", ["SSS", "USUSU", "SSSS", "UUUUU"])

@@ -1,0 +1,184 @@
+"""The relative motion of closure frames, compiled: one residual, one Jacobian, one drift for every closure type.
+
+A closure joins frame a of one body to frame b of another. Its relative pose is told as a sees it, in the axes of a:
+
+* displacement ``d = R_aᵀ (p_a - p_b)``, how far a stands from b;
+* turn ``θ = log(R_bᵀ R_a)``, the rotation vector that takes b to a (its components in a and b are the same);
+* tilt ``t``, the x and y of the least rotation that takes b's z axis to a's.
+
+The relative twist ``V = (R_aᵀ (v_a - v_b), R_aᵀ (ω_a - ω_b))``, velocities of the body points at p_b, is exactly
+``(d', θ')`` as long as θ = 0, and ``d'`` always. A closure type is a projection ``S`` of this twist: its Jacobian rows
+are ``S V``, and its residual is a function whose rate on closed loops is ``S V``:
+
+=========== ===== ============================ =================================================================
+type        rows  residual                     S
+=========== ===== ============================ =================================================================
+rigid       6     d, θ                         all of V
+spherical   3     d                            V's linear part
+revolute    5     d, t                         linear part; angular x, y
+universal   4     d, asin(x_a · y_b)           linear part; angular part along x_a × y_b
+prismatic   5     d_x, d_y, θ                  linear x, y; angular part
+cylindrical 4     d_x, d_y, t                  linear x, y; angular x, y
+distance    1     abs(d) - length              linear part along d
+=========== ===== ============================ =================================================================
+
+S is constant in the axes of a except for universal and distance, whose rate enters the drift. Since θ and t are their
+own images under the derivative of the logarithm, a Newton step on these rows is exact in them however large the turn.
+
+Layout of ``poses``, shape (..., 4, 3): rows 0 to 2 are the columns of R, row 3 is p, as Pinocchio keeps them.
+World Jacobians are transposed, shape (nv, 6), linear part first, about the world's origin.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+__all__ = ["CODES", "compose", "project", "project_rate", "relative_pose"]
+
+# Numba's cache of kernels.py does not notice changes here: touch that file after editing this one.
+_compile = njit(cache=True, error_model="numpy")
+
+_RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6
+
+#: Number by which the compiled functions know a closure type.
+CODES = {
+    "rigid": _RIGID,
+    "spherical": _SPHERICAL,
+    "revolute": _REVOLUTE,
+    "universal": _UNIVERSAL,
+    "prismatic": _PRISMATIC,
+    "cylindrical": _CYLINDRICAL,
+    "distance": _DISTANCE,
+}
+
+#: Below this distance the line between two points has no direction, m.
+_NO_DIRECTION = 1e-12
+
+
+@_compile
+def compose(parent: Any, local: Any, out: Any) -> None:
+    """Pose of ``local`` in ``parent``; both and ``out`` have shape (4, 3)."""
+    for i in range(4):
+        for k in range(3):
+            out[i, k] = local[i, 0] * parent[0, k] + local[i, 1] * parent[1, k] + local[i, 2] * parent[2, k]
+    for k in range(3):
+        out[3, k] += parent[3, k]
+
+
+@_compile
+def _log(Q: Any, out: Any) -> None:
+    """Rotation vector of Q (shape (3, 3), entries Q[i, j]), accurate for small and large turns."""
+    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
+    if trace > 0.0:
+        # The quaternion's vector part carries the full accuracy of a small turn.
+        w = 0.5 * math.sqrt(1.0 + trace)
+        x = (Q[2, 1] - Q[1, 2]) / (4.0 * w)
+        y = (Q[0, 2] - Q[2, 0]) / (4.0 * w)
+        z = (Q[1, 0] - Q[0, 1]) / (4.0 * w)
+    elif Q[0, 0] >= Q[1, 1] and Q[0, 0] >= Q[2, 2]:
+        x = 0.5 * math.sqrt(max(1.0 + Q[0, 0] - Q[1, 1] - Q[2, 2], 0.0))
+        w = (Q[2, 1] - Q[1, 2]) / (4.0 * x)
+        y = (Q[0, 1] + Q[1, 0]) / (4.0 * x)
+        z = (Q[0, 2] + Q[2, 0]) / (4.0 * x)
+    elif Q[1, 1] >= Q[2, 2]:
+        y = 0.5 * math.sqrt(max(1.0 + Q[1, 1] - Q[0, 0] - Q[2, 2], 0.0))
+        w = (Q[0, 2] - Q[2, 0]) / (4.0 * y)
+        x = (Q[0, 1] + Q[1, 0]) / (4.0 * y)
+        z = (Q[1, 2] + Q[2, 1]) / (4.0 * y)
+    else:
+        z = 0.5 * math.sqrt(max(1.0 + Q[2, 2] - Q[0, 0] - Q[1, 1], 0.0))
+        w = (Q[1, 0] - Q[0, 1]) / (4.0 * z)
+        x = (Q[0, 2] + Q[2, 0]) / (4.0 * z)
+        y = (Q[1, 2] + Q[2, 1]) / (4.0 * z)
+    if w < 0.0:
+        w, x, y, z = -w, -x, -y, -z
+    norm = math.sqrt(x * x + y * y + z * z)
+    factor = 2.0 if norm == 0.0 else 2.0 * math.atan2(norm, w) / norm
+    out[0], out[1], out[2] = factor * x, factor * y, factor * z
+
+
+@_compile
+def relative_pose(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d: Any, Q: Any) -> None:
+    """Fill the world poses of the closure's frames and their relative pose."""
+    compose(poses[joints[c, 0]], local[c, 0], a)
+    compose(poses[joints[c, 1]], local[c, 1], b)
+    for i in range(3):
+        d[i] = a[i, 0] * (a[3, 0] - b[3, 0]) + a[i, 1] * (a[3, 1] - b[3, 1]) + a[i, 2] * (a[3, 2] - b[3, 2])
+        for j in range(3):
+            Q[i, j] = b[i, 0] * a[j, 0] + b[i, 1] * a[j, 1] + b[i, 2] * a[j, 2]
+
+
+@_compile
+def _tilt(Q: Any, out: Any) -> None:
+    """x and y of the least rotation from b's z axis to a's, in the axes of a."""
+    # b's z axis as a sees it is the last row of Q; turning it to (0, 0, 1) is about (y, -x, 0).
+    x, y, z = Q[2, 0], Q[2, 1], Q[2, 2]
+    sine = math.hypot(x, y)
+    if sine < 1e-150:
+        # Parallel, or opposite: then any axis will do.
+        out[0], out[1] = (0.0, 0.0) if z >= 0.0 else (math.pi, 0.0)
+        return
+    factor = math.atan2(sine, z) / sine
+    out[0], out[1] = factor * y, -factor * x
+
+
+@_compile
+def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
+    """Residual rows of one closure and the projection S, shape (rows, 6), that its Jacobian takes of the twist."""
+    S[:] = 0.0
+    count = out.shape[0]
+    if kind == _DISTANCE:
+        size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        out[0] = size - length
+        if size < _NO_DIRECTION:
+            # Coinciding points may part in any direction.
+            S[0, 2] = 1.0
+            return
+        for i in range(3):
+            S[0, i] = d[i] / size
+        return
+    first = 2 if kind in (_PRISMATIC, _CYLINDRICAL) else 3
+    for i in range(first):
+        out[i] = d[i]
+        S[i, i] = 1.0
+    if kind == _UNIVERSAL:
+        # x_a × y_b in the axes of a; y_b there is the middle row of Q.
+        sine, size = Q[1, 0], math.hypot(Q[1, 1], Q[1, 2])
+        out[3] = math.atan2(sine, size)
+        if size < _NO_DIRECTION:
+            S[3, 5] = 1.0
+            return
+        S[3, 4], S[3, 5] = -Q[1, 2] / size, Q[1, 1] / size
+        return
+    for i in range(first, count):
+        S[i, 3 + i - first] = 1.0
+    if kind in (_RIGID, _PRISMATIC):
+        _log(Q, out[first : first + 3])
+    elif kind in (_REVOLUTE, _CYLINDRICAL):
+        _tilt(Q, out[first : first + 2])
+
+
+@_compile
+def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
+    """Rate of S in the axes of a, shape (rows, 6), while frame a moves with the relative twist."""
+    out[:] = 0.0
+    if kind == _DISTANCE:
+        size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        if size < _NO_DIRECTION:
+            return
+        along = (d[0] * twist[0] + d[1] * twist[1] + d[2] * twist[2]) / size
+        for i in range(3):
+            out[0, i] = (twist[i] - along * d[i] / size) / size
+    elif kind == _UNIVERSAL:
+        size = math.hypot(Q[1, 1], Q[1, 2])
+        if size < _NO_DIRECTION:
+            return
+        # y_b as a sees it turns with -ω: its rate is y × ω.
+        y_rate = Q[1, 2] * twist[3] - Q[1, 0] * twist[5]
+        z_rate = Q[1, 0] * twist[4] - Q[1, 1] * twist[3]
+        # S is (-z, y)/|(y, z)| in the plane across x_a: it turns by the angle's rate.
+        turning = (Q[1, 1] * z_rate - Q[1, 2] * y_rate) / (size * size)
+        out[3, 4], out[3, 5] = -turning * Q[1, 1] / size, -turning * Q[1, 2] / size

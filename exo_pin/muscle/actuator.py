@@ -1,0 +1,147 @@
+"""A muscle as the actuator of a limb: end fitting, supply pressure, force limits at a limb length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InvalidInput, MissingData
+from ..validation import FloatArray, as_finite, as_positive
+from .static import StaticModel
+
+__all__ = ["Muscle"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Muscle:
+    """A pneumatic muscle that a limb carries.
+
+    A limb of length l (between its joint centres, the l_i of the mechanism) holds a muscle of length l -
+    end_fitting, whose contraction is nominal length less that.
+
+    Parameters
+    ----------
+    model : StaticModel
+        Force law, scaled to the nominal length of this muscle.
+    end_fitting : float or None
+        Length in m of the limb that is not muscle. The source does not print it; None where it is not known, and
+        what needs it raises MissingData.
+    supply_pressure : float or None
+        Greatest gauge pressure in Pa; None for the upper end of the model's validity range.
+    least_pressure : float or None
+        Pressure in Pa below which the muscle is never vented; None for a muscle that may be vented to atmosphere,
+        where it hangs slack and pulls nothing.
+
+    Raises
+    ------
+    InvalidInput
+        If a length or pressure is not finite, negative, or the pressures are in the wrong order.
+    """
+
+    model: StaticModel
+    end_fitting: float | None
+    supply_pressure: float | None = None
+    least_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.model, StaticModel):
+            raise InvalidInput(f"expected model to be a StaticModel, got {type(self.model).__name__}")
+        if self.end_fitting is not None:
+            as_positive("end_fitting", self.end_fitting, zero=True)
+        if self.supply_pressure is not None:
+            as_positive("supply_pressure", self.supply_pressure)
+        if self.least_pressure is not None and as_positive("least_pressure", self.least_pressure) >= self.supply:
+            raise InvalidInput(
+                f"expected least_pressure below the supply of {self.supply:g} Pa, got {self.least_pressure:g} Pa"
+            )
+
+    @property
+    def supply(self) -> float:
+        """Greatest gauge pressure, Pa."""
+        return self.model.validity.pressure[1] if self.supply_pressure is None else float(self.supply_pressure)
+
+    def contraction(self, length: ArrayLike) -> FloatArray:
+        """Contraction in m, shape (...), at a limb length in m, shape (...).
+
+        Raises
+        ------
+        MissingData
+            If the end fitting is not known.
+        InvalidInput
+            If a length is not finite or the limb is shorter than its fitting.
+        """
+        if self.end_fitting is None:
+            raise MissingData(("end_fitting",), "the length of a muscle in a limb")
+        limb = as_finite("length", length, (), stack=True)
+        if (limb <= self.end_fitting).any():
+            raise InvalidInput(
+                f"expected length above the end fitting of {self.end_fitting:g} m, got {float(limb.min()):g} m"
+            )
+        return self.model.length + self.end_fitting - limb
+
+    def length_range(self) -> tuple[float, float]:
+        """Shortest and longest limb length in m inside the model's range of strain.
+
+        Raises
+        ------
+        MissingData
+            If the end fitting is not known.
+        """
+        if self.end_fitting is None:
+            raise MissingData(("end_fitting",), "the length range of a muscle in a limb")
+        low, high = self.model.validity.strain
+        longest = self.model.length + self.end_fitting
+        return longest - high * self.model.length, longest - low * self.model.length
+
+    def force_limits(self, length: ArrayLike, outside: str = "raise") -> tuple[FloatArray, FloatArray]:
+        """Least and greatest pull at a limb length.
+
+        The upper limit is the model's force at the supply pressure, or the capability line there if that is lower.
+        The lower limit is 0 for a muscle that may be vented, else its force at ``least_pressure``. A muscle never
+        pushes: both are zero or more.
+
+        Parameters
+        ----------
+        length : array_like
+            Shape (...), limb length in m between joint centres.
+        outside : {"raise", "mark"}
+            What to do about lengths outside the model's validity range.
+
+        Returns
+        -------
+        lower, upper : ndarray or numpy.ma.MaskedArray
+            Shape (...) each, N.
+
+        Raises
+        ------
+        MissingData
+            If the end fitting is not known.
+        InvalidInput
+            If a length is not finite.
+        OutsideValidity
+            With "raise", if the strain of a length, or a pressure, is outside the range.
+        """
+        x = self.contraction(length)
+        upper = self._pull(x, self.supply, outside)
+        if self.least_pressure is None:
+            lower: Any = upper * 0.0
+        else:
+            lower = np.minimum(self._pull(x, float(self.least_pressure), outside), upper)
+        return lower, upper
+
+    def _pull(self, contraction: FloatArray, pressure: float, outside: str) -> FloatArray:
+        p = np.full(np.shape(contraction), pressure)
+        free = self.model.unchecked_force(contraction, p)
+        pull = np.clip(free, 0.0, np.maximum(0.0, self.model.validity.capability_line(p)))
+        strain = np.asarray(contraction / self.model.length)
+        return self.model.validity.enforce(self.model.name, pull, strain, p, None, outside)
+
+    def pressure_for(self, force: ArrayLike, length: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Pressure in Pa that makes the muscle pull ``force`` (N) at a limb length (m).
+
+        See :meth:`StaticModel.pressure_for` for the rest.
+        """
+        return self.model.pressure_for(force, self.contraction(length), outside)

@@ -1,0 +1,43 @@
+"""One published number beside the one computed here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["LedgerRow", "Verdict", "within"]
+
+Verdict = Literal["reproduced", "misprint, corrected", "not reproducible"]
+
+
+@dataclass(frozen=True)
+class LedgerRow:
+    """One published number.
+
+    Attributes
+    ----------
+    source : str
+        Table, equation or section.
+    quantity : str
+        What it is, with its unit.
+    printed : float or None
+        As printed.
+    computed : float or None
+        As computed here; None if the source lacks what is needed.
+    verdict : str
+        "reproduced", "misprint, corrected" or "not reproducible".
+    note : str
+        Tolerance, correction or reason.
+    """
+
+    source: str
+    quantity: str
+    printed: float | None
+    computed: float | None
+    verdict: Verdict
+    note: str = ""
+
+
+def within(printed: float, computed: float, tolerance: float) -> Verdict:
+    """Verdict "reproduced" if the two differ by no more than ``tolerance``, else "not reproducible"."""
+    return "reproduced" if abs(printed - computed) <= tolerance + 1e-12 else "not reproducible"

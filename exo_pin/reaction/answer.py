@@ -1,0 +1,300 @@
+"""The arrays of an answer while they are filled, and what is the same for every split."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..design import Arm, Mechanism
+from ..errors import SolverFailed
+from ..validation import FloatArray
+from ..wrist.forces import STATUS, classify
+from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN, arm_load
+from ..wrist.side import side_wrenches
+from ..wrist.stacks import Query
+from .bounds import SideForceBounds
+from .certificate import Certificate, is_determined
+from .elastic import shoulder_stiffness
+from .equilibrium import Equilibrium
+from .program import least_force
+from .result import Reaction
+
+__all__ = ["Answer", "arm_loads", "is_trivial"]
+
+#: Gravity by which a person's weight is counted, m/s², whatever the design's gravity is.
+STANDARD_GRAVITY = 9.81
+#: Ratio of singular values below which what is open does not reach every shoulder force.
+_REACHES = 1e-9
+
+
+def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether what has no bound reaches every shoulder force, so that the least one is zero by construction.
+
+    Parameters
+    ----------
+    effect : ndarray
+        Shoulder force per N of each open force, shape (3, m).
+    lower, upper : ndarray
+        Bounds, shape (m,), N.
+    """
+    free = effect[:, np.isinf(lower) & np.isinf(upper)]
+    if free.shape[1] < 3:
+        return False
+    values = np.linalg.svd(free, compute_uv=False)
+    return bool(values[2] > _REACHES * values[0])
+
+
+_CHOSEN_BY = {
+    "spherical": "limbs that carry no side force (g = 0)",
+    "minimal": "the side forces within their bounds that make the shoulder force least",
+    "standalone": "a shoulder that carries nothing (F_s = 0)",
+    "elastic": "the stiffness of guides, joints and shoulder, for displacements small against the limbs",
+}
+
+
+class Chosen(NamedTuple):
+    """f and g of one pose."""
+
+    f: FloatArray
+    g: FloatArray
+
+
+class Answer:
+    """The arrays of a :class:`Reaction` while they are filled, poses along the first axis."""
+
+    def __init__(self, mechanism: Mechanism, query: Query) -> None:
+        count, n = len(query.matrices), mechanism.limb_count
+        self.mechanism, self.upu = mechanism, np.flatnonzero(mechanism.is_upu)
+        self.radius = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
+        self.status, self.margin, self.determinant = classify(mechanism, query.matrices)
+        self.shoulder, self.spherical = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
+        self.f, self.g = np.full((count, n), np.nan), np.full((count, n), np.nan)
+        self.on_arm, self.on_torso = np.full((count, n, 6), np.nan), np.full((count, n, 6), np.nan)
+        self.undetermined = np.full(count, -1)
+        self.redundant = np.full(count, -1)
+        self.f_unique, self.g_unique = np.zeros((count, n), dtype=bool), np.zeros((count, n), dtype=bool)
+        self.shoulder_unique, self.torso_unique = np.zeros((count, 3), dtype=bool), np.zeros(count, dtype=bool)
+        self.trivial = np.zeros(count, dtype=bool)
+        self.displacement: FloatArray | None = None
+        self.stiffness: FloatArray | None = None
+
+    def fill(self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds) -> None:
+        """Solve one pose."""
+        f0, stress = _tensions(state)
+        chosen_spherical = Chosen(f0, np.zeros_like(f0))
+        try:
+            chosen = self._choose(row, state, split, bounds, f0, stress)
+        except SolverFailed:
+            self.status[row] = STATUS.index("not_solved")
+            return
+        if self.status[row] >= STATUS.index("singular"):
+            return
+        self.f[row], self.g[row] = chosen
+        self.shoulder[row], closure = _apply(state, chosen)
+        self.spherical[row] = _apply(state, chosen_spherical)[0]
+        self.on_arm[row] = closure - state.limb_share
+        self.on_torso[row] = -closure
+        self._certify(row, state, stress)
+
+    def _choose(
+        self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds, f0: FloatArray, stress: FloatArray
+    ) -> Chosen:
+        """f and g of the wanted split. What is open are tensions that balance themselves, and side forces."""
+        g = np.zeros_like(f0)
+        if split == "spherical":
+            return Chosen(f0, g)
+        if split == "elastic":
+            return self._elastic(row, state, f0)
+        own, side = stress.shape[1], state.shoulder_of_g[:, self.upu]
+        effect = np.hstack([state.shoulder_of_f @ stress, side])
+        constant = state.shoulder + state.shoulder_of_f @ f0
+        low, high = np.full(len(f0), -np.inf), np.full(len(f0), np.inf)
+        if split == "minimal":
+            low, high = bounds.at(row, f0)
+        free = np.full(own, np.inf)
+        lower, upper = np.concatenate([-free, low[self.upu]]), np.concatenate([free, high[self.upu]])
+        if split == "standalone":
+            self.judge_standalone(row, effect)
+        else:
+            self.trivial[row] = is_trivial(effect, lower, upper)
+        if self.status[row] >= STATUS.index("singular"):
+            return Chosen(f0, g)
+        open_forces = least_force(constant, effect, lower, upper).variables
+        g[self.upu] = open_forces[own:]
+        return Chosen(f0 + stress @ open_forces[:own], g)
+
+    def judge_standalone(self, row: int, effect: FloatArray) -> None:
+        """Mark a pose in which the limbs alone hold the centre badly, or not at all.
+
+        The margin becomes the smallest singular value of the effect of what is open on the shoulder force, where that
+        is the lesser one: dimensionless, N of force at O per N of limb force.
+        """
+        reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
+        self.margin[row] = min(self.margin[row], reach)
+        if self.margin[row] < SINGULAR_MARGIN:
+            self.status[row] = STATUS.index("singular")
+        elif self.margin[row] < NEAR_MARGIN:
+            self.status[row] = STATUS.index("near_singular")
+
+    def prepare_elastic(self, query: Query) -> None:
+        """Side stiffnesses of all poses, and room for the displacement of the shoulder's centre."""
+        none = np.zeros((len(query.matrices), 3))
+        self.stiffness = side_wrenches(self.mechanism, query.matrices, none, none).stiffness
+        self.displacement = np.full((len(query.matrices), 3), np.nan)
+
+    def _elastic(self, row: int, state: Equilibrium, f0: FloatArray) -> Chosen:
+        """δ = (K_s + Σ k_i X_i X_iᵀ)⁻¹ N and g_i = k_i X_i · δ, with N the load that tensions leave at O."""
+        assert self.stiffness is not None
+        assert self.displacement is not None
+        k, X = self.stiffness[row], np.nan_to_num(state.limb_axes)
+        whole = shoulder_stiffness(self.mechanism) + (X.T * k) @ X
+        load = -(state.shoulder + state.shoulder_of_f @ f0)
+        if not np.linalg.cond(whole) < 1e12:
+            raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
+        delta = np.linalg.solve(whole, load)
+        self.displacement[row] = delta
+        return Chosen(f0, k * (X @ delta))
+
+    def _certify(self, row: int, state: Equilibrium, stress: FloatArray) -> None:
+        """Which reactions change with a self-stress, Wojtyra's criterion."""
+        own, side = stress.shape[1], self.upu.size
+        n = len(stress)
+        self.undetermined[row] = own + side
+        self.redundant[row] = side
+        of_f = np.hstack([stress, np.zeros((n, side))])
+        of_g = np.zeros((n, own + side))
+        of_g[self.upu, own + np.arange(side)] = 1.0
+        self.f_unique[row], self.g_unique[row] = is_determined(of_f), is_determined(of_g)
+        shoulder = state.shoulder_of_f @ of_f + state.shoulder_of_g @ of_g
+        self.shoulder_unique[row] = is_determined(shoulder)
+        # The torso feels the limbs and, through the ball joint at O, the shoulder.
+        limbs = state.closure_of_f.T @ of_f + state.closure_of_g.T @ of_g
+        limbs[:3] += shoulder
+        limbs[3:] /= self.radius
+        self.torso_unique[row] = bool(is_determined(limbs).all())
+
+    def finished(self, query: Query, split: str) -> Reaction:
+        """Shape everything to the caller's stack."""
+        shape = query.shape
+        self._refuse_what_is_not_finite()
+        answered = self.status < STATUS.index("singular")
+        trivial = split == "minimal" and bool(answered.any() and self.trivial[answered].all())
+
+        def stacked(array: np.ndarray) -> np.ndarray:
+            return array.reshape((*shape, *array.shape[1:]))
+
+        arm_force, arm_moment, device = arm_loads(self.mechanism, query)
+        limbs = self.on_arm.sum(axis=1)
+        largest = np.maximum(
+            np.abs(self.shoulder).max(axis=1), np.abs(self.on_arm[:, :, :3]).max(axis=(1, 2), initial=0.0)
+        )
+        largest = np.maximum(largest, np.abs(arm_force).max(axis=1))
+        miss = np.maximum(
+            np.abs(self.shoulder + limbs[:, :3] + arm_force).max(axis=1),
+            np.abs(limbs[:, 3:] + arm_moment).max(axis=1) / self.radius,
+        )
+        residual = np.divide(miss, largest, out=np.where(np.isnan(miss), np.nan, 0.0), where=largest > 0.0)
+        size, reference = np.linalg.norm(self.shoulder, axis=1), np.linalg.norm(self.spherical, axis=1)
+        nothing = 1e-12 * largest
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(reference > nothing, size / reference, np.where(size > nothing, np.inf, np.nan))
+        ratio[np.isnan(size)] = np.nan
+        certificate = Certificate(
+            stacked(self.undetermined),
+            stacked(self.redundant),
+            stacked(self.f_unique),
+            stacked(self.g_unique),
+            stacked(self.shoulder_unique),
+            stacked(self.torso_unique),
+            _CHOSEN_BY[split],
+        )
+        arm = self.mechanism.arm
+        weight = None
+        if arm is not None and arm.body_mass is not None:
+            weight = arm.body_mass * STANDARD_GRAVITY
+        return Reaction(
+            shoulder_force=stacked(self.shoulder),
+            actuator_forces=stacked(self.f),
+            constraint_forces=stacked(self.g),
+            limb_wrenches=stacked(self.on_arm),
+            cuff_wrench=stacked(limbs + device),
+            harness_wrenches=stacked(self.on_torso),
+            spherical_force=stacked(self.spherical),
+            ratio=stacked(ratio),
+            split=split,
+            status=np.array(STATUS)[self.status].reshape(shape),
+            margin=stacked(self.margin),
+            determinant=stacked(self.determinant),
+            residual=stacked(residual),
+            certificate=certificate,
+            body_weight=weight,
+            trivial=trivial,
+            centre_displacement=None if self.displacement is None else stacked(self.displacement),
+            side_stiffness=None if self.stiffness is None else stacked(self.stiffness),
+        )
+
+    def _refuse_what_is_not_finite(self) -> None:
+        """A row that overflowed has no answer, and says so."""
+        arrays = (self.shoulder, self.f, self.g, self.on_arm.reshape(len(self.f), self.f.shape[1] * 6))
+        finite = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
+        lost = ~finite & (self.status < STATUS.index("singular"))
+        self.status[lost] = STATUS.index("not_solved")
+        for array in (self.shoulder, self.spherical, self.f, self.g, self.on_arm, self.on_torso):
+            array[lost] = np.nan
+        self.undetermined[lost] = -1
+
+
+def _tensions(state: Equilibrium) -> tuple[FloatArray, FloatArray]:
+    """Tensions of least norm that balance the moment, and a basis (n, n - 3) of those that balance themselves."""
+    A = state.moment_of_f
+    n = A.shape[1]
+    if n == 3:
+        return np.asarray(np.linalg.solve(A, state.moment), dtype=np.float64), np.empty((3, 0))
+    U, values, Vt = np.linalg.svd(A)
+    return Vt[:3].T @ ((U.T @ state.moment) / values), Vt[3:].T
+
+
+def _apply(state: Equilibrium, chosen: Chosen) -> tuple[FloatArray, FloatArray]:
+    """F_s, shape (3,), and closure wrenches, shape (n, 6)."""
+    closure = state.closure + chosen.f[:, None] * state.closure_of_f + chosen.g[:, None] * state.closure_of_g
+    shoulder = state.shoulder + state.shoulder_of_f @ chosen.f + state.shoulder_of_g @ chosen.g
+    return shoulder, closure
+
+
+def arm_loads(mechanism: Mechanism, query: Query) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What arm and device add to the balance, by Newton and Euler in closed form and not through Pinocchio.
+
+    Returns force (N, 3) and moment (N, 3) about O on the whole arm, load included, and the wrench (N, 6) of the
+    device's own parts, without the load.
+    """
+    arm = mechanism.require_arm("weight")
+    nothing = np.zeros_like(query.force)
+    force, moment = _carried(arm, mechanism.gravity, query, query.force, query.moment)
+    device = np.zeros((len(force), 6))
+    for part in arm.parts:
+        if part.device:
+            device += np.concatenate(_carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
+    return force, moment, device
+
+
+def _carried(
+    body: Arm, gravity: FloatArray, query: Query, force: FloatArray, moment: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Weight, inertia and load of a body that turns with the arm: force and moment about O, shape (N, 3) each."""
+    total_force, total_moment = np.empty_like(force), np.empty_like(moment)
+    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia_about_origin
+    arm_load(
+        query.matrices,
+        body.mass,
+        body.centre_of_mass,
+        inertia,
+        gravity,
+        query.velocity,
+        query.acceleration,
+        force,
+        moment,
+        total_force,
+        total_moment,
+    )
+    return total_force, total_moment

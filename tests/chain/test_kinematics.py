@@ -1,0 +1,180 @@
+"""Closed-loop kinematics: splits, reduced Jacobians and their rates, projections, branches."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import random_loop
+from test_closing import CHAINS, off
+
+from exo_pin.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
+
+STEP = 1e-5
+
+
+@pytest.fixture(params=CHAINS)
+def case(request):
+    chain, q = CHAINS[request.param]
+    rng = np.random.default_rng(4)
+    return chain, chain.close(off(chain, q, rng, 0.02)), rng
+
+
+def test_the_chosen_split_determines_everything(case):
+    chain, q, rng = case
+    split = chain.split(q)
+    dof = chain.mobility(q).degrees_of_freedom
+    assert len(split.independent) == dof
+    np.testing.assert_array_equal(
+        np.sort(np.concatenate([split.independent, split.dependent])), np.arange(chain.model.nv)
+    )
+    G = chain.reduced_jacobian(q)
+    np.testing.assert_array_equal(G[split.independent], np.eye(dof))
+    np.testing.assert_allclose(chain.constraint_jacobian(q) @ G, 0.0, atol=1e-9)
+    # Every motion that keeps the loops closed is one of G's.
+    v = chain.project_velocity(q, rng.normal(size=chain.model.nv))
+    np.testing.assert_allclose(G @ v[split.independent], v, atol=1e-8)
+
+
+def test_pivoting_is_no_worse_than_the_given_joints(case):
+    chain, q, _ = case
+    # Five slides of a wrist are more than its three freedoms.
+    try:
+        given = chain.split(q, chain.roles.actuated).condition
+    except InvalidInput:
+        return
+    chosen = chain.split(q).condition
+    assert chosen <= 3.0 * given
+
+
+def test_the_reduced_jacobian_is_the_dependent_motion(case):
+    chain, q, rng = case
+    actuated = chain.roles.actuated
+    G = chain.reduced_jacobian(q, actuated)
+    rates = rng.normal(size=G.shape[1])
+    v, _ = chain.dependent_motion(q, actuated, rates)
+    np.testing.assert_allclose(G @ rates, v, rtol=1e-7, atol=1e-7)
+
+
+def test_the_reduced_jacobians_rate_is_its_difference(case):
+    chain, q, rng = case
+    actuated = chain.roles.actuated
+    if chain.description.name.startswith("loop"):
+        # Their first joints may be a poor choice; all have one coordinate.
+        actuated = [chain.model.names[1 + int(index)] for index in chain.split(q).independent]
+    G = chain.reduced_jacobian(q, actuated)
+    rates, accelerations = 0.3 * rng.normal(size=(2, G.shape[1]))
+    v = G @ rates
+    again, rate = chain.reduced_jacobian_rate(q, v, actuated)
+    np.testing.assert_array_equal(again, G)
+    # Off the loops by h² only: closing brings back what that is worth.
+    ahead, behind = (
+        chain.reduced_jacobian(chain.close(pin.integrate(chain.model, q, s * STEP * v), restarts=0), actuated)
+        for s in (1, -1)
+    )
+    size = 1 + np.abs(rate).max()
+    np.testing.assert_allclose(rate, (ahead - behind) / (2 * STEP), atol=2e-6 * size)
+    a = G @ accelerations + rate @ rates
+    _, expected = chain.dependent_motion(q, actuated, rates, accelerations)
+    np.testing.assert_allclose(a, expected, atol=1e-7 * (1 + np.abs(expected).max()))
+
+
+def test_projections_keep_the_loops_closed_and_move_least(case):
+    chain, q, rng = case
+    J = chain.constraint_jacobian(q)
+    v, a = rng.normal(size=(2, chain.model.nv))
+    kept = chain.project_velocity(q, v)
+    assert np.abs(J @ kept).max() < 1e-9
+    np.testing.assert_allclose(chain.project_velocity(q, kept), kept, atol=1e-9)
+    held = chain.project_acceleration(q, kept, a)
+    assert np.abs(J @ held + chain.constraint_drift(q, kept)).max() < 1e-8 * (1 + np.abs(held).max())
+    # What is taken away stands at right angles to every motion that is allowed.
+    scale = np.where(chain._topology.metres, chain.characteristic_length, 1.0)
+    allowed = chain.reduced_jacobian(q) / scale[:, None]
+    size = np.abs(allowed).max()
+    for given, answer in ((v, kept), (a, held)):
+        np.testing.assert_allclose(
+            allowed.T @ ((given - answer) / scale), 0.0, atol=1e-8 * size * (1 + np.abs(held).max())
+        )
+
+
+def test_the_frame_jacobian_is_the_frames_motion(case):
+    chain, q, rng = case
+    frame = chain.closures[0].frame_a
+    actuated = chain.roles.actuated
+    J = chain.frame_jacobian(q, frame, actuated)
+    rates = 0.3 * rng.normal(size=J.shape[1])
+    v, _ = chain.dependent_motion(q, actuated, rates)
+    ahead, behind = (
+        chain.placement(chain.close(pin.integrate(chain.model, q, s * STEP * v), restarts=0), frame) for s in (1, -1)
+    )
+    expected = np.concatenate(
+        [ahead.translation - behind.translation, pin.log3(ahead.rotation @ behind.rotation.T)]
+    ) / (2 * STEP)
+    np.testing.assert_allclose(J @ rates, expected, atol=1e-6 * (1 + np.abs(expected).max()))
+
+
+def test_forward_kinematics_there_and_back_stays_on_its_branch(case):
+    chain, q, rng = case
+    actuated = chain.roles.actuated
+    index = np.concatenate([np.arange(chain.model.nq)[chain.configuration_slice(name)] for name in actuated])
+    metres = chain._topology.metres[chain.velocity_indices(actuated)]
+    goal = q[index] + rng.uniform(-0.15, 0.15, len(index)) * np.where(metres, 0.02, 1.0)
+    there = chain.forward_kinematics(goal, q)
+    assert np.abs(chain.residual(there)).max() <= 1e-12
+    np.testing.assert_array_equal(there[index], goal)
+    back = chain.forward_kinematics(q[index], there)
+    np.testing.assert_allclose(pin.difference(chain.model, back, q), 0.0, atol=1e-7)
+
+
+def test_a_full_circle_of_the_crank_comes_back_to_the_same_branch():
+    # 0.3 + 0.707 > 0.4 + 0.5: the crank swings, and the chain says where it cannot go on.
+    chain, q = CHAINS["four_bar"]
+    far = chain.forward_kinematics([q[0] + 0.4], q)
+    np.testing.assert_allclose(chain.forward_kinematics([q[0]], far), q, atol=1e-10)
+    with pytest.raises(LoopNotClosed):
+        chain.forward_kinematics([q[0] + 6.0], q)
+    # The other branch closes, too, and is kept as well.
+    mirrored = chain.close(np.array([q[0], -1.9, -0.9]), hold=["crank_hinge"])
+    assert np.abs(mirrored - q).max() > 0.5
+    there = chain.forward_kinematics([q[0] - 0.3], mirrored)
+    np.testing.assert_allclose(chain.forward_kinematics([q[0]], there), mirrored, atol=1e-10)
+
+
+def test_inverse_kinematics_with_a_held_joint():
+    chain, q = CHAINS["stewart"]
+    place = chain.placement(q, "platform")
+    # Five freedoms are left with one slide held: its line and plane can still be reached, not the whole pose.
+    target = place * pin.SE3(pin.exp3(np.array([0.0, 0.0, 0.2])), np.array([0.01, 0.0, 0.02]))
+    found = chain.inverse_kinematics("platform", target, q, kind="spherical", hold=["slide_0"])
+    np.testing.assert_allclose(chain.placement(found, "platform").translation, target.translation, atol=1e-12)
+    slide = chain.configuration_slice("slide_0")
+    np.testing.assert_array_equal(found[slide], q[slide])
+    with pytest.raises(LoopNotClosed):
+        chain.inverse_kinematics("platform", target, q, hold=["slide_0"])
+
+
+def test_joints_that_determine_too_little_or_too_much_are_refused():
+    chain, q = CHAINS["five_bar"]
+    with pytest.raises(UndeterminedMotion):
+        chain.split(q, ["left_crank_hinge"])
+    with pytest.raises(InvalidInput, match="2 independent"):
+        chain.split(q, ["left_crank_hinge", "left_forearm_hinge", "right_crank_hinge"])
+    with pytest.raises(UnknownName):
+        chain.split(q, ["crank"])
+    with pytest.raises(UnknownName):
+        chain.frame_jacobian(q, "top")
+    with pytest.raises(UnknownName):
+        chain.inverse_kinematics("tip", pin.SE3.Identity(), q, kind="weld")
+    with pytest.raises(InvalidInput):
+        chain.forward_kinematics([1.0], q)
+    with pytest.raises(InvalidInput):
+        chain.forward_kinematics([1.0, np.nan], q)
+    with pytest.raises(InvalidInput, match="actuated"):
+        random_loop("rigid").chain().forward_kinematics([], q[:0], joints=())
+    with pytest.raises(InvalidInput, match="SE3"):
+        chain.inverse_kinematics("tip", np.eye(4), q)
+    with pytest.raises(InvalidInput, match="finite"):
+        chain.inverse_kinematics("tip", pin.SE3(np.eye(3), np.full(3, np.nan)), q)
+    with pytest.raises(LoopNotClosed):
+        chain.reduced_jacobian(q + 0.1)
+    with pytest.raises(UnknownName, match="orientation"):
+        chain.mobility(q, frame="tip", part="angle")

@@ -1,0 +1,74 @@
+"""Friction and damping from recorded responses."""
+
+import numpy as np
+import pytest
+
+from exo_pin.errors import InvalidInput
+from exo_pin.muscle import NotIdentifiable, PressureStep, Recording, dynamic_model, identify_dynamic, simulate
+
+G = 9.81
+TRUTH = np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
+
+
+def recordings(noise, seed, samples=151):
+    model = dynamic_model("tang-3-31")
+    rng = np.random.default_rng(seed)
+    times = np.linspace(0.0, 1.2, samples)
+    made = []
+    for weight, initial, final in ((12.74, 2.0e5, 3.6e5), (22.74, 2.6e5, 4.0e5), (32.74, 3.5e5, 4.0e5)):
+        pressure = PressureStep(initial, final, 0.05, 0.03)
+        r = simulate(model, weight / G, pressure, times, outside="mark", estimate_error=False)
+        x = r.contraction + rng.normal(0.0, noise, samples)
+        made.append(Recording(times, x, pressure, weight / G, start=float(r.contraction[0])))
+    return made
+
+
+def test_noisy_responses_give_the_coefficients_back():
+    found = identify_dynamic(recordings(2e-4, seed=1), dynamic_model("tang-3-31").static, start=TRUTH * 1.15)
+    low, high = found.intervals(0.99).T
+    assert ((low <= TRUTH) & (high >= TRUTH)).all()
+    assert found.samples == 453
+    # The standard deviation of an estimated one is sigma/sqrt(2n) = 6.6e-6.
+    assert abs(found.sigma - 2e-4) < 2e-5
+    assert found.inside > 0.8
+    # What the responses do not separate is named, and the friction itself is good all the same.
+    assert {"N_2", "N_1", "N_0"} <= set(found.indistinct)
+    x = np.linspace(0.03, 0.08, 6)
+    friction = found.model.friction.printed(x, 3.6e5, 1.3)
+    np.testing.assert_allclose(friction, dynamic_model("tang-3-31").friction.printed(x, 3.6e5, 1.3), rtol=0.08)
+
+
+def test_clean_responses_give_them_exactly():
+    found = identify_dynamic(recordings(0.0, seed=1, samples=61), dynamic_model("tang-3-31").static, start=TRUTH * 1.1)
+    np.testing.assert_allclose(found.coefficients, TRUTH, rtol=1e-3)
+    assert found.sigma < 1e-7
+
+
+def test_a_search_without_a_first_guess_finds_the_valley():
+    found = identify_dynamic(recordings(1e-4, seed=3, samples=41)[:2], dynamic_model("tang-3-31").static)
+    assert found.sigma < 1.5e-4
+    low, high = found.intervals(0.999).T
+    assert ((low <= TRUTH) & (high >= TRUTH)).all()
+
+
+def test_responses_without_motion_determine_nothing():
+    model = dynamic_model("tang-3-31")
+    times = np.linspace(0, 1, 50)
+    still = Recording(times, np.full(50, 0.059), PressureStep(3.6e5, 3.6e5), 22.74 / G)
+    with pytest.raises(NotIdentifiable) as caught:
+        identify_dynamic([still], model.static, start=TRUTH)
+    assert set(caught.value.coefficients) == {"N_2", "N_1", "N_0", "D_1", "D_2"}
+    with pytest.raises(NotIdentifiable, match="more than 5 samples"):
+        identify_dynamic([Recording([0, 1], [0.05, 0.05], PressureStep(3e5, 3e5), 1.0)], model.static)
+
+
+def test_bad_recordings_are_named():
+    step = PressureStep(3e5, 3e5)
+    with pytest.raises(InvalidInput, match="contraction to have shape"):
+        Recording([0, 1, 2], [0.05, 0.05], step, 1.0)
+    with pytest.raises(InvalidInput, match="rise"):
+        Recording([0, 1, 1], [0.05, 0.05, 0.05], step, 1.0)
+    with pytest.raises(InvalidInput, match="mass"):
+        Recording([0, 1], [0.05, 0.05], step, 0.0)
+    with pytest.raises(InvalidInput, match="at least one Recording"):
+        identify_dynamic([], dynamic_model("tang-3-31").static)

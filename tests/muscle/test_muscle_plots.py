@@ -1,0 +1,61 @@
+"""Plots: drawn without warnings, with the data and labels that they are for."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from exo_pin.errors import InvalidInput, MissingExtra
+from exo_pin.muscle import PressureStep, dynamic_model, muscle_model, simulate, steady_states
+from exo_pin.muscle.plots import plot_force_map, plot_measured, plot_responses
+
+PNG = b"\x89PNG"
+
+
+def test_force_map(tmp_path):
+    figure = plot_force_map(muscle_model("best"), steady_states())
+    axis = figure.axes[0]
+    assert axis.get_xlabel() == "contraction (mm)"
+    assert axis.get_ylabel() == "pressure (bar)"
+    points = sum(len(c.get_offsets()) for c in axis.collections if type(c).__name__ == "PathCollection")
+    assert points == 66
+    figure.savefig(tmp_path / "map.png", dpi=50)
+    assert (tmp_path / "map.png").read_bytes().startswith(PNG)
+    plot_force_map(muscle_model("best", 0.15)).savefig(tmp_path / "short.png", dpi=50)
+    with pytest.raises(InvalidInput, match="scaled"):
+        plot_force_map(muscle_model("best", 0.15), steady_states())
+
+
+def test_measured(tmp_path):
+    models = {"(3-10)": muscle_model("tang-optimised"), "best": muscle_model("best")}
+    figure = plot_measured(models)
+    left, right = figure.axes
+    assert [text.get_text() for text in left.get_legend().get_texts()] == ["(3-10): rms 0.43 N", "best: rms 0.29 N"]
+    data = steady_states(valid_only=True)
+    drawn = np.asarray(right.collections[1].get_offsets())[:, 1]
+    np.testing.assert_allclose(drawn, models["best"].force(data.contraction, data.pressure) - data.force)
+    figure.savefig(tmp_path / "measured.png", dpi=50)
+    with pytest.raises(InvalidInput, match="got 0"):
+        plot_measured({})
+
+
+def test_responses(tmp_path):
+    times, step = np.linspace(0, 1.5, 301), PressureStep(0.0, 3.634e5, 0.1, 0.1)
+    names = ("tang-3-31", "tang-constant-friction")
+    made = {name: simulate(dynamic_model(name), 22.74 / 9.81, step, times, outside="mark") for name in names}
+    figure = plot_responses(made, {"tang-3-31": (dynamic_model("tang-3-31"), 3.634e5)}, measured=0.059673)
+    top, bottom = figure.axes
+    labels = [text.get_text() for text in top.get_legend().get_texts()]
+    assert labels[0].startswith("tang-3-31: overshoot")
+    assert "tang-3-31: can rest here" in labels
+    assert bottom.get_ylabel() == "pressure (bar)"
+    figure.savefig(tmp_path / "responses.png", dpi=50)
+    with pytest.raises(InvalidInput, match="one to three"):
+        plot_responses({})
+
+
+def test_a_missing_matplotlib_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(MissingExtra, match=r"exo_pin\[plot\]") as caught:
+        plot_force_map(muscle_model("best"))
+    assert isinstance(caught.value, ImportError)

@@ -1,0 +1,304 @@
+"""Stick and slip: against exact solutions, time stepping, and other tolerances; what a step response says."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.muscle import (
+    ConstantFriction,
+    Damping,
+    DynamicModel,
+    LoadDependentFriction,
+    Mode,
+    OutsideValidity,
+    PolynomialModel,
+    PressureStep,
+    PressureTrace,
+    StepResponse,
+    Validity,
+    dynamic_model,
+    muscle_model,
+    simulate,
+)
+
+G = 9.81
+
+
+def linear(stiffness=800.0, friction=2.5, damping=(0.0, 0.0)):
+    """A muscle that is a straight spring, 60 N at 0 mm, whatever the pressure."""
+    static = PolynomialModel(
+        coefficients={(0, 0): 60.0, (1, 0): -stiffness},
+        name="spring",
+        reference_length=0.3,
+        validity=Validity(strain=(0.0, 0.25), pressure=(0.0, 5e5)),
+    )
+    return DynamicModel(
+        name="spring", static=static, friction=ConstantFriction(friction), damping=Damping.from_bar(*damping)
+    )
+
+
+def test_coulomb_oscillator_is_exact():
+    """Half a period after another the amplitude falls by 2 f/k, until f can hold the spring."""
+    k, f, m = 800.0, 1.0, 2.0
+    model = linear(k, f)
+    centre, start = (60.0 - m * G) / k, 0.072
+    amplitude, half = start - centre, math.pi * math.sqrt(m / k)
+    turns = math.ceil((amplitude - f / k) / (2 * f / k))
+    times = np.linspace(0.0, 3.0, 3001)
+    response = simulate(model, m, PressureStep(1e5, 1e5), times, contraction=start)
+    sign = 1.0
+    expected = np.empty_like(times)
+    for n in range(turns):
+        now = (times >= n * half) & (times < (n + 1) * half)
+        reach = amplitude - (2 * n + 1) * f / k
+        expected[now] = centre + sign * (f / k + reach * np.cos(math.sqrt(k / m) * (times[now] - n * half)))
+        sign = -sign
+    rest = centre + (-1) ** turns * (amplitude - 2 * turns * f / k)
+    expected[times >= turns * half] = rest
+    np.testing.assert_allclose(response.contraction, expected, atol=1e-9)
+    assert response.at_rest
+    assert turns == len(response.switches) - 1 == 9
+    np.testing.assert_allclose([t for t, _ in response.switches], np.arange(turns + 1) * half, atol=1e-9)
+    modes = [mode for _, mode in response.switches]
+    assert modes == [Mode.LENGTHENING, Mode.SHORTENING] * 4 + [Mode.LENGTHENING, Mode.STICKING]
+    # Friction took all that the spring and the weight gave up.
+    lost = 0.5 * k * (amplitude**2 - (rest - centre) ** 2)
+    np.testing.assert_allclose(response.friction_loss, lost, rtol=1e-9)
+    assert abs(response.energy_residual) < 1e-10
+
+
+def test_damped_oscillator_is_exact():
+    k, m, c = 800.0, 2.0, 6.0
+    model = linear(k, 0.0, (0.0, c / 2))  # 2 bar makes c of c/2 N s/(m bar)
+    times = np.linspace(0.0, 2.0, 401)
+    centre = (60.0 - m * G) / k
+    response = simulate(model, m, PressureStep(2e5, 2e5), times, contraction=0.07)
+    decay, omega = c / (2 * m), math.sqrt(k / m - (c / (2 * m)) ** 2)
+    swing = np.cos(omega * times) + decay / omega * np.sin(omega * times)
+    np.testing.assert_allclose(
+        response.contraction, centre + (0.07 - centre) * np.exp(-decay * times) * swing, atol=1e-9
+    )
+
+
+def stepped(model, m, pressure, times, x, h):
+    """Moreau's time stepping: implicit in velocity and friction, set-valued, no events. First order in h."""
+    v, out, k = 0.0, [], 0
+    steps = round((times[-1] - times[0]) / h)
+    sample = round((times[1] - times[0]) / h)
+    for n in range(steps + 1):
+        if n % sample == 0:
+            out.append(x)
+            k += 1
+        middle = x + 0.5 * h * v
+        p = pressure(times[0] + (n + 0.5) * h)
+        pull = model.static.unchecked_force(middle, p)
+        drag = p * model.damping.rate(v)
+        free = v + h / m * (pull - m * G)
+        # (1 + h drag/m) v_new + h/m F = free with F in the friction set of v_new.
+        most = h / m * model.friction.bound(middle, p, m)
+        fresh = math.copysign(max(0.0, abs(free) - most), free) / (1 + h * drag / m)
+        x, v = x + 0.5 * h * (v + fresh), fresh
+    return np.array(out)
+
+
+def test_events_agree_with_time_stepping_and_converge():
+    model = dynamic_model("tang-3-31")
+    mass, pressure = 12.74 / G, PressureStep(2.2e5, 3.4e5, 0.05, 0.04)
+    times = np.linspace(0.0, 1.2, 61)
+    response = simulate(model, mass, pressure, times)
+    assert {mode for _, mode in response.switches} >= {Mode.STICKING, Mode.SHORTENING, Mode.LENGTHENING}
+    assert response.inside.all()
+    errors = [
+        np.abs(stepped(model, mass, pressure, times, response.contraction[0], h) - response.contraction).max()
+        for h in (1e-4, 2.5e-5)
+    ]
+    assert errors[1] < 2e-5
+    assert errors[1] < 0.4 * errors[0]
+
+
+@pytest.mark.parametrize("name", ["tang-3-31", "tang-constant-friction"])
+def test_results_do_not_depend_on_step_size_or_method(name):
+    model = dynamic_model(name)
+    times = np.linspace(0.0, 1.5, 301)
+    pressure = PressureStep(0.0, 3.6e5, 0.02, 0.1)
+    settings = [
+        {},
+        {"max_step": 5e-4},
+        {"rtol": 1e-8, "atol": 1e-10},
+        {"method": "RK45", "rtol": 1e-9, "atol": 1e-11},
+        {"method": "Radau", "rtol": 1e-8, "atol": 1e-10},
+    ]
+    runs = [simulate(model, 22.74 / G, pressure, times, outside="mark", estimate_error=False, **s) for s in settings]
+    stroke = np.ptp(runs[0].contraction)
+    for run in runs[1:]:
+        assert np.abs(run.contraction - runs[0].contraction).max() < 1e-6 * stroke
+        assert [mode for _, mode in run.switches] == [mode for _, mode in runs[0].switches]
+    whole = simulate(model, 22.74 / G, pressure, times, outside="mark")
+    assert whole.error_estimate < 1e-9 * stroke
+    # The estimate is one: it grows with the tolerance and bounds the true error of a coarse run.
+    coarse = simulate(model, 22.74 / G, pressure, times, outside="mark", rtol=1e-4, atol=1e-6)
+    true = np.abs(coarse.contraction - whole.contraction).max()
+    assert whole.error_estimate < true < 3 * coarse.error_estimate
+
+
+def test_energy_balance_closes():
+    model = dynamic_model("tang-3-31")
+    response = simulate(model, 12.74 / G, PressureStep(0.0, 3.6e5, 0.0, 0.15), np.linspace(0, 3, 301), outside="mark")
+    gained = response.mass * G * (response.contraction[-1] - response.contraction[0])
+    spent = response.friction_loss + response.damping_loss + response.impact_loss
+    np.testing.assert_allclose(response.muscle_work, gained + spent, atol=1e-9)
+    assert response.friction_loss > 0
+    assert response.damping_loss > 0
+
+
+def test_a_motion_too_fast_for_the_damping_raises_or_is_cut():
+    fast = linear(800.0, 1.0, (-1.0, 0.802))
+    with pytest.raises(OutsideValidity, match=r"at 0\.\d+ s expected damping"):
+        simulate(fast, 2.0, PressureStep(3e5, 3e5), np.linspace(0, 1, 11), contraction=0.004)
+    # Marked, the damping is cut at zero while it would push: the motion is that without damping.
+    times = np.linspace(0.0, 0.02, 5)
+    settings = {"contraction": 0.02, "velocity": 1.0, "outside": "mark"}
+    cut = simulate(fast, 2.0, PressureStep(3e5, 3e5), times, **settings)
+    bare = simulate(linear(800.0, 1.0), 2.0, PressureStep(3e5, 3e5), times, **settings)
+    assert cut.velocity.min() > 0.802
+    assert cut.damping_loss == 0.0
+    assert not cut.inside.any()
+    np.testing.assert_allclose(cut.contraction, bare.contraction, atol=1e-12)
+
+
+def test_from_an_empty_muscle_the_mass_waits_at_the_stop():
+    model = dynamic_model("tang-constant-friction")
+    pressure = PressureStep(0.0, 3.6e5, 0.0, 0.2)
+    times = np.linspace(0.0, 3.0, 1501)
+    with pytest.raises(OutsideValidity, match="at 0 s expected strain"):
+        simulate(model, 22.74 / G, pressure, times)
+    response = simulate(model, 22.74 / G, pressure, times, outside="mark")
+    assert response.switches[0] == (0.0, Mode.AT_STOP)
+    lift_off, mode = response.switches[1]
+    assert mode is Mode.SHORTENING
+    # It lifts when the static force carries the weight and the friction.
+    assert abs(model.static.unchecked_force(0.0, pressure(lift_off)) - 22.74 - 2.5) < 1e-6
+    waiting = times < lift_off
+    assert (response.contraction[waiting] == 0).all()
+    assert not response.inside[waiting].any()
+    assert response.inside[-1]
+    low, high = model.rest_band(22.74 / G, 3.6e5)
+    assert low <= response.steady_state <= high
+
+
+def test_a_mass_that_comes_down_is_stopped_without_rebound():
+    model = dynamic_model("tang-constant-friction")
+    times = np.linspace(0, 1.0, 1001)
+    response = simulate(model, 1.0, PressureStep(3e5, 0.0, 0.1), times, outside="mark", contraction=0.05)
+    assert response.switches[-1][1] is Mode.AT_STOP
+    hit = response.time >= response.switches[-1][0]
+    assert hit.sum() > 50
+    assert (response.contraction[hit] == 0.0).all()
+    assert (response.velocity[hit] == 0.0).all()
+    assert response.contraction.min() == 0.0
+    # The hit took the kinetic energy that the fall had given.
+    speed = response.velocity[~hit][-1]
+    assert speed < -0.5
+    np.testing.assert_allclose(response.impact_loss, 0.5 * 1.0 * speed**2, rtol=0.03)
+    assert abs(response.energy_residual) < 1e-9
+
+
+def test_vented_muscle_falls_freely():
+    free = DynamicModel(
+        name="free",
+        static=muscle_model("tang-3-25"),
+        friction=ConstantFriction(0.0),
+        damping=Damping(0.0, 0.0),
+    )
+    times = np.linspace(0.0, 0.08, 9)
+    response = simulate(free, 1.0, PressureStep(0.0, 0.0), times, contraction=0.06, outside="mark")
+    np.testing.assert_allclose(response.contraction, 0.06 - 0.5 * G * times**2, atol=1e-12)
+
+
+def test_a_trace_gives_what_the_step_gives():
+    model = dynamic_model("tang-3-31")
+    step = PressureStep(2.6e5, 3.6e5, 0.05, 0.08)
+    grid = np.linspace(0.0, 1.5, 3001)
+    trace = PressureTrace(grid, step.sample(grid))
+    times = np.linspace(0.0, 1.5, 151)
+    a, b = (simulate(model, 22.74 / G, p, times, rtol=1e-8, atol=1e-10) for p in (step, trace))
+    # Interpolation at 0.5 ms: the kink of the step is off by at most one sample.
+    assert np.abs(a.contraction - b.contraction).max() < 2e-5
+
+
+def test_a_jump_of_the_pressure_is_met_exactly():
+    """A jump while the mass is moving: the same as two simulations, one on each side of it."""
+    model = dynamic_model("tang-constant-friction")
+    first, second = np.linspace(0.0, 0.2, 21), np.linspace(0.2, 0.6, 41)
+    whole = simulate(model, 2.0, PressureStep(3e5, 3.5e5, 0.2), np.concatenate([first, second[1:]]), contraction=0.035)
+    before = simulate(model, 2.0, PressureStep(3e5, 3e5), first, contraction=0.035)
+    assert abs(before.velocity[-1]) > 0.05
+    after = simulate(
+        model, 2.0, PressureStep(3.5e5, 3.5e5), second, before.contraction[-1], velocity=before.velocity[-1]
+    )
+    np.testing.assert_allclose(whole.contraction[:21], before.contraction, atol=1e-11)
+    np.testing.assert_allclose(whole.contraction[20:], after.contraction, atol=1e-10)
+    assert abs(whole.energy_residual) < 1e-11
+
+
+def test_settling_overshoot_and_steady_state():
+    t = np.linspace(0.0, 4.0, 4001)
+    wave = 0.05 * (1 - np.exp(-2 * t) * np.cos(10 * t))
+    wave[-500:] = wave[-1] = 0.05
+    n = len(t)
+    zeros = np.zeros(n)
+    made = StepResponse(
+        time=t, contraction=wave, velocity=zeros, pressure=zeros, mode=np.zeros(n, int), inside=np.ones(n, bool),
+        switches=(), mass=1.0, muscle_work=0.0, friction_loss=0.0, damping_loss=0.0, impact_loss=0.0,
+        energy_residual=0.0, error_estimate=None,
+    )  # fmt: skip
+    assert made.steady_state == 0.05
+    peak = (1 - np.exp(-2 * t) * np.cos(10 * t)).max() - 1
+    assert abs(made.overshoot - peak) < 1e-12
+    outside = np.exp(-2 * t) * np.abs(np.cos(10 * t)) > 0.02
+    last = t[np.nonzero(outside)[0][-1]]
+    assert last <= made.settling_time() <= last + 1e-3
+    assert made.settling_time(0.5) < made.settling_time(0.1) < made.settling_time(0.02)
+    with pytest.raises(InvalidInput, match="band"):
+        made.settling_time(-1)
+    model = linear()
+    short = simulate(model, 2.0, PressureStep(1e5, 1e5), np.linspace(0, 0.3, 301), contraction=0.072)
+    assert not short.at_rest
+    assert short.settling_time() == math.inf
+    still = simulate(model, 2.0, PressureStep(1e5, 1e5), np.linspace(0, 0.3, 4))
+    with pytest.raises(InvalidInput, match="ends elsewhere"):
+        _ = still.overshoot
+
+
+def test_bad_input_is_named():
+    model = dynamic_model("tang-3-31")
+    step, times = PressureStep(2.6e5, 3.6e5), np.linspace(0, 1, 11)
+    for bad, message in (
+        ({"mass": -1.0}, "mass"),
+        ({"mass": np.nan}, "mass"),
+        ({"times": [0.0]}, "at least two"),
+        ({"times": [0.0, 1.0, 0.5]}, "rise"),
+        ({"contraction": -0.01}, "stop"),
+        ({"rtol": 0.0}, "rtol"),
+        ({"max_step": 0.0}, "max_step"),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            simulate(**{"model": model, "mass": 2.0, "pressure": step, "times": times} | bad)
+    with pytest.raises(OutsideValidity, match="lifts it beyond"):
+        simulate(model, 0.1, step, times)
+    with pytest.raises(InvalidInput, match="no scaling"):
+        DynamicModel(name="", static=muscle_model("best", 0.15), friction=ConstantFriction(), damping=Damping(0.0, 0.0))
+    with pytest.raises(InvalidInput, match="FrictionLaw"):
+        DynamicModel(name="", static=muscle_model("best"), friction=2.5, damping=Damping(0.0, 0.0))
+    with pytest.raises(InvalidInput, match="rise"):
+        PressureTrace([0.0, 0.0], [1e5, 1e5])
+    with pytest.raises(InvalidInput, match="zero or more"):
+        PressureTrace([0.0, 1.0], [1e5, -1e5])
+    with pytest.raises(InvalidInput, match="final"):
+        PressureStep(0.0, -1.0)
+    with pytest.raises(InvalidInput, match="N_1"):
+        LoadDependentFriction(1.0, np.nan, 1.0, 1.0)
+    with pytest.raises(UnknownName, match="tang-constant-friction"):
+        dynamic_model("tang")

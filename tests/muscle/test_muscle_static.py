@@ -1,0 +1,258 @@
+"""Static models: derivatives, inverses, validity, scaling, and the literature's laws against virtual work."""
+
+import math
+
+import numpy as np
+import pytest
+
+from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.muscle import (
+    ChouHannaford,
+    Colbrunn,
+    OutsideValidity,
+    PolynomialModel,
+    TonduLopez,
+    Validity,
+    Wickramatunge,
+    muscle_model,
+    muscle_models,
+    parameter_set,
+    pujana_arrese,
+)
+from exo_pin.muscle.validity import as_outside
+
+WIDE = Validity(strain=(0.0, 0.25), pressure=(0.0, 4e5))
+
+
+def all_models():
+    fields = {"reference_length": 0.3, "validity": WIDE}
+    extra = [
+        ChouHannaford(name="chou", braid_length=0.36, turns=7.3, **fields),
+        TonduLopez.from_braid_angle(0.003, math.radians(25), name="tondu", **fields),
+        Colbrunn(
+            name="colbrunn",
+            braid_length=0.36,
+            turns=7.3,
+            efficiency=(0.4, 1e-6, 2e-13),
+            limit_force=1.5,
+            least_length=0.2,
+            **fields,
+        ),
+        Wickramatunge(name="wickra", rest_length=0.2, a_0=4e-10, a_1=0.013, a_2=3500.0, a_3=-160.0, **fields),
+        pujana_arrese((2.6e-4, -1e-3, 1e-3), (-9, -200, 2000, -7000, 8000), 0.3, name="pujana", validity=WIDE),
+    ]
+    return [muscle_model(name) for name in muscle_models()] + extra
+
+
+def inside(model, n=40, seed=3):
+    """States inside the model's range, drawn from its box."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(*model.validity.strain, 20 * n) * model.length
+    p = rng.uniform(*model.validity.pressure, 20 * n)
+    ok = ~np.ma.getmaskarray(model.force(x, p, outside="mark"))
+    assert ok.sum() >= n
+    return x[ok][:n], p[ok][:n]
+
+
+@pytest.mark.parametrize("model", all_models(), ids=lambda m: m.name)
+@pytest.mark.parametrize("length", [None, 0.15])
+def test_derivatives_are_those_of_the_force(model, length):
+    model = model if length is None else model.scaled(length)
+    x, p = inside(model)
+    # Central differences of polynomials of low degree: the error is h² times a third derivative, far below 1e-6.
+    h, q = 1e-5 * model.length, 1.0
+    slope = (model.unchecked_force(x + h, p) - model.unchecked_force(x - h, p)) / (2 * h)
+    gain = (model.unchecked_force(x, p + q) - model.unchecked_force(x, p - q)) / (2 * q)
+    stiffness, pressure_gain = model.stiffness(x, p), model.pressure_gain(x, p)
+    np.testing.assert_allclose(stiffness, slope, rtol=1e-6, atol=1e-6 * np.abs(slope).max())
+    np.testing.assert_allclose(pressure_gain, gain, rtol=1e-6, atol=1e-6 * np.abs(gain).max())
+
+
+@pytest.mark.parametrize("name", muscle_models())
+@pytest.mark.parametrize("length", [None, 0.25])
+def test_inverses_come_back(name, length):
+    model = muscle_model(name, nominal_length=length)
+    x, p = inside(model)
+    force = model.force(x, p)
+    np.testing.assert_allclose(model.pressure_for(force, x), p, rtol=1e-9)
+    # At a given force and pressure the stable contraction; in the range it is the only one.
+    np.testing.assert_allclose(model.contraction_for(force, p), x, rtol=1e-9)
+    assert (model.stiffness(x, p) < 0).all()
+
+
+def test_second_order_inverse_is_the_stable_root_of_the_quadratic():
+    model = muscle_model("tang-optimised")
+    x, p = inside(model)
+    force = model.force(x, p)
+    c = model.coefficients
+    a, b = c[2, 1] * p + c[2, 0], c[1, 1] * p + c[1, 0]
+    root = (-b - np.sqrt(b**2 - 4 * a * (c[0, 1] * p + c[0, 0] - force))) / (2 * a)
+    np.testing.assert_allclose(model.contraction_for(force, p), root, rtol=1e-10)
+
+
+def test_outside_raises_with_the_bound_or_marks():
+    model = muscle_model("best")
+    with pytest.raises(OutsideValidity, match=r"strain at least 0\.0410.*got 0\.0333") as caught:
+        model.force(0.010, 3e5)
+    assert isinstance(caught.value, ValueError)
+    with pytest.raises(OutsideValidity, match="pressure at most 406900 Pa, got 500000 Pa"):
+        model.force(0.05, 5e5)
+    with pytest.raises(OutsideValidity, match="cannot push"):
+        model.force(0.075, 1.5e5)
+    with pytest.raises(OutsideValidity, match="capability limit"):
+        model.force(0.0124, 4.06e5)
+    with pytest.raises(OutsideValidity, match="2 states") as caught:
+        model.force([[0.05, 0.01], [0.02, 0.3]], 3e5)
+    assert caught.value.index == (0, 1)
+    assert caught.value.count == 2
+    marked = model.force([0.05, 0.01, 0.075], [3e5, 3e5, 1.5e5], outside="mark")
+    np.testing.assert_array_equal(marked.mask, [False, True, True])
+    np.testing.assert_allclose(
+        marked.data, model.unchecked_force(np.array([0.05, 0.01, 0.075]), np.array([3e5, 3e5, 1.5e5]))
+    )
+    with pytest.raises(UnknownName, match="mark, raise"):
+        model.force(0.05, 3e5, outside="ignore")
+    assert as_outside("mark") == "mark"
+
+
+def test_ends_of_the_range_are_inside():
+    model = muscle_model("best").scaled(0.25)
+    low, high = model.validity.strain
+    for strain in (low, high):
+        model.force(strain * 0.25, 2.5e5)
+    for pressure in model.validity.pressure:
+        model.capability(pressure)
+
+
+def test_what_the_muscle_cannot_do_is_said():
+    model = muscle_model("best")
+    with pytest.raises(OutsideValidity, match=r"reaches, got 300 N at a contraction of 0\.05 m"):
+        model.pressure_for([20.0, 300.0], 0.05)
+    marked = model.pressure_for([20.0, 300.0], 0.05, outside="mark")
+    np.testing.assert_array_equal(marked.mask, [False, True])
+    assert np.isnan(marked.data[1])
+    with pytest.raises(OutsideValidity, match="at a pressure of 200000 Pa"):
+        model.contraction_for(200.0, 2e5)
+    # A force that a pressure below the range would give is found, and marked.
+    low = model.pressure_for(2.0, 0.02, outside="mark")
+    assert low.mask
+    assert abs(model.unchecked_force(0.02, float(low.data)) - 2.0) < 1e-9
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, "a", None, 1j])
+def test_bad_input_is_named(bad):
+    model = muscle_model("best")
+    with pytest.raises(InvalidInput, match="contraction"):
+        model.force(bad, 3e5)
+    with pytest.raises(InvalidInput, match="pressure"):
+        model.force(0.05, bad)
+    with pytest.raises(InvalidInput, match="nominal_length"):
+        model.scaled(bad)
+
+
+def test_more_bad_input():
+    model = muscle_model("best")
+    with pytest.raises(InvalidInput, match="broadcast"):
+        model.force(np.zeros(2), np.zeros(3))
+    with pytest.raises(InvalidInput, match="above zero"):
+        model.scaled(-0.1)
+    with pytest.raises(UnknownName, match="tang-optimised"):
+        muscle_model("tang-optimized")
+    with pytest.raises(InvalidInput, match="lower below upper"):
+        Validity(strain=(0.2, 0.1), pressure=(0, 1))
+    with pytest.raises(InvalidInput, match="zero or more"):
+        Validity(strain=(0.0, 0.1), pressure=(-1, 1))
+    with pytest.raises(InvalidInput, match="whole numbers"):
+        PolynomialModel(coefficients={(0.5, 1): 1.0}, name="", reference_length=0.3, validity=WIDE)
+    with pytest.raises(InvalidInput, match="at least one term"):
+        PolynomialModel(coefficients={}, name="", reference_length=0.3, validity=WIDE)
+    with pytest.raises(InvalidInput, match="Validity"):
+        PolynomialModel(coefficients={(0, 0): 1.0}, name="", reference_length=0.3, validity=None)
+
+
+def test_stacks_broadcast():
+    model = muscle_model("best")
+    x = np.linspace(0.02, 0.05, 4)
+    assert model.force(x[:, np.newaxis], np.linspace(2.5e5, 4e5, 3)).shape == (4, 3)
+    assert model.pressure_for(np.full((2, 1), 20.0), x).shape == (2, 4)
+    assert model.capability(np.full((2, 3), 2e5)).shape == (2, 3)
+
+
+def test_scaling_reads_the_law_at_equal_strain():
+    # 25 % of a 150 mm muscle at 4 bar. Taking its 37.5 mm for those of the 300 mm muscle would give 3.7 times more.
+    for name, scaled, naive in (("tang-optimised", 13.00, 47.57), ("tang-3-25", 12.79, 47.50)):
+        model = muscle_model(name)
+        short = muscle_model(name, nominal_length=0.15)
+        assert abs(short.force(0.0375, 4e5) - scaled) < 0.005
+        assert abs(model.force(0.0375, 4e5) - naive) < 0.005
+        assert short.force(0.0375, 4e5) == model.force(0.075, 4e5)
+        # The same strain over half the length: twice the stiffness.
+        np.testing.assert_allclose(short.stiffness(0.03, 3e5), 2 * model.stiffness(0.06, 3e5), rtol=1e-12)
+        assert short.capability(3e5) == model.capability(3e5)
+
+
+def test_capability_is_the_lower_of_line_and_force_at_least_contraction():
+    model = muscle_model("best")
+    p = np.linspace(*model.validity.pressure, 30)
+    most = model.capability(p)
+    line = model.validity.capability[0] * p + model.validity.capability[1]
+    force = model.unchecked_force(model.validity.strain[0] * 0.3, p)
+    np.testing.assert_allclose(most, np.minimum(line, force))
+    assert (line < force).any()
+    assert (line > force).any()
+    # Nothing inside the range pulls more.
+    x = np.linspace(*model.validity.strain, 50) * 0.3
+    inside_force = model.force(x[:, np.newaxis], p, outside="mark")
+    assert (inside_force.max(axis=0) <= most + 1e-9).all()
+
+
+def test_chou_hannaford_is_virtual_work():
+    model = next(m for m in all_models() if m.name == "chou")
+    x, p = inside(model)
+
+    def volume(contraction):
+        return 0.25 * np.pi * model.diameter(contraction) ** 2 * (0.3 - contraction)
+
+    h = 1e-6
+    # dL = -dx, so F = -P dV/dL = P dV/dx.
+    np.testing.assert_allclose(model.force(x, p), p * (volume(x + h) - volume(x - h)) / (2 * h), rtol=1e-7)
+    with pytest.raises(InvalidInput, match="thread"):
+        model.diameter(-0.1)
+
+
+def test_tondu_lopez_with_an_ideal_braid_is_chou_hannaford():
+    angle, length, radius = math.radians(25), 0.3, 0.003
+    braid, turns = length / math.cos(angle), length * math.tan(angle) / (2 * math.pi * radius)
+    fields = {"name": "", "reference_length": length, "validity": WIDE}
+    chou = ChouHannaford(braid_length=braid, turns=turns, **fields)
+    tondu = TonduLopez.from_braid_angle(radius, angle, **fields)
+    x, p = inside(chou)
+    np.testing.assert_allclose(tondu.force(x, p), chou.force(x, p), rtol=1e-12)
+    np.testing.assert_allclose(chou.diameter(0.0), 2 * radius, rtol=1e-12)
+    # The force vanishes where the threads stand at 54.7 degrees to the axis.
+    longest = length - braid * math.cos(math.atan(math.sqrt(2)))
+    assert abs(chou.unchecked_force(longest, 3e5)) < 1e-9
+    with pytest.raises(InvalidInput, match="pi/2"):
+        TonduLopez.from_braid_angle(radius, 1.6, **fields)
+
+
+def test_colbrunn_pulls_nothing_when_fully_contracted():
+    model = next(m for m in all_models() if m.name == "colbrunn")
+    assert model.unchecked_force(0.101, 3e5) == 0.0
+    assert model.unchecked_force(0.099, 3e5) != 0.0
+    braid = {"braid_length": 0.36, "turns": 7.3, "efficiency": (1.0,), "limit_force": 0.0, "least_length": 0.1}
+    no_limit = Colbrunn(name="", reference_length=0.3, validity=WIDE, **braid)
+    chou = next(m for m in all_models() if m.name == "chou")
+    x, p = inside(chou)
+    np.testing.assert_allclose(no_limit.force(x, p), chou.force(x, p))
+
+
+@pytest.mark.parametrize("name", muscle_models())
+def test_every_set_has_its_source_and_behaves_like_a_muscle(name):
+    model = muscle_model(name)
+    assert model.source
+    assert parameter_set(name).notes
+    assert model.length == 0.3
+    x, p = inside(model, n=200, seed=5)
+    assert (model.pressure_gain(x, p) > 0).all()
+    assert (model.stiffness(x, p) < 0).all()

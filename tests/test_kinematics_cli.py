@@ -1,0 +1,128 @@
+"""``exo-pin kinematics`` and ``exo-pin singularity``, and the ledger's rows of Chapter 4."""
+
+import json
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.cli import main
+from exo_pin.thesis import kinematics, ledger
+
+mpl.use("Agg")
+
+
+def run(capsys, *arguments):
+    status = main(arguments)
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_lengths_and_other_poses_of_a_pose(capsys):
+    status, out, _ = run(capsys, "kinematics", "prototype", "--flexion", "30", "--abduction", "40")
+    assert status == 0
+    lengths = ep.load("prototype").inverse_kinematics(ep.shoulder_rotation(30, 40, 0, degrees=True)).lengths
+    for length in lengths:
+        assert f"{length * 1e3:.3f}" in out
+    starred = [line for line in out.splitlines() if line.startswith("*  ")]
+    assert starred[0].split()[2:5] == ["30.0000", "40.0000", "0.0000"]
+
+
+def test_published_lengths_give_four_poses(capsys):
+    status, out, _ = run(capsys, "kinematics", "--lengths", "262.958325,330.503366,384.212449", "--json")
+    answer = json.loads(out)
+    assert status == 0
+    assert len(answer["poses"]) == 4
+    assert answer["status"] == "ok"
+    assert all(pose["residual_mm"] < 1e-9 for pose in answer["poses"])
+    assert sum(pose["nearest"] for pose in answer["poses"]) == 1
+
+
+def test_poses_from_angles(capsys):
+    exo = ep.load("scenario-one")
+    pose = ep.thesis_rotation(0, 45, 45, degrees=True)
+    state = exo.inverse_kinematics(pose)
+    x, y = (",".join(f"{v:.10f}" for v in np.degrees(a)) for a in (state.base_theta_x, state.base_theta_y))
+    for arguments in ((f"--theta-x={x}", f"--theta-y={y}"), (f"--theta-x={x}",), (f"--theta-y={y}",)):
+        status, out, _ = run(capsys, "kinematics", "scenario-one", *arguments)
+        assert status == 0
+        assert "45.0000    45.0000" in out
+
+
+def test_singularity_report(capsys, tmp_path):
+    pictures = [tmp_path / f"{name}.png" for name in ("map", "surface", "tilt")]
+    status, out, _ = run(
+        capsys, "singularity", "prototype", "--map", str(pictures[0]), "--surface", str(pictures[1]),
+        "--tilt-torsion", str(pictures[2]),
+    )  # fmt: skip
+    assert status == 0
+    assert "-0.01433" in out
+    assert "5.46° away" in out
+    assert "daily-life box" in out
+    for picture in pictures:
+        assert picture.stat().st_size > 5000
+        assert f"wrote {picture}" in out
+    status, out, _ = run(capsys, "singularity", "--flexion", "35.45", "--json")
+    answer = json.loads(out)
+    assert answer["distance_deg"] < 0.01
+    assert answer["across"]["daily-life box"] == pytest.approx(0.380, abs=1e-3)
+    assert json.loads(run(capsys, "singularity", "--abduction", "90", "--json")[1])["kind"] == "singular"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("kinematics", "--lengths", "1,2"), "3 numbers"),
+        (("kinematics", "--lengths", "1,2,x"), "3 numbers"),
+        (("kinematics", "--lengths", "1,2,3", "--theta-x", "1,2,3"), "not both"),
+        (("kinematics", "--lengths=-1,300,300"), "above zero"),
+        (("singularity", "nothing"), "unknown preset"),
+    ],
+)
+def test_questions_that_cannot_be_asked(capsys, arguments, said):
+    status, _, err = run(capsys, *arguments)
+    assert status == 2
+    assert said in err
+
+
+def test_a_design_that_hangs_in_a_singular_pose(capsys, tmp_path):
+    status, out, _ = run(capsys, "singularity", "scenario-one", "--map", str(tmp_path / "map.png"))
+    assert status == 0
+    assert "the hanging arm is itself singular" in out
+    assert "0.00° away" in out
+    assert (tmp_path / "map.png").exists()
+
+
+def test_lengths_that_no_pose_has(capsys):
+    status, out, _ = run(capsys, "kinematics", "--lengths", "10,900,10")
+    assert status == 0
+    assert "no pose fits: unreachable" in out
+
+
+def test_ledger_of_chapter_four():
+    rows = kinematics.rows()
+    verdicts = {}
+    for row in rows:
+        verdicts.setdefault(row.source, set()).add(row.verdict)
+    misprints = {"(4-10)", "(4-11) to (4-13)", "(4-14), (4-16)", "(4-17), (4-18)", "(4-19)", "(4-20)", "(4-21)",
+                 "(4-22)", "(5-3), first line"}  # fmt: skip
+    lost = {"(4-32)", "(4-34)", "Table 5-1", "Table 5-1, Section 5.1.2", "Table 5-2, inverse kinematics",
+            "Table 5-2, forward kinematics"}  # fmt: skip
+    for source, found in verdicts.items():
+        expected = "misprint, corrected" if source in misprints else "reproduced"
+        assert found == {"not reproducible" if source in lost else expected}, source
+    named = " ".join(row.source for row in rows)
+    numbers = set()
+    for row in rows:
+        ends = [int(part) for part in row.source.replace(")", " ").replace("(4-", " ").split() if part.isdigit()]
+        if row.source.startswith("(4-") and " to " in row.source:
+            numbers |= set(range(ends[0], ends[1] + 1))
+        elif row.source.startswith("(4-"):
+            numbers |= set(ends)
+    assert numbers == set(range(1, 38)), sorted(set(range(1, 38)) - numbers)
+    assert "Table 5-2" in named
+    assert set(verdicts) <= {row.source for row in ledger()}
+    # Lengths of the rig's first row need these angles, as printed nowhere.
+    needed = next(row for row in rows if row.source == "Table 5-2, inverse kinematics").computed
+    np.testing.assert_allclose(needed, [-39.2, -24.8, -24.6], atol=0.05)

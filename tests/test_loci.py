@@ -1,0 +1,242 @@
+"""The singular surface: known crossings, exact vertices, connected parts, daily ranges, pictures."""
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.conventions import mirrored, shoulder_rotation, tilt_torsion_angles, tilt_torsion_rotation
+from exo_pin.design import preset
+from exo_pin.design.ranges import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
+from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.wrist import loci, region
+
+mpl.use("Agg")
+DEGREES = {"degrees": True}
+
+
+def test_locus_function_has_the_sign_and_zeros_of_the_determinant():
+    geometry = random_mechanism(np.random.default_rng(0), 3).geometry
+    poses = Rotation.random(200, np.random.default_rng(1))
+    smooth, determinant = loci.locus_function(geometry, poses)
+    np.testing.assert_allclose(determinant, wrist.singularity(geometry, poses).determinant, rtol=1e-10, atol=1e-14)
+    assert (np.sign(smooth) == np.sign(determinant)).all()
+    state = wrist.inverse_kinematics(geometry, poses)
+    size = np.linalg.norm(geometry.base_points, axis=1) * np.linalg.norm(geometry.platform_points, axis=1)
+    sines = np.linalg.norm(np.cross(geometry.base_points, state.platform_points), axis=-1) / size
+    np.testing.assert_allclose(smooth, determinant * sines.prod(axis=-1), rtol=1e-10, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "negative", "close"),
+    [("prototype", 0.620, 0.284), ("optimised-table-5-3", 0.606, 0.691), ("optimised-table-c-2", 0.640, 0.124)],
+)
+def test_known_shares_of_the_daily_life_box(name, negative, close):
+    poses = ADL_BOX.poses(5.0)
+    assert poses.shape == (23, 21, 22)
+    _, determinant = loci.locus_function(preset(name).geometry, poses)
+    assert (determinant < 0).mean() == pytest.approx(negative, abs=6e-4)
+    assert (np.abs(determinant) < 0.05).mean() == pytest.approx(close, abs=6e-4)
+
+
+def test_grid_is_the_convention():
+    grid = grid_rotation(np.array([0.0, 40.0]), np.array([10.0, 90.0]), np.array([-20.0, 85.0]), side="right")
+    one = shoulder_rotation(40, 90, -20, side="right", **DEGREES)
+    assert (Rotation.from_quat(grid.as_quat()[1, 1, 0]) * one.inv()).magnitude() < 1e-14
+    first, second, third = ADL_BOX.axes(3.0)
+    for axis, (low, high) in zip((first, second, third), ADL_BOX.intervals, strict=True):
+        assert (axis[0], axis[-1]) == (low, high)
+        assert np.diff(axis).max() <= 3.0 + 1e-9
+
+
+@pytest.mark.parametrize("name", ["prototype", "optimised-table-c-2"])
+def test_mesh_lies_on_the_locus_and_separates_the_sides(name):
+    geometry = preset(name).geometry
+    surface = loci.singular_surface(geometry, step_deg=5.0)
+    assert len(surface.faces) > 500
+    assert surface.faces.max() == len(surface.vertices) - 1
+    smooth, _ = loci.locus_function(geometry, surface.rotations)
+    assert np.quantile(np.abs(smooth), 0.99) < 1e-12
+    assert np.abs(smooth).max() < 1e-3
+    low, high = np.array(ADL_BOX.intervals).T
+    assert (surface.vertices >= low - 1e-9).all()
+    assert (surface.vertices <= high + 1e-9).all()
+    # A step to either side of a face's middle, along its normal, is on opposite sides of the locus.
+    corners = surface.vertices[surface.faces]
+    middle = corners.mean(axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    large = np.linalg.norm(normal, axis=1) > 1.0
+    normal = normal[large] / np.linalg.norm(normal[large], axis=1)[:, None]
+    ahead, behind = (
+        loci.locus_function(geometry, shoulder_rotation(*(middle[large] + s * normal).T, **DEGREES))[0] for s in (1, -1)
+    )
+    assert (ahead * behind < 0).mean() > 0.97
+
+
+def test_slices_show_the_known_crossings():
+    geometry = preset("prototype").geometry
+    piece = loci.shoulder_slice(geometry, 0.0, step_deg=0.5)
+    points = np.vstack(piece.curves)
+    # Known: along abduction at 6.21°, along flexion at 35.45°.
+    assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 0.3
+    assert np.linalg.norm(points - [35.45, 0], axis=1).min() < 0.3
+    on_curve, _ = loci.locus_function(geometry, shoulder_rotation(points[:, 0], points[:, 1], 0, **DEGREES))
+    # Linear interpolation over half a degree.
+    assert np.abs(on_curve).max() < 1e-4
+    polar = loci.tilt_torsion_slice(geometry, 0.0, step_deg=2.0)
+    assert polar.determinant.shape == (181, 61)
+    azimuth, tilt = np.vstack(polar.curves).T
+    assert np.hypot(azimuth - 90, tilt - 6.21).min() < 3
+    np.testing.assert_allclose(polar.determinant[0], polar.determinant[-1], atol=1e-12)
+    direct = wrist.singularity(geometry, tilt_torsion_rotation(polar.x[40], polar.y[30], 0, **DEGREES))
+    assert polar.determinant[40, 30] == pytest.approx(float(direct.determinant), abs=1e-12)
+
+
+def test_free_region_of_the_whole_group_is_one_side():
+    # For the prototype the locus cuts the rotation group into two parts: its sides.
+    geometry = preset("prototype").geometry
+    part = region.free_region(geometry, step_deg=10.0)
+    assert part.components == 2
+    poses = Rotation.random(3000, np.random.default_rng(2))
+    smooth, _ = loci.locus_function(geometry, poses)
+    rest, _ = loci.locus_function(geometry, Rotation.identity())
+    same = np.sign(smooth) == np.sign(rest)
+    assert (part.contains(poses) <= same).all()
+    assert (part.contains(poses) == same).mean() > 0.99
+    assert part.share == pytest.approx(same.mean(), abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["appendix-d", "optimised-table-5-3", "optimised-table-c-2"])
+def test_locus_cuts_the_rotation_group_in_two(name):
+    assert region.free_region(preset(name).geometry, step_deg=5.0).components == 2
+
+
+def test_free_region_in_a_box_can_be_smaller_than_its_side():
+    # With the axial rotation held at 20° the other side lies between two parts of the own one; on the whole group a
+    # path leads around.
+    geometry = preset("prototype").geometry
+    slab = RangeOfMotion("slab", (0, 110), (-4, 96), (19, 21))
+    start, beyond = shoulder_rotation(0, 0, 20, **DEGREES), shoulder_rotation(80, 60, 20, **DEGREES)
+    assert loci.locus_function(geometry, start)[0] * loci.locus_function(geometry, beyond)[0] > 0
+    boxed, whole = region.free_region(geometry, start, slab, 1.0), region.free_region(geometry, start)
+    assert boxed.components == 3
+    assert boxed.contains(start)
+    assert not boxed.contains(beyond)
+    assert whole.contains(beyond)
+    # What the box reaches, the group reaches.
+    inside = slab.poses(2.0)
+    assert (boxed.contains(inside) & ~whole.contains(inside)).mean() < 1e-3
+    assert boxed.contains(inside).mean() == pytest.approx(boxed.inside.mean(), abs=0.02)
+    assert not boxed.contains(shoulder_rotation(0, 0, 50, **DEGREES))
+
+
+def test_paths_inside_the_region_exist():
+    # A random walk that never crosses the locus stays in the region; it is an independent way to be connected.
+    geometry = preset("appendix-d").geometry
+    part = region.free_region(geometry, step_deg=5.0)
+    rng = np.random.default_rng(4)
+    pose, visited = Rotation.identity(), []
+    value, _ = loci.locus_function(geometry, pose)
+    for _ in range(4000):
+        following = Rotation.from_rotvec(0.02 * rng.normal(size=3)) * pose
+        ahead, _ = loci.locus_function(geometry, following)
+        if ahead * value > 0 and abs(ahead) > 2e-3:
+            pose = following
+            visited.append(pose.as_quat())
+    assert len(visited) > 1000
+    assert part.contains(Rotation.from_quat(visited)).mean() > 0.99
+
+
+def test_daily_ranges_across_the_locus():
+    geometry = preset("prototype").geometry
+    found = {item.range.name: item for item in region.daily_crossings(geometry)}
+    assert found["daily-life box"].across == pytest.approx(0.380, abs=6e-4)
+    assert len(found) == 1 + len(DAILY_RANGES) == 4
+    for item in found.values():
+        _, determinant = loci.locus_function(geometry, item.range.poses(5.0))
+        assert item.across == pytest.approx((determinant > 0).mean())
+        assert item.across <= item.unreachable
+        assert 0.05 < item.across < 0.95
+
+
+def test_mirror_image_has_the_mirrored_locus():
+    left, right = preset("prototype").geometry, preset("prototype").mirrored().geometry
+    a = region.daily_crossings(left, step_deg=10.0, side="left")
+    b = region.daily_crossings(right, step_deg=10.0, side="right")
+    assert [x.across for x in a] == [x.across for x in b]
+    assert [x.unreachable for x in a] == pytest.approx([x.unreachable for x in b], abs=1e-12)
+    one, two = (loci.singular_surface(g, step_deg=10.0, side=s) for g, s in ((left, "left"), (right, "right")))
+    np.testing.assert_allclose(one.vertices, two.vertices, atol=1e-6)
+
+
+def test_tilt_and_torsion():
+    rng = np.random.default_rng(5)
+    poses = Rotation.random(500, rng)
+    for side in ("left", "right"):
+        angles = tilt_torsion_angles(poses, side)
+        back = tilt_torsion_rotation(*angles.T, side=side)
+        assert (back * poses.inv()).magnitude().max() < 1e-13
+    # Raised forward is flexion, outward abduction, turned inward internal rotation, on both sides.
+    for side in ("left", "right"):
+        for tilted, clinical in (((0, 40, 0), (40, 0, 0)), ((90, 40, 0), (0, 40, 0)), ((30, 0, 25), (0, 0, 25))):
+            gap = (
+                tilt_torsion_rotation(*tilted, side=side, **DEGREES)
+                * shoulder_rotation(*clinical, side=side, **DEGREES).inv()
+            )
+            assert gap.magnitude() < 1e-14
+    left = tilt_torsion_rotation(0.3, 0.5, 0.7)
+    assert (mirrored(left) * tilt_torsion_rotation(0.3, 0.5, 0.7, side="right").inv()).magnitude() < 1e-14
+    # The arm's direction.
+    arm = tilt_torsion_rotation(0.3, 0.5, 0.7).as_matrix() @ [0, 0, -1]
+    np.testing.assert_allclose(arm, [np.sin(0.5) * np.cos(0.3), np.sin(0.5) * np.sin(0.3), -np.cos(0.5)], atol=1e-15)
+    np.testing.assert_array_equal(tilt_torsion_angles(Rotation.identity()), 0)
+
+
+def test_what_does_not_fit_is_named():
+    geometry = preset("prototype").geometry
+    with pytest.raises(InvalidInput, match="three limbs"):
+        loci.locus_function(random_mechanism(np.random.default_rng(6), 4).geometry, Rotation.identity())
+    with pytest.raises(InvalidInput, match="singular pose"):
+        region.free_region(geometry, ep.thesis_rotation(90, 0, 0, **DEGREES))
+    with pytest.raises(InvalidInput, match="divides 90"):
+        region.free_region(geometry, step_deg=7.0)
+    with pytest.raises(InvalidInput, match="outside the box"):
+        region.free_region(geometry, shoulder_rotation(-30, 0, 0, **DEGREES), ADL_BOX)
+    with pytest.raises(InvalidInput, match="three extents"):
+        loci.singular_surface(geometry, RangeOfMotion("flat", (0, 10), (0, 10), (5, 5)))
+    with pytest.raises(InvalidInput, match="lowest, highest"):
+        RangeOfMotion("wrong", (10, 0), (0, 10), (0, 10))
+    with pytest.raises(UnknownName, match="left"):
+        ADL_BOX.poses(10.0, side="up")
+    empty = loci.singular_surface(geometry, RangeOfMotion("calm", (60, 62), (60, 62), (0, 2)), 1.0)
+    assert empty.vertices.shape == (0, 3)
+
+
+def test_pictures_show_what_they_say(tmp_path):
+    import matplotlib.pyplot as plt
+
+    from exo_pin.view.loci import determinant_map, locus_picture, locus_surface, tilt_torsion_map
+
+    exo = ep.load("prototype")
+    ax = determinant_map(exo, step=2.0)
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "singular, det X = 0" in texts
+    assert sum("across" in text for text in texts) == 4
+    shares = {item.range.name: item.across for item in region.daily_crossings(exo.geometry)}
+    for item in DAILY_RANGES:
+        assert f"{item.name}: {100 * shares[item.name]:.0f} % across" in texts
+    assert ax.get_xlabel() == "flexion, °"
+    curves = [line for line in ax.get_lines() if line.get_linewidth() == 3.0]
+    points = np.vstack([line.get_xydata() for line in curves])
+    assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 1.0
+    drawn = locus_surface(exo, step=10.0, ranges=DAILY_RANGES)
+    assert drawn.get_zlabel() == "internal rotation, °"
+    polar = tilt_torsion_map(exo, 30.0, step=5.0)
+    assert "torsion 30°" in polar.get_title()
+    figure = locus_picture(exo, shoulder_rotation(30, 40, 20, **DEGREES))
+    figure.savefig(tmp_path / "locus.png", dpi=40)
+    assert (tmp_path / "locus.png").stat().st_size > 5000
+    plt.close("all")

@@ -1,0 +1,85 @@
+"""Shoulder angles from two inertial sensors, Figure 5-9."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from exo_pin.conventions import shoulder_angles, shoulder_rotation, thesis_angles
+from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.wrist import OrientationChain
+
+DEGREES = {"degrees": True}
+
+
+def scene(rng, side="left"):
+    """Sensors screwed on somehow, a torso that leans and turns, an arm that moves."""
+    arm_mount, torso_mount = Rotation.random(2, rng)
+    torso = Rotation.random(20, rng)
+    poses = shoulder_rotation(
+        rng.uniform(0, 100, 20), rng.uniform(0, 80, 20), rng.uniform(-20, 80, 20), side, **DEGREES
+    )
+    # A sensor's reading takes its own axes to the ground's.
+    return arm_mount, torso_mount, torso, poses, torso * poses * arm_mount.inv(), torso * torso_mount.inv()
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_angles_come_back_whatever_the_torso_does(side):
+    arm_mount, torso_mount, torso, poses, arm_reading, torso_reading = scene(np.random.default_rng(0), side)
+    chain = OrientationChain(arm_mount, torso_mount, side)
+    found = chain.orientation(arm_reading, torso_reading)
+    assert (found * poses.inv()).magnitude().max() < 1e-14
+    np.testing.assert_allclose(chain.angles(arm_reading, torso_reading), shoulder_angles(poses, side), atol=1e-13)
+    np.testing.assert_allclose(
+        chain.angles(arm_reading, torso_reading, "thesis", degrees=True), thesis_angles(poses, **DEGREES), atol=1e-11
+    )
+    # The printed product, with R_GT known: R_TS' = R_GTᵀ R_GS R_SS'.
+    direct = OrientationChain(arm_mount, Rotation.identity(), side).orientation(arm_reading, torso)
+    product = np.swapaxes(torso.as_matrix(), 1, 2) @ arm_reading.as_matrix() @ arm_mount.as_matrix()
+    np.testing.assert_allclose(direct.as_matrix(), product, atol=1e-14)
+
+
+def test_calibration_in_a_known_pose():
+    rng = np.random.default_rng(1)
+    arm_mount, torso_mount, _, poses, arm_reading, torso_reading = scene(rng)
+    held = shoulder_rotation(30, 10, 5, **DEGREES)
+    torso = Rotation.random(50, rng)
+    noise = Rotation.from_rotvec(1e-3 * rng.normal(size=(50, 3)))
+    chain = OrientationChain.calibrated(
+        torso * held * arm_mount.inv() * noise, torso * torso_mount.inv(), pose=held, torso_mount=torso_mount
+    )
+    # Fifty readings average their noise: 1e-3 √3 / √50, thrice.
+    assert (chain.arm_mount * arm_mount.inv()).magnitude() < 3 * 1e-3 * np.sqrt(3 / 50)
+    assert 1e-3 < chain.spread < 6e-3
+    assert (chain.orientation(arm_reading, torso_reading) * poses.inv()).magnitude().max() < 1e-3
+    exact = OrientationChain.calibrated(torso[0] * arm_mount.inv(), torso[0])
+    assert (exact.arm_mount * arm_mount.inv()).magnitude() < 1e-14
+    assert exact.spread < 1e-14
+
+
+def test_a_common_turn_of_the_ground_falls_out():
+    arm_mount, torso_mount, _, poses, arm_reading, torso_reading = scene(np.random.default_rng(2))
+    heading = Rotation.from_rotvec([0, 0, 0.7])
+    chain = OrientationChain(arm_mount, torso_mount)
+    found = chain.orientation(heading * arm_reading, heading * torso_reading)
+    assert (found * poses.inv()).magnitude().max() < 1e-14
+
+
+def test_stacks_broadcast_and_what_does_not_fit_is_named():
+    one = Rotation.identity()
+    chain = OrientationChain(one, one)
+    many = Rotation.random(6, np.random.default_rng(3))
+    assert chain.orientation(many, one).shape == (6,)
+    assert chain.orientation(one, one).shape == ()
+    assert chain.orientation(many[:0], one).shape == (0,)
+    with pytest.raises(InvalidInput, match="broadcast"):
+        chain.orientation(many, many[:4])
+    with pytest.raises(InvalidInput, match="single"):
+        OrientationChain(many, one)
+    with pytest.raises(InvalidInput, match="Rotation"):
+        chain.orientation(np.eye(3), one)
+    with pytest.raises(InvalidInput, match="at least one"):
+        OrientationChain.calibrated(many[:0], one)
+    with pytest.raises(UnknownName, match="thesis"):
+        chain.angles(one, one, "euler")
+    with pytest.raises(UnknownName, match="left"):
+        OrientationChain(one, one, "up")

@@ -1,0 +1,59 @@
+"""What README.md shows is what the code prints."""
+
+import contextlib
+import io
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from exo_pin.cli import main
+from exo_pin.thesis import condensed, ledger
+
+README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def block(mark):
+    """The fenced block under a comment."""
+    found = re.search(rf"<!-- {re.escape(mark)} -->\n```\w*\n(.*?)\n```", README, re.DOTALL)
+    assert found, f"README.md has no block {mark}"
+    return found[1]
+
+
+def numbers_aside(text):
+    """The text without its numbers, and the numbers."""
+    pattern = r"-?\d+\.?\d*(?:e[+-]?\d+)?"
+    return re.sub(r"\s+", " ", re.sub(pattern, "#", text)), [float(n) for n in re.findall(pattern, text)]
+
+
+def assert_same(shown, printed):
+    words, values = numbers_aside(shown)
+    expected_words, expected = numbers_aside(printed)
+    assert words == expected_words
+    # The last digit shown may round the other way on another processor.
+    assert values == pytest.approx(expected, abs=0.011)
+
+
+def test_first_command(capsys):
+    command = block("command: ask").split("&&")[1]
+    assert main(shlex.split(command)[1:]) == 0
+    assert_same(block("output: ask"), capsys.readouterr().out.rstrip())
+
+
+def test_code_and_its_output():
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(block("code: quickstart"), {})
+    assert_same(block("output: quickstart"), printed.getvalue().rstrip())
+
+
+def test_ledger_is_not_stale():
+    table = re.search(r"<!-- output: ledger -->\n(.*?)\n\n", README, re.DOTALL)[1]
+    assert_same(table, condensed(ledger()))
+
+
+def test_pictures_and_files_exist():
+    root = Path(__file__).parents[1]
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", README):
+        assert (root / target).exists(), target

@@ -1,0 +1,225 @@
+"""Singularity: the closed form against Pinocchio's constraint Jacobians, brute force and finite displacements."""
+
+import numpy as np
+import pytest
+from scipy.spatial import HalfspaceIntersection
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.conventions import mirrored, thesis_rotation
+from exo_pin.design import Limb, preset
+from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.reaction.locking import LockedChains
+
+DEGREES = {"degrees": True}
+
+
+def folded_pose(geometry, limb):
+    turn, _ = Rotation.align_vectors(
+        geometry.base_points[limb : limb + 1].copy(), geometry.platform_points[limb : limb + 1].copy()
+    )
+    return turn
+
+
+@pytest.mark.parametrize("name", ["prototype", "scenario-one", "optimised-table-c-2"])
+def test_pinocchio_says_the_same(name):
+    exo = ep.load(name)
+    rng = np.random.default_rng(0)
+    singular = [exo.nearest_singularity(pose).pose for pose in Rotation.random(2, rng)]
+    for pose in [*Rotation.random(5, rng), *singular]:
+        closed, chain = exo.singularity(pose), exo.chain_singularity(pose)
+        # The ball joint hides the loss from the closures alone.
+        assert chain.rank == 15
+        lost = int(closed.kind == "singular")
+        assert chain.rank_locked == 18 - lost
+        assert chain.rank_alone == 18 - lost
+        assert chain.freedoms_locked == chain.freedoms_alone == lost
+        assert closed.actuation == closed.constraint == bool(lost)
+        assert abs(closed.lost_direction @ chain.lost_direction) == pytest.approx(1, abs=1e-9)
+        if lost:
+            assert chain.smallest_singular_value < 1e-12
+            assert chain.centre_shift == closed.centre_shift == np.inf
+        else:
+            assert chain.smallest_singular_value == pytest.approx(closed.smallest_singular_value, rel=1e-9)
+            assert chain.amplification == pytest.approx(closed.amplification, rel=1e-9)
+            assert chain.centre_shift == pytest.approx(closed.centre_shift, rel=1e-9)
+
+
+def test_prototype_passes_through_the_locus_where_it_is_known_to():
+    exo = ep.load("prototype")
+    for pose in (ep.shoulder_rotation(0, 6.21, 0, **DEGREES), ep.shoulder_rotation(35.45, 0, 0, **DEGREES)):
+        assert np.degrees(exo.nearest_singularity(pose).distance) < 0.01
+    assert exo.singularity(thesis_rotation(90, 0, 0, **DEGREES)).kind == "singular"
+    assert exo.nearest_singularity(thesis_rotation(90, 0, 0, **DEGREES)).degrees < 1e-9
+
+
+def test_a_folded_limb_lets_the_arm_go():
+    exo = ep.load("prototype")
+    pose = folded_pose(exo.geometry, 0)
+    closed, chain = exo.singularity(pose), exo.chain_singularity(pose)
+    assert closed.kind == "folded"
+    assert closed.folded.tolist() == [True, False, False]
+    assert closed.actuation
+    assert closed.actuation_determinant == 0
+    assert np.isnan(closed.determinant)
+    assert chain.rank_locked == 17
+    assert chain.smallest_singular_value < 1e-12
+    assert abs(closed.lost_direction @ chain.lost_direction) == pytest.approx(1, abs=1e-9)
+    # The limb may swivel about its own line, so the pose does not say in which plane it holds O.
+    assert closed.centre_shift == np.inf
+
+
+def test_determinants_are_tied():
+    geometry = random_mechanism(np.random.default_rng(1), 3).geometry
+    state = wrist.singularity(geometry, Rotation.random(200, np.random.default_rng(2)))
+    tied = -state.reach.prod(axis=-1) * state.determinant
+    np.testing.assert_allclose(state.actuation_determinant, tied, rtol=1e-8, atol=1e-18)
+    assert (state.condition >= 1).all()
+    assert (state.constraint_condition >= 1).all()
+
+
+def test_condition_and_amplification_by_definition():
+    geometry = preset("prototype").geometry
+    pose = thesis_rotation(20, -30, 10, **DEGREES)
+    state, J = wrist.singularity(geometry, pose), wrist.limb_jacobian(geometry, pose)
+    assert state.condition == pytest.approx(np.linalg.cond(J), rel=1e-10)
+    # The moment that a unit of force balances worst is about the lost axis.
+    force = np.linalg.solve(J.T, state.lost_direction)
+    assert np.linalg.norm(force) == pytest.approx(state.amplification, rel=1e-9)
+
+
+def test_centre_shift_is_the_farthest_corner_of_the_play():
+    rng = np.random.default_rng(3)
+    for n in (3, 5):
+        geometry = random_mechanism(rng, n).geometry
+        for pose in Rotation.random(10, rng):
+            X = wrist.inverse_kinematics(geometry, pose).normals
+            halves = np.vstack([np.hstack([X, -np.ones((n, 1))]), np.hstack([-X, -np.ones((n, 1))])])
+            corners = HalfspaceIntersection(halves, np.zeros(3)).intersections
+            farthest = np.linalg.norm(corners, axis=1).max()
+            assert wrist.singularity(geometry, pose).centre_shift == pytest.approx(farthest, rel=1e-9)
+
+
+def test_sps_limbs_hold_no_centre():
+    mechanism = preset("prototype")
+    bare = ep.ShoulderExo.from_mechanism(mechanism.replace(limbs=(Limb("SPS"),) * 3))
+    state = bare.singularity(thesis_rotation(20, -30, 10, **DEGREES))
+    assert state.constraint
+    assert not state.actuation
+    assert state.centre_shift == np.inf
+    with pytest.raises(InvalidInput, match="three UPU"):
+        bare.chain_singularity(Rotation.identity())
+    with pytest.raises(InvalidInput, match="booleans"):
+        wrist.singularity(mechanism.geometry, Rotation.identity(), is_upu=[1, 0])
+
+
+@pytest.mark.parametrize("name", ["prototype", "appendix-d"])
+def test_nearest_singular_pose_against_sampling(name):
+    geometry = preset(name).geometry
+    rng = np.random.default_rng(4)
+    poses = Rotation.random(4, rng)
+    nearest = wrist.nearest_singularity(geometry, poses)
+    assert np.abs(wrist.singularity(geometry, nearest.pose).determinant).max() < 1e-9
+    np.testing.assert_allclose((nearest.pose * poses.inv()).magnitude(), nearest.distance, atol=1e-12)
+    for pose, distance in zip(poses, nearest.distance, strict=True):
+        side = np.sign(wrist.singularity(geometry, pose).determinant)
+        axes = rng.normal(size=(100_000, 3))
+        axes /= np.linalg.norm(axes, axis=1)[:, None]
+        # A ball a little larger than the answer: no pose inside the answer is on the other side, some beyond are.
+        angle = 1.15 * distance * rng.random(100_000) ** (1 / 3)
+        turned = Rotation.from_rotvec(axes * angle[:, None]) * pose
+        other = np.linalg.det(np.nan_to_num(wrist.inverse_kinematics(geometry, turned).normals)) * side < 0
+        assert not other[angle < distance * (1 - 1e-9)].any()
+        assert other.any()
+
+
+def test_distance_to_folding_is_the_angle_between_two_lines():
+    geometry = preset("prototype").geometry
+    pose = thesis_rotation(20, -30, 10, **DEGREES)
+    nearest = wrist.nearest_singularity(geometry, pose)
+    b = wrist.inverse_kinematics(geometry, pose).platform_points
+    for i in range(3):
+        cosine = abs(geometry.base_points[i] @ b[i]) / (np.linalg.norm(geometry.base_points[i]) * np.linalg.norm(b[i]))
+        assert nearest.fold_distance[i] == pytest.approx(np.arccos(cosine), rel=1e-9)
+    assert (nearest.distance <= nearest.fold_distance).all()
+    with pytest.raises(InvalidInput, match="three limbs"):
+        wrist.nearest_singularity(random_mechanism(np.random.default_rng(5), 4).geometry, pose)
+
+
+def test_mirror_image_is_as_far_from_singularity():
+    left = preset("prototype")
+    poses = Rotation.random(3, np.random.default_rng(6))
+    a = wrist.nearest_singularity(left.geometry, poses).distance
+    b = wrist.nearest_singularity(left.mirrored().geometry, mirrored(poses)).distance
+    np.testing.assert_allclose(a, b, rtol=1e-6)
+
+
+def test_sensors_are_singular_where_two_roots_meet():
+    # b·s = 0: the limb touches the sphere on which B_i moves, so its angle has an extremum.
+    geometry = preset("optimised-table-c-2").geometry
+    a, b = geometry.base_points[0], geometry.platform_points[0]
+    ratio = np.linalg.norm(b) / np.linalg.norm(a)
+    # The angle between a and b at which s is at right angles to b.
+    along, across = a / np.linalg.norm(a), np.cross(a, [0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across)
+    target = ratio * along + np.sqrt(1 - ratio**2) * across
+    pose, _ = Rotation.align_vectors(target[None], b[None] / np.linalg.norm(b))
+    state = wrist.sensor_sensitivity(geometry, pose, "base_theta_x")
+    assert abs(state.along[0]) < 1e-12
+    assert state.kind == "singular"
+    assert state.sensitivity == np.inf
+    assert np.isnan(state.error_gain).all()
+    # The limbs themselves hold the arm there.
+    assert wrist.singularity(geometry, pose).kind == "regular"
+    angles = wrist.inverse_kinematics(geometry, pose).base_theta_x
+    assert wrist.forward_kinematics_from_base_angles(geometry, theta_x=angles).status == "meeting"
+    # Where the limbs lose the arm, so do these sensors, but not both angles together.
+    lost = thesis_rotation(90, 0, 0, **DEGREES)
+    geometry = preset("prototype").geometry
+    assert wrist.sensor_sensitivity(geometry, lost, "base_theta_x").kind == "singular"
+    assert wrist.sensor_sensitivity(geometry, lost, ("base_theta_x", "base_theta_y")).kind == "regular"
+
+
+@pytest.mark.parametrize("measured", ["base_theta_x", "base_theta_y", "lengths"])
+def test_sensitivity_predicts_the_error_of_the_solved_pose(measured):
+    exo = ep.load("prototype")
+    pose = ep.shoulder_rotation(20, 40, 10, **DEGREES)
+    state, exact = exo.sensor_sensitivity(pose, measured), exo.inverse_kinematics(pose)
+    rng = np.random.default_rng(7)
+    errors = rng.normal(size=(50, 3))
+    # Errors that turn the arm by up to 1e-6 rad: what is of second order is then below 1e-3 of that.
+    errors *= 1e-6 / state.sensitivity / np.linalg.norm(errors, axis=1)[:, None]
+    read = getattr(exact, measured) + errors
+    if measured == "lengths":
+        modes = exo.forward_kinematics(read, near=pose)
+    else:
+        modes = exo.forward_kinematics_from_base_angles(**{measured[5:]: read}, near=pose)
+    off = (modes.nearest_rotations * pose.inv()).as_rotvec()
+    np.testing.assert_allclose(off, errors @ state.error_gain.T, atol=1e-9)
+    assert np.linalg.norm(off, axis=1).max() <= 1.001e-6
+    assert np.linalg.norm(off, axis=1).max() > 0.5e-6
+
+
+def test_determinant_of_theta_y_sensors():
+    geometry = preset("prototype").geometry
+    poses = Rotation.random(20, np.random.default_rng(8))
+    state = wrist.inverse_kinematics(geometry, poses)
+    ours = wrist.sensor_sensitivity(geometry, poses, "base_theta_y").determinant
+    locus = np.linalg.det(np.cross(state.platform_points, state.normals))
+    assert (np.sign(ours) == np.sign(locus)).all()
+
+
+def test_sensors_that_are_not_there_are_named():
+    geometry = preset("prototype").geometry
+    with pytest.raises(UnknownName, match="base_theta_x"):
+        wrist.sensor_sensitivity(geometry, Rotation.identity(), "theta_x")
+    with pytest.raises(InvalidInput, match="at least one"):
+        wrist.sensor_sensitivity(geometry, Rotation.identity(), ())
+
+
+def test_one_pose_at_a_time_for_the_chains():
+    chains = LockedChains(preset("prototype"))
+    with pytest.raises(InvalidInput, match="single pose"):
+        chains.singularity(Rotation.random(2, np.random.default_rng(0)))

@@ -19,6 +19,7 @@ from .stage import Stage
 
 __all__ = ["Additions", "bar", "glenoid_axis"]
 
+
 def glenoid_axis(side: str, retroversion: float = 1.0, inclination: float = 7.1) -> FloatArray:
     """Outward normal of the glenoid, base frame, shape (3,): the direction in which it presses on the humerus.
 
@@ -78,9 +79,7 @@ class Additions(ABC):
         """
         where = as_finite("positions", positions, (None, 3))
         colours = self._coloured(name, values, len(where), label, limits)
-        cloud = mg.PointCloud(
-            where.T.astype(np.float32), colours.T.astype(np.float32), size=as_positive("size", size)
-        )
+        cloud = mg.PointCloud(where.T.astype(np.float32), colours.T.astype(np.float32), size=as_positive("size", size))
         self._added(name).set_object(cloud)
 
     def surface(
@@ -214,4 +213,3 @@ def bar(label: str, low: float, high: float) -> dict[str, Any]:
         "high": f"{high:.3g}",
         "colours": [hexadecimal(step) for step in steps],
     }
-

@@ -204,9 +204,7 @@ class Browser:
     def _command(self, method: str, **parameters: Any) -> dict[str, Any]:
         return self._run(self._ask(self._socket, method, parameters))
 
-    async def _ask(
-        self, socket: WebSocketClientConnection, method: str, parameters: dict[str, Any]
-    ) -> dict[str, Any]:
+    async def _ask(self, socket: WebSocketClientConnection, method: str, parameters: dict[str, Any]) -> dict[str, Any]:
         self._number += 1
         number = self._number
         await socket.write_message(json.dumps({"id": number, "method": method, "params": parameters}))

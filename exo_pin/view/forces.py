@@ -35,6 +35,7 @@ class PoseForces:
     determinant: float
     status: str
     percent: float | None
+    split: str
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...]) -> PoseForces:
@@ -47,6 +48,7 @@ class PoseForces:
             float(answer.determinant[index]),
             str(answer.status[index]),
             None if percent is None else float(percent[index]),
+            answer.split,
         )
 
 
@@ -159,10 +161,8 @@ class ForcePicture:
 
     def _bar(self) -> None:
         """A grey arrow of 10 cm in the scene itself: the scale in the same perspective."""
-        geometry = self._exo.geometry
         sideways = 1.0 if self._exo.side == "left" else -1.0
-        low = min(geometry.base_points[:, 2].min(), geometry.platform_points[:, 2].min()) - 0.16
-        start = np.array([0.12, 0.16 * sideways, low])
+        start = np.array([-0.05, 0.22 * sideways, 0.17])
         vector = np.array([0.0, 0.1 * sideways, 0.0])
         self._scale_arrow = Arrow(self._stage, "/meshcat/forces/scale", GREY, _LIMB)
         self._scale_arrow.show(start, vector)

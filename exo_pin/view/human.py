@@ -67,7 +67,7 @@ class Human:
     side : {"left", "right"}
         Which of its shoulders is the one.
     opacity : float
-        1 is opaque; less lets the mechanism and the forces be seen.
+        Of the arm that wears the device; 1 is opaque, less lets joints and forces in it be seen.
     elbow_flexion : float
         rad.
 
@@ -84,11 +84,10 @@ class Human:
         share = str(urdf.parents[4])
         self._model = pin.buildModelFromUrdf(str(urdf))
         visuals = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.VISUAL, package_dirs=[share])
-        moving = f"{side}_"
         for shape in visuals.geometryObjects:
-            arm = shape.name.startswith((f"{moving}upperarm", f"{moving}lowerarm", f"{moving}hand"))
+            arm = shape.name.startswith((f"{side}_upperarm", f"{side}_lowerarm", f"{side}_hand"))
             bare = arm or "hand" in shape.name or "head" in shape.name
-            shape.meshColor = np.array([*(_SKIN if bare else _CLOTH), opacity])
+            shape.meshColor = np.array([*(_SKIN if bare else _CLOTH), opacity if arm else 1.0])
         self._picture = MeshcatVisualizer(self._model, pin.GeometryModel(), visuals)
         self._picture.initViewer(viewer=stage.viewer)
         self._picture.loadViewerModel("human")

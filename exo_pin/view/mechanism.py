@@ -1,4 +1,4 @@
-"""The mechanism in the scene: the visuals of its URDF by Pinocchio's MeshcatVisualizer, and muscles in place of rods."""
+"""The mechanism in the scene: its URDF's visuals by Pinocchio's MeshcatVisualizer, and muscles in place of rods."""
 
 from __future__ import annotations
 

@@ -17,6 +17,7 @@ __all__ = ["notebook_cell", "numbers_panel"]
 _SPLITS = {
     "spherical": "limbs carry no side force (split “spherical”)",
     "minimal": "side forces that make |F_s| least (split “minimal”): a bound, no prediction",
+    "elastic": "shared out by stiffness (split “elastic”)",
     "standalone": "wrist without a shoulder joint (split “standalone”)",
 }
 _STATUS = {
@@ -27,9 +28,7 @@ _STATUS = {
 }
 
 
-def numbers_panel(
-    exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, split: str, notes: Sequence[str]
-) -> dict[str, Any]:
+def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, notes: Sequence[str]) -> dict[str, Any]:
     """The panel of a pose: what is shown, |F_s|, det X, and what to know about them."""
     flexion, abduction, internal = (_degrees(angle) for angle in shoulder_angles(pose, exo.side, degrees=True))
     determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)
@@ -41,7 +40,7 @@ def numbers_panel(
             remarks.append({"text": _STATUS[forces.status], "warn": True})
         if forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
-        remarks.append({"text": _SPLITS.get(split, f"split “{split}”"), "warn": False})
+        remarks.append({"text": _SPLITS.get(forces.split, f"split “{forces.split}”"), "warn": False})
     if np.isfinite(determinant):
         values.append({"name": "margin, det X", "value": f"{determinant:+.3f}".replace("-", "−")})
     remarks += [{"text": note, "warn": True} for note in notes]

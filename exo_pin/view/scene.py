@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import meshcat.geometry as mg
@@ -13,20 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import Load, Motion
-from ..design.files import write_text
 from ..errors import InvalidInput, LoopNotClosed, MissingExtra, UnknownName
 from ..exo import ShoulderExo
-from ..reaction import ConstraintBounds, Reaction
+from ..reaction import Reaction
 from ..validation import FloatArray, as_finite, as_positive, as_rotation
 from .additions import Additions, bar
-from .browser import Browser
 from .colours import scale_colours
 from .forces import LONGEST, ForcePicture, PoseForces, nice_step
 from .human import Human
 from .mechanism import MechanismPicture
-from .page import static_page
-from .panels import notebook_cell, numbers_panel
+from .pages import Pages
+from .panels import numbers_panel
 from .recording import FrameTaker, Recording
 from .stage import Stage
 
@@ -40,7 +35,7 @@ _GHOST = (0.34, 0.40, 0.48, 0.30)
 _PRESSURE_TOP = 4e5
 
 
-class Scene(Additions):
+class Scene(Additions, Pages):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -81,7 +76,7 @@ class Scene(Additions):
         if metres_per_newton is not None:
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
-        super().__init__(Stage())
+        Additions.__init__(self, Stage())
         self._style, self._asked_scale = limbs, metres_per_newton
         self._notes: list[str] = []
         self._human: Human | None = None
@@ -140,11 +135,8 @@ class Scene(Additions):
     def show(
         self,
         orientation: Rotation,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        split: str = "spherical",
-        constraint_bounds: ConstraintBounds = None,
         pressures: ArrayLike | None = None,
+        **query: Any,
     ) -> Reaction | None:
         """Move everything into a pose and draw its forces.
 
@@ -152,10 +144,10 @@ class Scene(Additions):
         ----------
         orientation : Rotation
             A single pose.
-        motion, load, split, constraint_bounds
-            As in :meth:`exo_pin.ShoulderExo.reaction`.
         pressures : array_like, optional
             Shape (n,), Pa, gauge: muscles take their colour from them and not from their tension.
+        **query
+            Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``split``.
 
         Returns
         -------
@@ -164,13 +156,17 @@ class Scene(Additions):
         """
         pose = as_rotation("orientation", orientation)
         if pose.shape != ():
-            raise InvalidInput(f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks")
-        answer = self._reaction(pose, motion, load, split, constraint_bounds)
+            raise InvalidInput(
+                f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks"
+            )
+        answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
-        self._draw(pose, None if answer is None else PoseForces.of(answer, ()), split, pressure)
+        self._draw(pose, None if answer is None else PoseForces.of(answer, ()), pressure)
         return answer
 
-    def play(self, orientations: Rotation, times: ArrayLike, **query: Any) -> Reaction | None:
+    def play(
+        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
+    ) -> Reaction | None:
         """Play a motion in the live page, in real time.
 
         Parameters
@@ -179,23 +175,28 @@ class Scene(Additions):
             Poses, shape (k,).
         times : array_like
             Shape (k,), s, rising.
+        pressures : array_like, optional
+            As in :meth:`show`, shape (k, n).
         **query
-            Further arguments of :meth:`show`; ``pressures`` of shape (k, n).
+            Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``motion``, which broadcast to (k,).
 
         Returns
         -------
         Reaction or None
             Forces of all poses.
         """
-        poses, stamps, answer = self._motion(orientations, times, query)
+        poses, stamps, air = self._motion(orientations, times, pressures)
+        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
         start = time.monotonic()
-        for index, _ in self._frames(poses, answer, query):
+        for index in self._frames(poses, answer, air):
             pause = start + float(stamps[index] - stamps[0]) - time.monotonic()
             if pause > 0:
                 time.sleep(pause)
         return answer
 
-    def record(self, orientations: Rotation, times: ArrayLike, **query: Any) -> Recording:
+    def record(
+        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
+    ) -> Recording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
 
         Returns
@@ -203,9 +204,10 @@ class Scene(Additions):
         Recording
             Its ``save`` writes one file that plays without a network.
         """
-        poses, stamps, answer = self._motion(orientations, times, query)
+        poses, stamps, air = self._motion(orientations, times, pressures)
+        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
         taker = FrameTaker(self._stage)
-        for _ in self._frames(poses, answer, query):
+        for _ in self._frames(poses, answer, air):
             taker.take()
         return taker.finish(stamps, answer)
 
@@ -245,8 +247,8 @@ class Scene(Additions):
             From the bottom of the picture to the top, degrees.
         """
         outward = 1.0 if self._exo.side == "left" else -1.0
-        look = np.array([0.0, 0.0, -0.10]) if target is None else as_finite("target", target, (3,))
-        default = look + np.array([1.25, 0.95 * outward, 0.35])
+        look = np.array([0.0, 0.02 * outward, -0.05]) if target is None else as_finite("target", target, (3,))
+        default = look + np.array([1.15, 1.10 * outward, 0.32])
         eye = default if position is None else as_finite("position", position, (3,))
         lens = mg.PerspectiveCamera(fov=as_positive("field_of_view", field_of_view), near=0.02, far=50.0)
         placed = np.eye(4)
@@ -259,78 +261,13 @@ class Scene(Additions):
             viewer["/Cameras/default/rotated"].set_object(lens)
             viewer["/Cameras/default/rotated/<object>"].set_property("position", [x, z, -y])
 
-    def serve(self, port: int | None = None) -> str:
-        """Open the live page on 127.0.0.1 and return its address.
-
-        Parameters
-        ----------
-        port : int, optional
-            First port to try, 7000 if left out; a used port moves on to the next, 0 takes any free one.
-        """
-        return self._stage.serve(port)
-
-    @property
-    def url(self) -> str:
-        """Address of the live page, which is started if need be."""
-        return self._stage.serve()
-
-    def close(self) -> None:
-        """Stop the live page."""
-        self._stage.close()
-
-    def html(self) -> str:
-        """The scene as it is now, as one page that opens without a network and can be turned about."""
-        return static_page(self._stage.snapshot())
-
-    def save_html(self, path: str | PathLike[str]) -> None:
-        """Write :meth:`html` to a file, whole or not at all."""
-        write_text(path, self.html())
-
-    def save_png(
-        self, path: str | PathLike[str], size: tuple[int, int] = (1280, 800), browser: str | None = None
-    ) -> None:
-        """Write a still picture, through a headless browser.
-
-        Parameters
-        ----------
-        path : path-like
-            The file.
-        size : (int, int)
-            Width and height, pixels.
-        browser : str, optional
-            Program of a Chromium-like browser; searched for if left out (see :func:`exo_pin.view.find_browser`).
-
-        Raises
-        ------
-        BrowserNotFound
-            If there is none.
-        BrowserFailed
-            If it cannot draw the scene.
-        """
-        with Browser(size, browser) as window:
-            picture = window.picture(self.html())
-        Path(path).write_bytes(picture)
-
-    def cell(self, height: int = 520) -> Any:
-        """The live page in a notebook cell.
-
-        The cell is a frame that shows a port of the machine where Python runs. With a notebook server elsewhere, the
-        port has to be forwarded as well (``ssh -L 7000:127.0.0.1:7000``); :meth:`static_cell` needs no port.
-        """
-        return notebook_cell(f'src="{self.url}"', height)
-
-    def static_cell(self, height: int = 520) -> Any:
-        """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
-        text = self.html().replace("&", "&amp;").replace('"', "&quot;")
-        return notebook_cell(f'srcdoc="{text}"', height)
-
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No arm mass: no forces", [])
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
         legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
         self._stage.set_panel("legend", legend)
 
-    def _draw(self, pose: Rotation, forces: PoseForces | None, split: str, pressures: FloatArray | None) -> None:
+    def _draw(self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None) -> None:
         notes = list(self._notes)
         with self._stage.update():
             self._orientation = pose
@@ -342,7 +279,7 @@ class Scene(Additions):
                 self._human.show(pose)
             self._arrows.show(pose, forces)
             self._colour_muscles(forces, pressures)
-            self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, split, notes))
+            self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
 
     def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
         if self._style != "muscles" or (forces is None and pressures is None):
@@ -377,35 +314,27 @@ class Scene(Additions):
         for name in ("/Grid", "/Axes"):
             viewer[name].set_property("visible", False)
 
-    def _reaction(self, poses: Rotation, *query: Any) -> Reaction | None:
-        return None if self._exo.arm is None else self._exo.reaction(poses, *query)
-
     def _motion(
-        self, orientations: Rotation, times: ArrayLike, query: dict[str, Any]
-    ) -> tuple[Rotation, FloatArray, Reaction | None]:
+        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None
+    ) -> tuple[Rotation, FloatArray, FloatArray | None]:
+        """Poses, times and pressures that fit each other."""
         poses = as_rotation("orientations", orientations)
         stamps = as_finite("times", times, (None,))
         if poses.shape != stamps.shape or not len(stamps):
             raise InvalidInput(f"expected a time for every pose, got poses {poses.shape} and times {stamps.shape}")
         if (np.diff(stamps) <= 0).any():
             raise InvalidInput("expected times that rise")
-        known = ("motion", "load", "split", "constraint_bounds", "pressures")
-        for name in query:
-            if name not in known:
-                raise UnknownName("argument", name, known)
-        if query.get("pressures") is not None:
-            query["pressures"] = self._pressures(query["pressures"], stamps.shape)
-        asked = {name: value for name, value in query.items() if name != "pressures"}
-        return poses, stamps, None if self._exo.arm is None else self._exo.reaction(poses, **asked)
+        return poses, stamps, None if pressures is None else self._pressures(pressures, stamps.shape)
 
-    def _frames(
-        self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]
-    ) -> Iterator[tuple[int, Rotation]]:
-        pressures = query.get("pressures")
+    def _frames(self, poses: Rotation, answer: Reaction | None, pressures: FloatArray | None) -> Iterator[int]:
+        """Draw pose after pose; a frame begins when the one before has been dealt with."""
         for index, pose in enumerate(poses):
-            forces = None if answer is None else PoseForces.of(answer, (index,))
-            self._draw(pose, forces, query.get("split", "spherical"), None if pressures is None else pressures[index])
-            yield index, pose
+            self._draw(
+                pose,
+                None if answer is None else PoseForces.of(answer, (index,)),
+                None if pressures is None else pressures[index],
+            )
+            yield index
 
     def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         values = as_finite("pressures", pressures, (self._exo.geometry.limb_count,), stack=True)

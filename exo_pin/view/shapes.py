@@ -107,18 +107,17 @@ class Arrow:
         Whether a disc marks where it starts.
     """
 
-    def __init__(
-        self, stage: Stage, path: str, colour: str, radius: float, heads: int = 1, tail: bool = False
-    ) -> None:
+    def __init__(self, stage: Stage, path: str, colour: str, radius: float, heads: int = 1, tail: bool = False) -> None:
         self._stage, self._radius = stage, radius
         self._paths = [f"{path}/shaft", *(f"{path}/head_{i}" for i in range(heads)), *([f"{path}/tail"] * tail)]
         self._heads, self._tail = heads, tail
         material = flat_material(colour, on_top=True)
         viewer = stage.viewer
-        viewer[path.removeprefix("/meshcat/")].set_property("renderOrder", 10)
         for part in self._paths:
             shape = frustum(1.0, _NOTHING if "/head_" in part else 1.0)
             viewer[part.removeprefix("/meshcat/")].set_object(shape, material)
+            # After the human's translucent arm, which would tint it.
+            viewer[f"{part.removeprefix('/meshcat/')}/<object>"].set_property("renderOrder", 10)
         self.hide()
 
     def show(self, start: FloatArray, vector: FloatArray) -> None:

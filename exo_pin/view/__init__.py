@@ -7,5 +7,6 @@ from .browser import Browser, find_browser
 from .human import human_urdf
 from .recording import Recording
 from .scene import LIMB_STYLES, Scene
+from .sliders import Sliders
 
-__all__ = ["LIMB_STYLES", "Browser", "Recording", "Scene", "find_browser", "glenoid_axis", "human_urdf"]
+__all__ = ["LIMB_STYLES", "Browser", "Recording", "Scene", "Sliders", "find_browser", "glenoid_axis", "human_urdf"]

@@ -53,7 +53,7 @@ class Additions(ABC):
         values: ArrayLike,
         label: str,
         limits: tuple[float, float] | None = None,
-        size: float = 0.008,
+        size: float = 0.012,
     ) -> None:
         """Draw points coloured by a value, as of a locus or a workspace.
 

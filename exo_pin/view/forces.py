@@ -95,7 +95,7 @@ class ForcePicture:
 
     def show(self, orientation: Rotation, forces: PoseForces | None) -> None:
         """Draw the forces of a pose, or none."""
-        self._labels = [self._bar_label]
+        self._labels = [] if self._exo.arm is None else [self._bar_label]
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
             R = orientation.as_matrix()
@@ -165,5 +165,8 @@ class ForcePicture:
         start = np.array([-0.05, 0.22 * sideways, 0.17])
         vector = np.array([0.0, 0.1 * sideways, 0.0])
         self._scale_arrow = Arrow(self._stage, "/meshcat/forces/scale", GREY, _LIMB)
-        self._scale_arrow.show(start, vector)
-        self._bar_label = {"text": f"scale {0.1 / self.scale:g} N", "at": (start + vector).tolist(), "colour": BLACK}
+        if self._exo.arm is not None:
+            self._scale_arrow.show(start, vector)
+        # Labels stand to the right of their points; seen from the front, that is the left of the body.
+        beside = start + vector if self._exo.side == "left" else start
+        self._bar_label = {"text": f"scale {0.1 / self.scale:g} N", "at": beside.tolist(), "colour": BLACK}

@@ -82,5 +82,8 @@ class Pages:
 
     def static_cell(self, height: int = 520) -> Any:
         """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
-        text = self.html().replace("&", "&amp;").replace('"', "&quot;")
-        return notebook_cell(f'srcdoc="{text}"', height)
+        return notebook_cell(f'srcdoc="{self.escaped()}"', height)
+
+    def escaped(self) -> str:
+        """:meth:`html` as the value of an attribute."""
+        return self.html().replace("&", "&amp;").replace('"', "&quot;")

@@ -35,7 +35,7 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
     values, remarks = [], []
     if forces is not None:
         size = float(np.linalg.norm(forces.shoulder))
-        values.append({"name": "on the shoulder, |F_s|", "value": f"{size:.1f} N" if np.isfinite(size) else "none"})
+        values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
         if forces.status != "ok":
             remarks.append({"text": _STATUS[forces.status], "warn": True})
         if forces.percent is not None and np.isfinite(forces.percent):
@@ -60,6 +60,12 @@ def notebook_cell(source: str, height: int) -> Any:
         f'<div style="height: {int(height)}px"><iframe {source} style="width: 100%; height: 100%; border: none">'
         "</iframe></div>"
     )
+
+
+def _newtons(size: float) -> str:
+    if not np.isfinite(size):
+        return "none"
+    return f"{size:.1f} N" if size < 1000.0 else f"{size:.3g} N" if size >= 1e6 else f"{size:.0f} N"
 
 
 def _degrees(angle: float) -> str:

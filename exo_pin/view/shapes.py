@@ -117,7 +117,7 @@ class Arrow:
             shape = frustum(1.0, _NOTHING if "/head_" in part else 1.0)
             viewer[part.removeprefix("/meshcat/")].set_object(shape, material)
             # After the human's translucent arm, which would tint it.
-            viewer[f"{part.removeprefix('/meshcat/')}/<object>"].set_property("renderOrder", 10)
+            stage.set_property(part, "renderOrder", 10)
         self.hide()
 
     def show(self, start: FloatArray, vector: FloatArray) -> None:

@@ -118,6 +118,10 @@ class Stage:
         self.changes.colours[path] = node.colour = rgba
         self._apply({"type": "set_property", "path": path, "property": "color", "value": list(rgba)})
 
+    def set_property(self, path: str, name: str, value: Any) -> None:
+        """Set a property of a node in three.js; Meshcat's own way there turns the name into small letters."""
+        self._apply({"type": "set_property", "path": path, "property": name, "value": value})
+
     def set_panel(self, name: str, data: Any) -> None:
         """Write a panel of the page, unless it says that already."""
         if self._panels.get(name) != data:

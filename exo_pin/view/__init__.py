@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
+
+with warnings.catch_warnings():
+    # Meshcat 0.3.2 takes an old road to ZeroMQ, which this package does not use.
+    warnings.filterwarnings("ignore", message="zmq.eventloop.ioloop", category=DeprecationWarning)
+    import meshcat  # noqa: F401
+
 from .additions import glenoid_axis
 from .browser import Browser, find_browser
 from .human import human_urdf

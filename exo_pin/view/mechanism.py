@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
 from pinocchio.visualize import MeshcatVisualizer
@@ -109,7 +110,7 @@ class MechanismPicture:
         opacity = 1.0 if colour is None else colour[3]
         for i in range(self.mechanism.limb_count):
             node = self._stage.viewer[self._muscle(i).removeprefix("/meshcat/")]
-            node["braid"].set_object(lathe(np.vstack([below, above])), flat_material("#FFFFFF", opacity))
+            node["braid"].set_object(lathe(np.vstack([below, above])), mg.MeshLambertMaterial(opacity=opacity, side=0))
             for end in ("fitting_a", "fitting_b"):
                 node[end].set_object(frustum(1.0, 1.0), flat_material(GREY, opacity))
 

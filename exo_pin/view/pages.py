@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
-from ..design.files import write_text
+from ..design.files import write_bytes, write_text
 from .browser import Browser
 from .page import static_page
 from .panels import notebook_cell
@@ -70,7 +69,7 @@ class Pages:
         """
         with Browser(size, browser) as window:
             picture = window.picture(self.html())
-        Path(path).write_bytes(picture)
+        write_bytes(path, picture)
 
     def cell(self, height: int = 520) -> Any:
         """The live page in a notebook cell.

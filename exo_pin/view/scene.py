@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
-import meshcat.geometry as mg
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -115,6 +114,11 @@ class Scene(Additions, Pages):
     def metres_per_newton(self) -> float:
         """Scale of the arrows, m/N."""
         return self._arrows.scale
+
+    @property
+    def serial(self) -> int:
+        """Number of the last update; a page that has drawn it says so in ``document.body.dataset.serial``."""
+        return self._stage.serial
 
     def replace_exo(self, exo: ShoulderExo) -> None:
         """Draw another design of the same side, in the same pose; the forces are those of the new one.
@@ -250,16 +254,12 @@ class Scene(Additions, Pages):
         look = np.array([0.0, 0.02 * outward, -0.05]) if target is None else as_finite("target", target, (3,))
         default = look + np.array([1.15, 1.10 * outward, 0.32])
         eye = default if position is None else as_finite("position", position, (3,))
-        lens = mg.PerspectiveCamera(fov=as_positive("field_of_view", field_of_view), near=0.02, far=50.0)
-        placed = np.eye(4)
-        placed[:3, 3] = look
-        # Meshcat's camera node is turned by a quarter about x: its own y is up.
-        x, y, z = (eye - look).tolist()
-        viewer = self._stage.viewer
-        with self._stage.update():
-            viewer["/Cameras/default"].set_transform(placed)
-            viewer["/Cameras/default/rotated"].set_object(lens)
-            viewer["/Cameras/default/rotated/<object>"].set_property("position", [x, z, -y])
+        if float(np.linalg.norm(eye - look)) < 1e-6:
+            raise InvalidInput("expected the camera to stand away from where it looks")
+        angle = as_positive("field_of_view", field_of_view)
+        if angle >= 180.0:
+            raise InvalidInput(f"expected a field of view below 180 degrees, got {angle:g}")
+        self._stage.set_panel("camera", {"position": eye.tolist(), "target": look.tolist(), "angle": angle})
 
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No arm mass: no forces", [])

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 import threading
 from collections.abc import Callable
 from typing import Any
 
 from tornado.httpserver import HTTPServer
-from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
@@ -75,8 +75,8 @@ class Server:
         first = FIRST_PORT if port is None else port
         if isinstance(first, bool) or not isinstance(first, int) or not 0 <= first <= 65535:
             raise InvalidInput(f"expected port to be a whole number from 0 to 65535, got {port!r}")
-        sockets = _free_sockets(first)
-        self.port: int = sockets[0].getsockname()[1]
+        listening = _free_socket(first)
+        self.port: int = listening.getsockname()[1]
         self._lookers: set[_Socket] = set()
         self._loop = asyncio.new_event_loop()
         started = threading.Event()
@@ -92,7 +92,7 @@ class Server:
         def run() -> None:
             asyncio.set_event_loop(self._loop)
             self._http = HTTPServer(application)
-            self._http.add_sockets(sockets)
+            self._http.add_socket(listening)
             self._loop.call_soon(started.set)
             self._loop.run_forever()
             self._loop.close()
@@ -132,11 +132,17 @@ class Server:
         self._loop.call_later(0.05, self._loop.stop)
 
 
-def _free_sockets(first: int) -> list[Any]:
+def _free_socket(first: int) -> socket.socket:
     last = min(first + _PORTS, 65536) if first else 1
     for port in range(first, last):
+        found = socket.socket()
         try:
-            return bind_sockets(port, "127.0.0.1")
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            found.bind(("127.0.0.1", port))
+            found.listen(64)
         except OSError:
+            found.close()
             continue
+        found.setblocking(False)
+        return found
     raise InvalidInput(f"no free port from {first} to {last - 1}")

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from ..conventions import shoulder_rotation
 from ..errors import ExoPinError, InvalidInput, MissingExtra, UnknownName
 from ..exo import ShoulderExo
@@ -192,8 +190,8 @@ class Sliders:
     def _draw(self, values: dict[str, float]) -> None:
         """Draw a design and a pose; nothing changes if there is no such thing."""
         dimensions = {name: value for name, value in values.items() if name in DIMENSIONS}
-        angles = [values[name] for name in ANGLES]
-        pose = shoulder_rotation(*np.array(angles), side=self._start.side, degrees=True)
+        flexion, abduction, internal = (values[name] for name in ANGLES)
+        pose = shoulder_rotation(flexion, abduction, internal, side=self._start.side, degrees=True)
         before = self.scene.exo
         if dimensions != {name: self._values[name] for name in dimensions}:
             self.scene.replace_exo(self._start.replace(geometry=self._start.geometry.replace(**dimensions)))

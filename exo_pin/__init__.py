@@ -16,6 +16,7 @@ from .conventions import shoulder_angles, shoulder_rotation, thesis_angles, thes
 from .design import (
     Arm,
     CentreOffset,
+    CentrePath,
     Limb,
     LimbBody,
     LimbGuide,
@@ -44,6 +45,7 @@ from .reaction import Reaction, reaction_table
 __all__ = [
     "Arm",
     "CentreOffset",
+    "CentrePath",
     "ClosedChain",
     "ExoPinError",
     "FileFormatError",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import CentreOffset, Load, Motion
+from ..design import CentreOffset, CentrePath, Load, Motion
 from ..errors import InvalidInput, UnknownName
 from ..wrist.forces import STATUS
 from ..wrist.stacks import as_query
@@ -31,7 +31,7 @@ def reaction(
     load: Load | None = None,
     split: str = "spherical",
     constraint_bounds: ConstraintBounds = None,
-    centre_offset: CentreOffset | ArrayLike | None = None,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
 ) -> Reaction:
     """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`."""
     if split not in get_args(Split):
@@ -49,6 +49,8 @@ def reaction(
     bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count)
     if split == "elastic":
         shoulder_stiffness(mechanism)  # raises now, not in the middle of a stack
+    if isinstance(centre_offset, CentrePath):
+        centre_offset = centre_offset.offset(orientation)
     if centre_offset is not None:
         return misaligned_reaction(mechanism, query, as_offset(centre_offset, query.shape), split, bounds)
     answer = Answer(mechanism, query)

@@ -246,8 +246,8 @@ class ShoulderExo(Questions):
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n).
         centre_offset : CentreOffset, CentrePath or array_like, optional
             Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
-            and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count, lever arms and misfit, in the displaced geometry; massless
-            limbs only.
+            and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
+            lever arms and misfit, in the displaced geometry; massless limbs only.
 
         Returns
         -------

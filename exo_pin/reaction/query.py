@@ -14,6 +14,7 @@ from ..wrist.forces import STATUS
 from ..wrist.stacks import as_query
 from .answer import Answer
 from .bounds import ConstraintBounds, SideForceBounds
+from .determination import certified
 from .elastic import as_offset, shoulder_stiffness
 from .equilibrium import EquilibriumModel
 from .misaligned import misaligned_reaction
@@ -52,7 +53,8 @@ def reaction(
     if isinstance(centre_offset, CentrePath):
         centre_offset = centre_offset.offset(orientation)
     if centre_offset is not None:
-        return misaligned_reaction(mechanism, query, as_offset(centre_offset, query.shape), split, bounds)
+        offset = as_offset(centre_offset, query.shape)
+        return certified(misaligned_reaction(mechanism, query, offset, split, bounds), mechanism, query, offset, bounds)
     answer = Answer(mechanism, query)
     if split == "elastic":
         answer.prepare_elastic(query)
@@ -64,4 +66,4 @@ def reaction(
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
         answer.fill(row, state, split, bounds)
     trivial = split == "minimal" and bounds.is_free and bool(mechanism.is_upu.sum() >= 3)
-    return answer.finished(query, split, trivial)
+    return certified(answer.finished(query, split, trivial), mechanism, query, None, bounds)

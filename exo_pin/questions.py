@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from .design import CentreOffset, Load, Mechanism, Motion
+from .reaction.bound_sensitivity import BoundSensitivity, bound_sensitivity
+from .reaction.bounds import ConstraintBounds
 from .reaction.clearance import worst_clearance
+from .reaction.ranking import Ranking, Uncertainty, rank
+from .reaction.sensitivity import Sensitivity, sensitivity
 from .reaction.worst import WorstCase, worst_stiffness
 from .reaction.worst_offset import worst_offset
 
@@ -61,3 +67,48 @@ class Questions:
         See :func:`exo_pin.reaction.worst.worst_stiffness`.
         """
         return worst_stiffness(self._mechanism, orientation, least, largest, motion, load, centre_offset)
+
+    def sensitivity(
+        self,
+        orientation: Rotation,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        split: str = "spherical",
+        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
+    ) -> Sensitivity:
+        """Exact derivatives of F_s, f and g by pose, geometry, arm, load, stiffness and offset.
+
+        See :func:`exo_pin.reaction.sensitivity.sensitivity`.
+        """
+        return sensitivity(self._mechanism, orientation, motion, load, split, centre_offset)
+
+    def bound_sensitivity(
+        self,
+        orientation: Rotation,
+        constraint_bounds: ConstraintBounds,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
+    ) -> BoundSensitivity:
+        """Derivatives of the least |F_s| by the bounds on the side forces.
+
+        See :func:`exo_pin.reaction.bound_sensitivity.bound_sensitivity`.
+        """
+        return bound_sensitivity(self._mechanism, orientation, constraint_bounds, motion, load, centre_offset)
+
+    def ranking(
+        self,
+        movement: Rotation,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        split: str = "spherical",
+        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
+        uncertainties: Mapping[str, Uncertainty] | None = None,
+        top: int = 5,
+    ) -> Ranking:
+        """The parameters whose uncertainty matters most for the peak |F_s| of a movement.
+
+        ``uncertainties`` states, by parameter, a number in its unit or a share such as "5%"; what is not stated is
+        taken from :data:`exo_pin.reaction.ranking.ASSUMED_UNCERTAINTY`. See :func:`exo_pin.reaction.ranking.rank`.
+        """
+        return rank(self.sensitivity(movement, motion, load, split, centre_offset), uncertainties, top)

@@ -169,6 +169,11 @@ def test_sentences(worn):
     elastic = known.reaction(LIFTED, split="elastic").certificate.sentence()
     assert "Determined by stiffness: g_1, g_2, g_3, F_s x, F_s y, F_s z." in elastic
     assert "To determine" not in elastic
+    answer = known.reaction(LIFTED, split="elastic")
+    tight = answer.certificate.under(0.5 * np.stack([-np.abs(answer.constraint_forces)] * 2) * [[1], [-1]])
+    assert set(tight.outside) >= {"g_1", "g_2", "g_3"}
+    assert "The answer lies outside for g_1" in str(tight)
+    assert answer.certificate.under(2.0 * np.stack([-np.abs(answer.constraint_forces)] * 2) * [[1], [-1]]).outside == ()
     spring = random_exo(3, upu=0)
     pose = regular_poses(spring.mechanism, np.random.default_rng(65), 1, margin=0.1)[0]
     assert "To determine" not in spring.reaction(pose).certificate.sentence()

@@ -111,8 +111,10 @@ def bound_sensitivity(
             slopes[side, row, limb] = solved.multipliers[z] / size
             forces[side, row, :, limb] = follow @ effect[:, z]
     return BoundSensitivity(
-        magnitude.reshape(shape),
-        *(slope.reshape(*shape, n) for slope in slopes),
-        *(force.reshape(*shape, 3, n) for force in forces),
-        status_names(codes, np.zeros(count, dtype=bool), shape),
+        magnitude=magnitude.reshape(shape),
+        by_lower=slopes[0].reshape(*shape, n),
+        by_upper=slopes[1].reshape(*shape, n),
+        shoulder_force_by_lower=forces[0].reshape(*shape, 3, n),
+        shoulder_force_by_upper=forces[1].reshape(*shape, 3, n),
+        status=status_names(codes, np.zeros(count, dtype=bool), shape),
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InvalidInput
 from ..validation import FloatArray
 
-__all__ = ["KINDS", "Certificate", "Components", "is_determined"]
+__all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determined"]
 
 #: Effect of a self-stress on a quantity, relative to the largest, below which the quantity does not change with it.
 _NO_EFFECT = 1e-9
@@ -28,6 +28,12 @@ KINDS = {
     "bounded": "Bounded only, other values do as well",
     "none": "Without an answer",
 }
+
+
+def component_names(limb_count: int) -> list[str]:
+    """Names of f, g and F_s by component, 2 n + 3 of them."""
+    limbs = range(1, limb_count + 1)
+    return [*(f"f_{i}" for i in limbs), *(f"g_{i}" for i in limbs), "F_s x", "F_s y", "F_s z"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +52,9 @@ class Components:
         allow, each component by itself; infinite without bounds, NaN if nothing fits them.
     needed : tuple of str
         What would have to be known to determine what is open.
+    outside : tuple of str
+        Components whose answer lies beyond its interval in some pose: the answer breaks bounds that it was not asked
+        to keep.
     """
 
     actuator_forces: NDArray[np.str_]
@@ -55,12 +64,15 @@ class Components:
     constraint_intervals: FloatArray
     shoulder_intervals: FloatArray
     needed: tuple[str, ...]
+    outside: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         parts = [f"{text}: {', '.join(names)}." for kind, text in KINDS.items() if (names := self._named(kind))]
         spans = self._spans()
         if spans:
             parts.append(f"Between bounds: {', '.join(spans)}.")
+        if self.outside:
+            parts.append(f"The answer lies outside for {', '.join(self.outside)}.")
         if self.needed and self._open():
             parts.append(f"To determine them: {', '.join(self.needed)}.")
         return " ".join(parts)
@@ -69,10 +81,11 @@ class Components:
         """Name, kinds and intervals of each component, flat over the stack."""
         columns = []
         n = self.actuator_forces.shape[-1]
+        every = component_names(n)
         for names, kinds, intervals in (
-            ([f"f_{i + 1}" for i in range(n)], self.actuator_forces, self.actuator_intervals),
-            ([f"g_{i + 1}" for i in range(n)], self.constraint_forces, self.constraint_intervals),
-            (["F_s x", "F_s y", "F_s z"], self.shoulder_force, self.shoulder_intervals),
+            (every[:n], self.actuator_forces, self.actuator_intervals),
+            (every[n : 2 * n], self.constraint_forces, self.constraint_intervals),
+            (every[2 * n :], self.shoulder_force, self.shoulder_intervals),
         ):
             flat, ends = kinds.reshape(-1, len(names)), intervals.reshape(-1, len(names), 2)
             columns += [(name, flat[:, i], ends[:, i]) for i, name in enumerate(names)]

@@ -20,7 +20,7 @@ from ..errors import InvalidInput, SolverFailed
 from ..validation import FloatArray
 from ..wrist.stacks import Query
 from .bounds import ConstraintBounds, SideForceBounds
-from .certificate import Components, is_determined
+from .certificate import Components, component_names, is_determined
 from .elastic import Displaced
 from .result import Reaction
 
@@ -117,6 +117,9 @@ class ComponentSource:
             kinds[row] = self._kinds(row, state, open_, box)
             cut = None if tensions is None else tuple(side[row] - self.values[row, :n] for side in tensions)
             intervals[row] = self.values[row][:, None] + _ranges(open_, box, cut)
+        with np.errstate(invalid="ignore"):
+            slack = _POINT * (np.abs(self.values).max(axis=1, keepdims=True) + 1.0)
+            beyond = (self.values < intervals[..., 0] - slack) | (self.values > intervals[..., 1] + slack)
         f, g, shoulder = slice(0, n), slice(n, 2 * n), slice(2 * n, None)
         return Components(
             actuator_forces=kinds[:, f].reshape(*shape, n),
@@ -126,6 +129,7 @@ class ComponentSource:
             constraint_intervals=intervals[:, g].reshape(*shape, n, 2),
             shoulder_intervals=intervals[:, shoulder].reshape(*shape, 3, 2),
             needed=self._needed(),
+            outside=tuple(np.array(component_names(n))[beyond.any(axis=0)].tolist()),
         )
 
     def _kinds(self, row: int, state: Displaced, open_: _Open, box: tuple[FloatArray, FloatArray]) -> NDArray[np.str_]:

@@ -170,9 +170,23 @@ def test_stiffness_at_which_the_shoulder_loses_hold(exo):
     assert found == 5
 
 
+def test_poses_without_a_nominal_answer(exo):
+    loose = exo.replace(limbs=(ep.Limb(),) * 3, shoulder=ep.Shoulder(stiffness=0.0))
+    for worst in (loose.worst_offset(LIFTED, 0.01, "elastic"), loose.worst_clearance(LIFTED, 1e-3)):
+        assert worst.status == "not_solved"
+        assert np.isnan(worst.magnitude)
+        assert "not_solved" in str(worst)
+    singular = exo.worst_offset(ep.shoulder_rotation(0, 90, 0, **DEGREES), 0.01)
+    assert singular.magnitude == np.inf
+    np.testing.assert_array_equal(singular.at, 0.0)
+    assert "no nominal force" in str(singular)
+
+
 def test_bad_sets(exo):
     with pytest.raises(ep.InvalidInput, match="radius"):
         exo.worst_offset(LIFTED, 0.0)
+    with pytest.raises(ep.InvalidInput, match="millimetres"):
+        exo.worst_offset(LIFTED, 15.0)
     with pytest.raises(ep.UnknownName, match="minimal"):
         exo.worst_offset(LIFTED, 0.01, "minimal")
     with pytest.raises(ep.MissingData, match="stiffness"):

@@ -75,7 +75,8 @@ class WorstCase:
         if np.isinf(self.magnitude):
             return (
                 f"Over {self._set()} the shoulder force has no bound: a singular configuration lies at "
-                f"{self._place()}. Nominal |F_s| {float(self.nominal):.2f} N."
+                f"{self._place()}. "
+                + ("There is no nominal force." if np.isnan(self.nominal) else f"Nominal |F_s| {self.nominal:.2f} N.")
             )
         if np.isnan(self.magnitude):
             return f"No worst case over {self._set()}: the pose is {self.status}."
@@ -216,7 +217,7 @@ def worst_stiffness(
         lost = np.sort(
             loss.real[(np.abs(loss.imag) <= 1e-12 * np.abs(loss)) & (low <= loss.real) & (loss.real <= high)]
         )
-        if lost.size:
+        if lost.size and N.any():
             magnitude[row], at[row], within[row] = np.inf, lost[0], True
             continue
         sizes = np.linalg.norm(shoulder(grid), axis=-1)

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
 from ..design import Load, Mechanism, Motion
-from ..errors import UnknownName
+from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, as_finite, as_positive
 from ..wrist.forces import STATUS
 from .elastic import Displaced, shoulder_stiffness
@@ -27,6 +27,8 @@ from .worst import Loaded, WorstCase, loaded, status_names
 
 __all__ = ["worst_offset"]
 
+#: An offset beyond this, m, is taken for millimetres.
+_FARTHEST = 0.2
 _SPLITS = ("spherical", "elastic")
 #: 2^m points of a Sobol sequence within the ball, and as many on its surface.
 _SOBOL_POWER = 7
@@ -79,6 +81,10 @@ def worst_offset(
         raise UnknownName("split", split, _SPLITS)
     size = as_positive("radius", radius)
     middle = as_finite("centre", centre, (3,))
+    if size + float(np.linalg.norm(middle)) > _FARTHEST:
+        raise InvalidInput(
+            f"expected radius and centre in m, together within {_FARTHEST} m, got {size:g} (millimetres?)"
+        )
     stiffness = shoulder_stiffness(mechanism) if split == "elastic" else None
     given = loaded(mechanism, orientation, motion, load)
     count = len(given.force)
@@ -91,6 +97,9 @@ def worst_offset(
         if ball.code == STATUS.index("folded"):
             continue
         nominal[row] = ball.nominal
+        if np.isnan(ball.nominal) and ball.code < STATUS.index("singular"):
+            codes[row] = STATUS.index("not_solved")  # shoulder and limbs together leave a direction free
+            continue
         singular = ball.singular()
         if singular is not None:
             magnitude[row], at[row], within[row] = np.inf, middle + size * singular, True
@@ -170,7 +179,7 @@ class _Ball:
         """
         whole, _ = state.elastic_system(np.asarray(self.stiffness))
         scale = np.trace(np.asarray(self.stiffness)) + state.side.stiffness.sum(axis=1)
-        return np.asarray(np.linalg.det(whole / scale[:, None, None]))
+        return np.asarray(np.linalg.det(whole / np.where(scale > 0.0, scale, 1.0)[:, None, None]))
 
     def singular(self) -> FloatArray | None:
         """The point nearest to the centre, of those found, at which the forces grow without bound."""
@@ -221,7 +230,7 @@ class _Ball:
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows on the way to a point: without a moment in the lost direction it would not."""
         inward = point / max(float(np.linalg.norm(point)), 1e-12)
-        steps = np.array([1e-2, 1e-3, 1e-4])[:, None]
+        steps = np.array([1e-3, 1e-4, 1e-5])[:, None]
         for side in (-1.0, 1.0):
             sizes = np.linalg.norm(self._evaluate(point + side * steps * inward)[0], axis=1)
             if sizes[2] > 3.0 * sizes[1] > 9.0 * sizes[0]:

@@ -16,6 +16,7 @@ from .conventions import shoulder_angles, shoulder_rotation, thesis_angles, thes
 from .design import (
     Arm,
     CentreOffset,
+    CentrePath,
     Limb,
     LimbBody,
     LimbGuide,
@@ -48,6 +49,7 @@ __all__ = [
     "Arm",
     "BeyondLimits",
     "CentreOffset",
+    "CentrePath",
     "ClosedChain",
     "ExoPinError",
     "FileFormatError",

@@ -18,6 +18,7 @@ from .conventions import as_side
 from .design import (
     Arm,
     CentreOffset,
+    CentrePath,
     Limb,
     Load,
     Mechanism,
@@ -30,6 +31,7 @@ from .design import (
     write_mechanism,
 )
 from .errors import InvalidInput, NotAWrist, UnknownName
+from .questions import Questions
 from .reaction import ConstraintBounds, EquilibriumModel, Reaction, reaction
 from .reaction.locking import ChainSingularity, LockedChains
 from .validation import FloatArray
@@ -39,7 +41,7 @@ __all__ = ["ShoulderExo", "load"]
 _ASSUMED = AssumedMasses()
 
 
-class ShoulderExo:
+class ShoulderExo(Questions):
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. Not safe to share between threads.
@@ -310,7 +312,7 @@ class ShoulderExo:
         load: Load | None = None,
         split: str = "spherical",
         constraint_bounds: ConstraintBounds = None,
-        centre_offset: CentreOffset | ArrayLike | None = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     ) -> Reaction:
         """Forces on shoulder, limbs, arm and torso.
 
@@ -338,10 +340,10 @@ class ShoulderExo:
             tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator" or (lower, upper), optional
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n).
-        centre_offset : CentreOffset or array_like, optional
+        centre_offset : CentreOffset, CentrePath or array_like, optional
             Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
-            and cuff together. Both effects count, lever arms and misfit, in the displaced geometry; massless
-            limbs only.
+            and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
+            lever arms and misfit, in the displaced geometry; massless limbs only.
 
         Returns
         -------

@@ -13,6 +13,7 @@ from ..exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table
 from ..view.plots import overview, use_file_backend
 from .options import add_design, add_person, add_pose, design, pose, pose_angles
+from .splits import add_splits, answers_of, certificates, fitted, offset_mm
 
 __all__ = ["add_commands"]
 
@@ -28,6 +29,7 @@ def add_commands(commands: Any) -> None:
         metavar="N|actuator",
         help="bound of the side forces for the column minimal: newtons, or no more than the limb's own tension",
     )
+    add_splits(parser)
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.set_defaults(run=_reaction)
 
@@ -40,20 +42,22 @@ def add_commands(commands: Any) -> None:
 
 
 def _reaction(options: argparse.Namespace) -> int:
-    exo, angles = design(options), pose_angles(options)
+    exo, angles = fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo.side), _bounds(options.side_force_limit)
-    answers = [exo.reaction(orientation), exo.reaction(orientation, split="minimal", constraint_bounds=bounds)]
-    if exo.mechanism.limb_count + exo.mechanism.is_upu.sum() >= 6:
-        answers.append(exo.reaction(orientation, split="standalone"))
+    answers = answers_of(exo, orientation, bounds, options)
     if options.json:
-        print(_json(exo, angles, answers))
+        print(_json(exo, angles, answers, bounds, options))
         return 0
     print(
         f"{exo.mechanism.title or exo.name}\n"
         f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
-        f"{_carried(exo)}\n"
+        f"{_carried(exo)}"
     )
-    print(reaction_table(answers))
+    if options.offset is not None:
+        print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
+    print(f"\n{reaction_table(answers)}")
+    if options.certificate:
+        print(f"\n{certificates(answers, bounds)}")
     return 0
 
 
@@ -91,7 +95,19 @@ def _carried(exo: ShoulderExo) -> str:
     return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
 
 
-def _json(exo: ShoulderExo, angles: tuple[float, float, float], answers: Sequence[Reaction]) -> str:
+def _json(
+    exo: ShoulderExo,
+    angles: tuple[float, float, float],
+    answers: Sequence[Reaction],
+    bounds: ConstraintBounds,
+    options: argparse.Namespace,
+) -> str:
     names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
-    head = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
-    return json.dumps({**head, **{answer.split: json.loads(answer.to_json()) for answer in answers}}, indent=2)
+    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
+    if options.offset is not None:
+        head["centre_offset_mm"] = list(offset_mm(options))
+    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    if options.certificate:
+        for answer in answers:
+            body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+    return json.dumps({**head, **body}, indent=2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .bounds import ConstraintBounds
-from .certificate import Certificate
+from .certificate import Certificate, Components
 from .equilibrium import EquilibriumModel
 from .program import LeastForce, least_force
 from .query import reaction
@@ -12,6 +12,7 @@ from .table import reaction_table
 
 __all__ = [
     "Certificate",
+    "Components",
     "ConstraintBounds",
     "EquilibriumModel",
     "LeastForce",

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import CentreOffset, Load, Motion
+from ..design import CentreOffset, CentrePath, Load, Motion
 from ..errors import InvalidInput, UnknownName
 from ..wrist.forces import STATUS, require_standalone
 from ..wrist.stacks import as_query
 from .answer import Answer
 from .bounds import ConstraintBounds, SideForceBounds
+from .determination import certified
 from .elastic import as_offset, shoulder_stiffness
 from .equilibrium import EquilibriumModel
 from .misaligned import misaligned_reaction
@@ -31,7 +32,7 @@ def reaction(
     load: Load | None = None,
     split: str = "spherical",
     constraint_bounds: ConstraintBounds = None,
-    centre_offset: CentreOffset | ArrayLike | None = None,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
 ) -> Reaction:
     """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`."""
     if split not in get_args(Split):
@@ -47,8 +48,11 @@ def reaction(
     bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count)
     if split == "elastic":
         shoulder_stiffness(mechanism)  # raises now, not in the middle of a stack
+    if isinstance(centre_offset, CentrePath):
+        centre_offset = centre_offset.offset(orientation)
     if centre_offset is not None:
-        return misaligned_reaction(mechanism, query, as_offset(centre_offset, query.shape), split, bounds)
+        offset = as_offset(centre_offset, query.shape)
+        return certified(misaligned_reaction(mechanism, query, offset, split, bounds), mechanism, query, offset, bounds)
     answer = Answer(mechanism, query)
     if split == "elastic":
         answer.prepare_elastic(query)
@@ -59,4 +63,4 @@ def reaction(
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
         answer.fill(row, state, split, bounds)
-    return answer.finished(query, split)
+    return certified(answer.finished(query, split), mechanism, query, None, bounds)

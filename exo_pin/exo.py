@@ -27,7 +27,7 @@ from .design import (
     write_mechanism,
 )
 from .errors import InvalidInput, UnknownName
-from .reaction import ConstraintBounds, EquilibriumModel, Reaction, reaction
+from .reaction import ActuatorBounds, ConstraintBounds, EquilibriumModel, GlenoidCone, Reaction, Weights, reaction
 from .validation import FloatArray
 
 __all__ = ["ShoulderExo", "load"]
@@ -212,6 +212,11 @@ class ShoulderExo:
         load: Load | None = None,
         split: str = "spherical",
         constraint_bounds: ConstraintBounds = None,
+        *,
+        actuator_bounds: ActuatorBounds = None,
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
+        progress: bool = False,
     ) -> Reaction:
         """Forces on shoulder, limbs, arm and torso.
 
@@ -237,6 +242,16 @@ class ShoulderExo:
             tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator" or (lower, upper), optional
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n).
+        actuator_bounds : None, "pull", (lower, upper), or actuators, optional
+            Limits of f_i: none; f_i >= 0; N, broadcasting to (..., n); or one object with ``force_limits(length)``
+            for all limbs or a sequence of one a limb (see :class:`exo_pin.reaction.ForceLimited`). A pose that
+            cannot be held within them has status "infeasible", and ``infeasibility`` says why.
+        cone : GlenoidCone, optional
+            Keep F_s in the socket, as a constraint or at a price. Give the person's own muscles with it.
+        weights : Weights, optional
+            For "minimal": other weights of shear, compression and tension than 1, 1 and 0.
+        progress : bool
+            Whether to show a progress bar.
 
         Returns
         -------
@@ -249,7 +264,18 @@ class ShoulderExo:
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
-        return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds)
+        return reaction(
+            self._equilibrium,
+            orientation,
+            motion,
+            load,
+            split,
+            constraint_bounds,
+            actuator_bounds=actuator_bounds,
+            cone=cone,
+            weights=weights,
+            progress=progress,
+        )
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

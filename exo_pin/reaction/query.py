@@ -9,17 +9,26 @@ from scipy.spatial.transform import Rotation
 
 from ..design import Arm, Load, Mechanism, Motion
 from ..errors import InvalidInput, SolverFailed, UnknownName
+from ..progress import track
 from ..validation import FloatArray
 from ..wrist.forces import STATUS, classify
+from ..wrist.inverse import inverse_kinematics
 from ..wrist.kernels import arm_load
 from ..wrist.stacks import Query, as_query
 from .bounds import ConstraintBounds, SideForceBounds
 from .certificate import Certificate, is_determined
+from .choice import Pose, Socket, Weights, choose
+from .cone import GlenoidCone
 from .equilibrium import Equilibrium, EquilibriumModel
-from .program import least_force
-from .result import Reaction
+from .infeasible import Infeasibility, Shortfall, shortfall
+from .limits import ActuatorBounds, ForceLimits
+from .program import duality_gap, least_force
+from .result import Optimum, Reaction
 
-__all__ = ["Split", "reaction"]
+__all__ = ["QUERY_STATUS", "Split", "reaction"]
+
+#: The closed form's status codes and what only a query with limits can find.
+QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke")
 
 Split = Literal["spherical", "minimal", "standalone"]
 _CHOSEN_BY = {
@@ -30,10 +39,28 @@ _CHOSEN_BY = {
 
 
 class _Chosen(NamedTuple):
-    """f and g of one pose."""
+    """f and g of one pose, and how good they are as an optimum."""
 
     f: FloatArray
     g: FloatArray
+    kkt: float = 0.0
+    gap: float = 0.0
+    unique: bool = True
+
+
+class _Wanted(NamedTuple):
+    """What a query asks of every pose."""
+
+    split: str
+    side_bounds: SideForceBounds
+    limits: ForceLimits
+    cone: GlenoidCone | None
+    weights: Weights | None
+
+    @property
+    def needs_program(self) -> bool:
+        """Whether f and g have to be chosen together, whatever the number of limbs."""
+        return self.cone is not None or self.weights is not None
 
 
 def reaction(
@@ -43,12 +70,14 @@ def reaction(
     load: Load | None = None,
     split: str = "spherical",
     constraint_bounds: ConstraintBounds = None,
+    *,
+    actuator_bounds: ActuatorBounds = None,
+    cone: GlenoidCone | None = None,
+    weights: Weights | None = None,
+    progress: bool = False,
 ) -> Reaction:
     """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`."""
-    if split not in get_args(Split):
-        raise UnknownName("split", split, get_args(Split))
-    if constraint_bounds is not None and split != "minimal":
-        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
+    _check_options(split, constraint_bounds, cone, weights)
     mechanism = model.mechanism
     if split == "standalone" and mechanism.is_upu.sum() < 3:
         raise InvalidInput(
@@ -57,17 +86,40 @@ def reaction(
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
-    bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count)
+    lengths = inverse_kinematics(mechanism.geometry, orientation).lengths.reshape(-1, mechanism.limb_count)
+    limits = ForceLimits(actuator_bounds, query.shape, lengths)
+    bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, limits.one_signed)
+    wanted = _Wanted(split, bounds, limits, cone, weights)
     answer = _Answer(mechanism, query)
+    answer.status[(answer.status < STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
     quaternions = orientation.as_quat().reshape(-1, 4)
-    for row in np.flatnonzero(answer.status < STATUS.index("singular")).tolist():
+    rows = np.flatnonzero(answer.status < STATUS.index("singular")).tolist()
+    for row in track(rows, "reaction", progress):
         R = query.matrices[row]
         q = model.configuration(R, quaternions[row])
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
-        answer.fill(row, state, split, bounds)
+        answer.fill(row, state, wanted)
     trivial = split == "minimal" and bounds.is_free and bool(mechanism.is_upu.sum() >= 3)
-    return answer.finished(query, split, trivial)
+    trivial = trivial and cone is None and weights is None
+    return answer.finished(query, wanted, trivial)
+
+
+def _check_options(
+    split: str, constraint_bounds: ConstraintBounds, cone: GlenoidCone | None, weights: Weights | None
+) -> None:
+    """Refuse options that do not belong together."""
+    if split not in get_args(Split):
+        raise UnknownName("split", split, get_args(Split))
+    if constraint_bounds is not None and split != "minimal":
+        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
+    if weights is not None and split != "minimal":
+        raise InvalidInput(f'weights belong to split="minimal", got split={split!r}')
+    if cone is not None and split == "standalone":
+        raise InvalidInput('a glenoid cone bounds F_s, which split="standalone" sets to zero')
+    for name, value, kind in (("cone", cone, GlenoidCone), ("weights", weights, Weights)):
+        if value is not None and not isinstance(value, kind):
+            raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
 
 
 class _Answer:
@@ -85,47 +137,80 @@ class _Answer:
         self.redundant = np.full(count, -1)
         self.f_unique, self.g_unique = np.zeros((count, n), dtype=bool), np.zeros((count, n), dtype=bool)
         self.shoulder_unique, self.torso_unique = np.zeros((count, 3), dtype=bool), np.zeros(count, dtype=bool)
+        self.kkt, self.gap, self.unique = np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, dtype=bool)
+        self.shortfalls: dict[int, Shortfall] = {}
 
-    def fill(self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds) -> None:
+    def fill(self, row: int, state: Equilibrium, wanted: _Wanted) -> None:
         """Solve one pose."""
         f0, stress = _tensions(state)
-        chosen_spherical = _Chosen(f0, np.zeros_like(f0))
         try:
-            chosen = self._choose(row, state, split, bounds, f0, stress)
+            missing = self._missing(row, state, wanted, f0)
+            if missing is not None:
+                self.shortfalls[row] = missing
+                self.status[row] = QUERY_STATUS.index("infeasible")
+                return
+            if wanted.needs_program or (stress.size and not wanted.limits.is_free):
+                chosen = _Chosen(*choose(self._pose(row, state, wanted, f0)))
+            else:
+                chosen = self._choose(row, state, wanted, f0, stress)
         except SolverFailed:
-            self.status[row] = STATUS.index("not_solved")
+            self.status[row] = QUERY_STATUS.index("not_solved")
             return
-        self.f[row], self.g[row] = chosen
+        self.f[row], self.g[row], self.kkt[row], self.gap[row], self.unique[row] = chosen
         self.shoulder[row], closure = _apply(state, chosen)
-        self.spherical[row] = _apply(state, chosen_spherical)[0]
+        self.spherical[row] = _apply(state, _Chosen(f0, np.zeros_like(f0)))[0]
         self.on_arm[row] = closure - state.limb_share
         self.on_torso[row] = -closure
         self._certify(row, state, stress)
 
-    def _choose(
-        self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds, f0: FloatArray, stress: FloatArray
-    ) -> _Chosen:
+    def _missing(self, row: int, state: Equilibrium, wanted: _Wanted, f0: FloatArray) -> Shortfall | None:
+        """What a pose lacks to be held; without any limit it lacks nothing."""
+        if wanted.limits.is_free and (wanted.cone is None or wanted.cone.penalty is not None):
+            return None
+        return shortfall(self._pose(row, state, wanted, f0))
+
+    def _pose(self, row: int, state: Equilibrium, wanted: _Wanted, f0: FloatArray) -> Pose:
+        """The program of one pose."""
+        side, cone, weights = self.mechanism.side, wanted.cone, wanted.weights
+        alone = wanted.split == "standalone"
+        g_low, g_high = (bound[self.upu] for bound in wanted.side_bounds.at(row, f0))
+        if wanted.split == "spherical":
+            g_low = g_high = np.zeros(self.upu.size)
+        goal = None
+        if wanted.split == "minimal":
+            goal = np.eye(3) if weights is None else weights.root(side)
+        return Pose(
+            state,
+            self.radius,
+            wanted.limits.lower[row],
+            wanted.limits.upper[row],
+            g_low,
+            g_high,
+            self.upu,
+            wanted.side_bounds.by_tension,
+            None if cone is None else Socket(*cone.half_spaces(side), cone.penalty),
+            goal,
+            0.0 if weights is None else weights.tension,
+            alone,
+        )
+
+    def _choose(self, row: int, state: Equilibrium, wanted: _Wanted, f0: FloatArray, stress: FloatArray) -> _Chosen:
         """f and g of the wanted split. What is open are tensions that balance themselves, and side forces."""
         g = np.zeros_like(f0)
-        if split == "spherical":
+        if wanted.split == "spherical":
             return _Chosen(f0, g)
         own, side = stress.shape[1], state.shoulder_of_g[:, self.upu]
         effect = np.hstack([state.shoulder_of_f @ stress, side])
         constant = state.shoulder + state.shoulder_of_f @ f0
         free = np.full(own, np.inf)
-        if split == "standalone":
-            unbounded = np.full(effect.shape[1], np.inf)
-            open_forces = least_force(constant, effect, -unbounded, unbounded).variables
-        else:
-            lower, upper = bounds.at(row, f0)
-            open_forces = least_force(
-                constant,
-                effect,
-                np.concatenate([-free, lower[self.upu]]),
-                np.concatenate([free, upper[self.upu]]),
-            ).variables
-        g[self.upu] = open_forces[own:]
-        return _Chosen(f0 + stress @ open_forces[:own], g)
+        lower, upper = np.full(len(f0), -np.inf), np.full(len(f0), np.inf)
+        if wanted.split == "minimal":
+            lower, upper = wanted.side_bounds.at(row, f0)
+        low, high = np.concatenate([-free, lower[self.upu]]), np.concatenate([free, upper[self.upu]])
+        best = least_force(constant, effect, low, high)
+        g[self.upu] = best.variables[own:]
+        gap = duality_gap(constant, effect, low, high, best.variables)
+        return _Chosen(f0 + stress @ best.variables[:own], g, best.residual, gap, best.unique)
 
     def _certify(self, row: int, state: Equilibrium, stress: FloatArray) -> None:
         """Which reactions change with a self-stress, Wojtyra's criterion."""
@@ -145,7 +230,7 @@ class _Answer:
         limbs[3:] /= self.radius
         self.torso_unique[row] = bool(is_determined(limbs).all())
 
-    def finished(self, query: Query, split: str, trivial: bool) -> Reaction:
+    def finished(self, query: Query, wanted: _Wanted, trivial: bool) -> Reaction:
         """Shape everything to the caller's stack."""
         shape = query.shape
 
@@ -175,7 +260,7 @@ class _Answer:
             stacked(self.g_unique),
             stacked(self.shoulder_unique),
             stacked(self.torso_unique),
-            _CHOSEN_BY[split],
+            _CHOSEN_BY[wanted.split] + ("" if wanted.limits.is_free else ", within the limits of the limbs"),
         )
         arm = self.mechanism.arm
         weight = None
@@ -190,14 +275,18 @@ class _Answer:
             harness_wrenches=stacked(self.on_torso),
             spherical_force=stacked(self.spherical),
             ratio=stacked(ratio),
-            split=split,
-            status=np.array(STATUS)[self.status].reshape(shape),
+            split=wanted.split,
+            status=np.array(QUERY_STATUS)[self.status].reshape(shape),
             margin=stacked(self.margin),
             determinant=stacked(self.determinant),
             residual=stacked(residual),
             certificate=certificate,
             body_weight=weight,
             trivial=trivial,
+            optimum=Optimum(stacked(self.kkt), stacked(self.gap), stacked(self.unique)),
+            infeasibility=(
+                Infeasibility.from_rows(shape, self.mechanism.limb_count, self.shortfalls) if self.shortfalls else None
+            ),
         )
 
 

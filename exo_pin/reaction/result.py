@@ -11,9 +11,32 @@ from numpy.typing import NDArray
 
 from ..validation import FloatArray
 from .certificate import Certificate
+from .infeasible import Infeasibility
 from .table import reaction_table
 
-__all__ = ["Reaction"]
+__all__ = ["Optimum", "Reaction"]
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """How good the chosen forces are as an optimum, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    kkt : ndarray
+        Shape (...): largest violation of the optimality conditions, relative to the largest force of the problem;
+        0 where there was nothing to choose, NaN without an answer.
+    gap : ndarray
+        Shape (...), N: by how much what was made small (|F_s| for "minimal" without weights) can at most exceed
+        its least value: the duality gap.
+    unique : ndarray of bool
+        Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
+        convex in it. True is sure, False may be cautious where limits coincide.
+    """
+
+    kkt: FloatArray
+    gap: FloatArray
+    unique: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +72,8 @@ class Reaction:
         How what equilibrium leaves open was shared out.
     status : ndarray of str
         Shape (...): "ok", "near_singular" (an answer, with limb forces far above the load), "singular",
-        "folded" or "not_solved" (no answer).
+        "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``) or
+        "out_of_stroke" (an actuator cannot take the length of its limb); the last five have no answer.
     margin : ndarray
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
     determinant : ndarray
@@ -65,6 +89,10 @@ class Reaction:
     trivial : bool
         Whether the least shoulder force is zero by construction: no bound on the side forces of three or more
         UPU limbs, so that the limbs alone can always carry the arm. It then says nothing about the device.
+    optimum : Optimum or None
+        Optimality conditions, duality gap and uniqueness of what was chosen.
+    infeasibility : Infeasibility or None
+        Evidence for the poses that cannot be held; None if there are none.
     """
 
     shoulder_force: FloatArray
@@ -83,6 +111,8 @@ class Reaction:
     certificate: Certificate
     body_weight: float | None = None
     trivial: bool = False
+    optimum: Optimum | None = None
+    infeasibility: Infeasibility | None = None
 
     @property
     def magnitude(self) -> FloatArray:
@@ -140,8 +170,15 @@ class Reaction:
                 "residual",
             )
         }
+        evidence: dict[str, Any] = {}
+        if self.optimum is not None:
+            evidence = {"kkt": self.optimum.kkt, "gap": self.optimum.gap, "unique": self.optimum.unique}
+        if self.infeasibility is not None:
+            for name in ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force"):
+                evidence[name] = getattr(self.infeasibility, name)
         return {
             **fields,
+            **evidence,
             "magnitude": self.magnitude,
             "percent_body_weight": self.percent_body_weight,
             "undetermined": self.certificate.undetermined,

@@ -78,6 +78,7 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         ["poses", *(str(r.status.size) for r in reactions)],
         ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
         ["  marked near_singular", *(str(int((r.status == "near_singular").sum())) for r in reactions)],
+        ["  cannot be held", *(str(int((r.status == "infeasible").sum())) for r in reactions)],
         ["peak |F_s|, N", *(peak(r.magnitude) for r in reactions)],
         ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
         ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],
@@ -96,6 +97,8 @@ def _notes(reactions: Sequence[Reaction]) -> list[str]:
                 " The zero is trivial: side forces are passive reactions of the structure, and without a bound on "
                 "them the limbs alone can carry the arm."
             )
+        if reaction.status.ndim == 0 and reaction.infeasibility is not None:
+            line = f"{reaction.split}: {reaction.infeasibility.explain()}"
         if line not in said:
             notes.append(textwrap.fill(line, 100, subsequent_indent="  "))
             said.add(line)

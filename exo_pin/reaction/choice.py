@@ -161,7 +161,11 @@ class Choice(NamedTuple):
 
 def force_scale(pose: Pose) -> float:
     """The size of forces in a pose, N: load, tensions that balance it, and limits that are away from zero."""
-    f = np.linalg.lstsq(pose.moment_effect, pose.state.moment / pose.radius, rcond=None)[0]
+    effect, target = pose.moment_effect, pose.state.moment / pose.radius
+    if pose.alone:
+        effect = np.vstack([effect, -pose.shoulder_effect])
+        target = np.concatenate([target, pose.state.shoulder])
+    f = np.linalg.lstsq(effect, target, rcond=None)[0]
     # Distance of an interval from zero: far ends of wide limits say nothing about the forces in play.
     nearest = np.maximum(np.maximum(pose.low, -pose.high), 0.0)
     socket = 0.0 if pose.socket is None else float(pose.socket.h.max(initial=0.0))
@@ -178,7 +182,7 @@ def choose(pose: Pose) -> Choice:
         If the optimality conditions hold to no better than 1e-8.
     """
     scale = force_scale(pose)
-    program, variables = _program(pose, scale)
+    program, variables, root = _program(pose, scale)
     solution = solve(program)
     if not solution.is_optimal:
         raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
@@ -187,11 +191,15 @@ def choose(pose: Pose) -> Choice:
     z = np.clip(solution.z[:variables] * scale, pose.low, pose.high)
     g = np.zeros(n)
     g[pose.upu] = z[n:]
-    return Choice(z[:n], g, solution.kkt, _force_gap(solution) * scale, solution.unique)
+    return Choice(z[:n], g, solution.kkt, _force_gap(solution) * scale / root, solution.unique)
 
 
-def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int]:
-    """The program in units of ``scale``, and how many of its variables are forces f and g (the rest are slack)."""
+def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
+    """The program in units of ``scale``.
+
+    Also how many of its variables are forces f and g (the rest are slack), and the factor on the square root of the
+    cost that brings its largest weight to 1.
+    """
     state, S, n = pose.state, pose.shoulder_effect, len(pose.f_low)
     count = S.shape[1]
     constant = state.shoulder / scale
@@ -212,14 +220,15 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int]:
         N, h = pose.socket.N, pose.socket.h / scale
         C, c = np.vstack([C, N @ S]), np.concatenate([c, h - N @ constant])
         if pose.socket.penalty is not None:
-            root = np.sqrt(pose.socket.penalty)
-            E = np.block([[E, np.zeros((len(E), slack))], [np.zeros((slack, count)), root * np.eye(slack)]])
+            price = np.sqrt(pose.socket.penalty)
+            E = np.block([[E, np.zeros((len(E), slack))], [np.zeros((slack, count)), price * np.eye(slack)]])
             d = np.concatenate([d, np.zeros(slack)])
             A = np.hstack([A, np.zeros((len(A), slack))])
             C = np.hstack([C, np.vstack([np.zeros((len(C) - len(N), slack)), -N])])
             low = np.concatenate([low, np.full(slack, -np.inf)])
             high = np.concatenate([high, np.full(slack, np.inf)])
-    return LeastSquares(E, d, A, b, low, high, C, c), count
+    root = 1.0 / float(np.linalg.norm(E, axis=0).max())
+    return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root
 
 
 def _force_gap(solution: Solution) -> float:

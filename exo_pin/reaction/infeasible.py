@@ -17,8 +17,8 @@ from .quadratic import LeastSquares, Solution, solve
 
 __all__ = ["Infeasibility", "Shortfall", "shortfall"]
 
-#: What is missing, relative to the forces in play, below which a pose counts as held.
-HELD = 1e-9
+#: What is missing, relative to the forces in play, below which a pose counts as held: rounding, not slack.
+HELD = 1e-12
 #: A multiplier, relative to what is missing, above which its limit blocks.
 _BLOCKS = 1e-7
 
@@ -203,7 +203,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
         return None
     y = missing / size
     required, available, valid = _separation(program, solution, y, target, size / scale)
-    blocking = _blocking(solution, size / scale, n)
+    blocking = _blocking(program, solution, size / scale, n)
     if bound:
         relief = np.array([_relief(program, target, i, blocking[i]) * scale for i in range(n)])
     else:
@@ -276,9 +276,10 @@ def _separation(
     return required, available, np.inf if leak == 0.0 else max(0.0, required - available) / leak
 
 
-def _blocking(solution: Solution, size: float, n: int) -> NDArray[np.int8]:
+def _blocking(program: LeastSquares, solution: Solution, size: float, n: int) -> NDArray[np.int8]:
     held = solution.bound[:n]
-    return np.where(np.abs(held) > _BLOCKS * size, np.sign(held), 0).astype(np.int8)
+    limit = np.where(held < 0, program.low[:n], program.high[:n])
+    return np.where((np.abs(held) > _BLOCKS * size) & np.isfinite(limit), np.sign(held), 0).astype(np.int8)
 
 
 def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int) -> float:
@@ -327,11 +328,11 @@ def _extra_muscle(
     size, enough = float(np.linalg.norm(moment)), float(np.linalg.norm(moment)) / pose.radius
     if pose.alone:
         # F_s may not move at all: the missing wrench itself must be a pure force.
-        if np.linalg.norm(force) == 0.0 or abs(force @ moment) > HELD * np.linalg.norm(force) * size:
+        if np.linalg.norm(force) == 0.0 or abs(force @ moment) > 1e-9 * np.linalg.norm(force) * size:
             return none
         return force, np.cross(force, moment) / (force @ force)
     hard = pose.socket is not None and pose.socket.is_hard
-    if size <= HELD * np.linalg.norm(force):
+    if enough <= 1e-9 * np.linalg.norm(force):
         return force, np.zeros(3)
     axis = moment / size
     along = shoulder - (shoulder @ axis) * axis

@@ -9,7 +9,7 @@ costs one or two small linear solves and leaves the optimality conditions at rou
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -79,7 +79,7 @@ class Solution(NamedTuple):
     residual : ndarray
         E z - d, shape (p,); unique, unlike z.
     equality : ndarray
-        Multipliers of A z = b, shape (q,).
+        Multipliers of A z = b, of orthonormal rows that span those of A, shape (at most q,).
     inequality : ndarray
         Multipliers of C z <= c, shape (k,), zero or positive to within ``kkt``.
     bound : ndarray
@@ -113,6 +113,7 @@ def solve(program: LeastSquares, shortest: bool = True) -> Solution:
 
     An infeasible program gives a solution whose ``is_optimal`` is False; that is no proof of infeasibility.
     """
+    program = _orthonormal(program)
     first = _solve(program)
     if first.unique or not shortest or not first.is_optimal:
         return first
@@ -128,8 +129,21 @@ def solve(program: LeastSquares, shortest: bool = True) -> Solution:
         program.C,
         program.c,
     )
-    second = _judged(program, _solve(again).z, first.equality, first.inequality)
+    second = _judged(program, _solve(_orthonormal(again)).z, first.equality, first.inequality)
     return second._replace(unique=False) if second.kkt <= max(10.0 * first.kkt, 1e-10) else first
+
+
+def _orthonormal(program: LeastSquares) -> LeastSquares:
+    """The same program with orthonormal equality rows.
+
+    Near a singular pose the rows of A are almost dependent, and their multipliers would be so large that rounding alone
+    spoils the optimality conditions.
+    """
+    if not len(program.b):
+        return program
+    U, values, Vt = np.linalg.svd(program.A, full_matrices=False)
+    kept = values > RANK_TOLERANCE * values[0]
+    return replace(program, A=Vt[kept], b=(U[:, kept].T @ program.b) / values[kept])
 
 
 def _solve(program: LeastSquares) -> Solution:
@@ -183,10 +197,15 @@ def _walk(
         if row_hit >= 0:
             rows[row_hit] = True
             continue
+        z = z + _step(program, z, side == 0, rows)  # once more, for the rounding of an ill-conditioned step
         equality, inequality = _multipliers(program, z, side == 0, rows, equality, inequality)
         answer = _judged(program, z, equality, inequality)
         if best is None or (answer.kkt, answer.gap) < (best.kkt, best.gap):
             best = answer
+        helpful = _blocks_equalities(program, z, side, fixed)
+        if helpful >= 0:
+            side[helpful] = 0
+            continue
         # Let go of the constraint that pulls the wrong way most.
         wrong_bound = np.where(fixed | (side == 0), 0.0, -side * answer.bound)
         wrong_row = np.where(rows, -inequality, 0.0)
@@ -198,6 +217,20 @@ def _walk(
         else:
             rows[int(wrong_row.argmax())] = False
     return best if best is not None else _judged(program, z, equality, inequality)
+
+
+def _blocks_equalities(program: LeastSquares, z: FloatArray, side: NDArray[np.int64], fixed: NDArray[np.bool_]) -> int:
+    """A variable that must leave its bound for the equalities to hold; -1 if they do, or if none would help.
+
+    ProxQP may stop short on an ill-conditioned program, with bounds held that leave no solution of the equalities.
+    """
+    miss = program.b - program.A @ z
+    size = float(np.abs(miss).max(initial=0.0))
+    if size <= _ROUNDING * max(1.0, float(np.abs(z).max(initial=0.0))):
+        return -1
+    gain = np.where(fixed | (side == 0), 0.0, -side * (program.A.T @ (miss / size)))
+    best = int(gain.argmax())
+    return best if gain[best] > 1e-10 else -1
 
 
 def _step(program: LeastSquares, z: FloatArray, free: NDArray[np.bool_], rows: NDArray[np.bool_]) -> FloatArray:
@@ -253,8 +286,9 @@ def _multipliers(
     held = np.vstack([program.A, program.C[rows]])
     gradient = program.E.T @ (program.E @ z - program.d)
     if len(start) and free.any():
-        miss = gradient[free] + held[:, free].T @ start
-        start = start - np.linalg.lstsq(held[:, free].T, miss, rcond=RANK_TOLERANCE)[0]
+        for _ in range(2):  # the second time for the rounding of the first
+            miss = gradient[free] + held[:, free].T @ start
+            start = start - np.linalg.lstsq(held[:, free].T, miss, rcond=RANK_TOLERANCE)[0]
     out = np.zeros_like(inequality)
     out[rows] = start[len(equality) :]
     return start[: len(equality)], out

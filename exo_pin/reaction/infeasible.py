@@ -203,6 +203,9 @@ def shortfall(pose: Pose) -> Shortfall | None:
         return None
     y = missing / size
     required, available, valid = _separation(program, solution, y, target, size / scale)
+    if required - available < 0.5 * size / scale:
+        # The miss proves nothing, so it is the solver's and not the limbs': at the exact answer both sides are equal.
+        return None
     blocking = _blocking(program, solution, size / scale, n)
     if bound:
         relief = np.array([_relief(program, target, i, blocking[i]) * scale for i in range(n)])

@@ -37,13 +37,16 @@ from .errors import (
     UnknownName,
 )
 from .exo import ShoulderExo, load
-from .reaction import Reaction, reaction_table
+from .reaction import GlenoidCone, Infeasibility, Movement, Reaction, Weights, reaction_table, read_movement
+from .study import adl_box, sweep
 
 __all__ = [
     "Arm",
     "ClosedChain",
     "ExoPinError",
     "FileFormatError",
+    "GlenoidCone",
+    "Infeasibility",
     "InfeasibleBounds",
     "InvalidInput",
     "Limb",
@@ -53,6 +56,7 @@ __all__ = [
     "Mechanism",
     "MissingData",
     "Motion",
+    "Movement",
     "NonConvexBound",
     "Reaction",
     "Shoulder",
@@ -60,12 +64,16 @@ __all__ = [
     "SolverFailed",
     "Stroke",
     "UnknownName",
+    "Weights",
     "WristGeometry",
+    "adl_box",
     "load",
     "presets",
     "reaction_table",
+    "read_movement",
     "shoulder_angles",
     "shoulder_rotation",
+    "sweep",
     "thesis_angles",
     "thesis_rotation",
 ]

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Sequence
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
 
@@ -27,8 +27,24 @@ from .design import (
     write_mechanism,
 )
 from .errors import InvalidInput, UnknownName
-from .reaction import ActuatorBounds, ConstraintBounds, EquilibriumModel, GlenoidCone, Reaction, Weights, reaction
+from .reaction import (
+    ActuatorBounds,
+    ConstraintBounds,
+    EquilibriumModel,
+    GlenoidCone,
+    Movement,
+    MovementReaction,
+    PressurePlan,
+    Reaction,
+    Weights,
+    movement_reaction,
+    plan_pressures,
+    reaction,
+)
 from .validation import FloatArray
+
+if TYPE_CHECKING:
+    from .study import StudyTable
 
 __all__ = ["ShoulderExo", "load"]
 
@@ -276,6 +292,80 @@ class ShoulderExo:
             weights=weights,
             progress=progress,
         )
+
+    def compare(self, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:
+        """This design beside another over the same poses.
+
+        Parameters
+        ----------
+        other : ShoulderExo
+            The other design.
+        orientations : Rotation
+            Poses, any stack, such as :func:`exo_pin.adl_box`.
+        **options
+            ``load``, and those of :meth:`reaction`.
+
+        Returns
+        -------
+        StudyTable
+            One row a design; see :func:`exo_pin.study.evaluate` for the columns.
+        """
+        from .study import compare
+
+        return compare(self, other, orientations, **options)
+
+    def pressures(
+        self,
+        orientation: Rotation,
+        actuators: Any,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        **options: Any,
+    ) -> PressurePlan:
+        """Which pressures hold a pose with least shoulder force, and how stiff it is then.
+
+        A muscle's force at a length rises with its pressure, so the best forces within what the pressures can do are
+        the best pressures: the query is solved in forces and turned into pressures.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose, single or a stack of shape (...).
+        actuators : object or sequence of n objects
+            Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`.
+        motion, load : Motion, Load, optional
+            As in :meth:`reaction`. The stiffness is that of the arm at rest.
+        **options
+            More of :meth:`reaction`: ``split`` ("minimal" if left out), ``constraint_bounds``, ``cone``, ``weights``.
+
+        Returns
+        -------
+        PressurePlan
+        """
+        return plan_pressures(self._equilibrium, orientation, actuators, motion, load, **options)
+
+    def follow(
+        self, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
+    ) -> MovementReaction:
+        """Forces along a movement.
+
+        Parameters
+        ----------
+        movement : Movement
+            From :meth:`Movement.from_samples` or :func:`exo_pin.read_movement`.
+        load : Load, optional
+            On the arm, constant or of stack shape (N,).
+        static : bool
+            Whether to leave out velocity and acceleration, as for a slow movement or an arm without inertia data.
+        **options
+            More of :meth:`reaction`: ``split``, ``actuator_bounds``, ``cone``, ``progress``, ...
+
+        Returns
+        -------
+        MovementReaction
+            Histories, and their peak, rms, impulse and fraction not holdable.
+        """
+        return movement_reaction(self._equilibrium, movement, load, static, **options)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 from .. import __version__
 from ..errors import ExoPinError
-from . import designs, reactions, source
+from . import designs, reactions, source, studies
 
 __all__ = ["main"]
 
-_GROUPS = (reactions, designs, source)
+_GROUPS = (reactions, studies, designs, source)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -22,7 +22,7 @@ from .mechanism import Mechanism
 from .quantities import Table
 from .shoulder import Shoulder
 
-__all__ = ["preset", "presets", "read_mechanism", "write_mechanism", "write_text"]
+__all__ = ["preset", "presets", "read_mechanism", "write_bytes", "write_mechanism", "write_text"]
 
 _SCHEMA = 1
 
@@ -77,11 +77,16 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
 
 def write_text(path: str | PathLike[str], text: str) -> None:
     """Write a text file so that a reader finds the old one or the new one, never half of it."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: str | PathLike[str], content: bytes) -> None:
+    """Write a file so that a reader finds the old one or the new one, never half of it."""
     target = Path(path)
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
         os.chmod(name, 0o644)
         os.replace(name, target)
     except BaseException:

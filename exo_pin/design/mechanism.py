@@ -73,6 +73,11 @@ class Mechanism:
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         object.__setattr__(self, "estimated", tuple(self.estimated))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A read-only mapping cannot be pickled, which a second process needs.
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        return _rebuilt, ({**values, "sources": dict(self.sources)},)
+
     @property
     def limb_count(self) -> int:
         """Number of limbs n."""
@@ -136,6 +141,10 @@ class Mechanism:
     def on_side(self, side: str) -> Mechanism:
         """This mechanism if it is for ``side``, else its mirror image."""
         return self if as_side(side) == self.side else self.mirrored()
+
+
+def _rebuilt(values: dict[str, Any]) -> Mechanism:
+    return Mechanism(**values)
 
 
 def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:

@@ -9,6 +9,9 @@ from .cone import GlenoidCone
 from .equilibrium import EquilibriumModel
 from .infeasible import Infeasibility
 from .limits import ActuatorBounds, ForceLimited, PressureActuator
+from .movement import Movement, MovementReaction, movement_reaction
+from .movement_files import read_movement, write_movement_reaction
+from .pressures import PressurePlan, plan_pressures
 from .program import LeastForce, least_force
 from .query import reaction
 from .result import Optimum, Reaction
@@ -23,11 +26,18 @@ __all__ = [
     "GlenoidCone",
     "Infeasibility",
     "LeastForce",
+    "Movement",
+    "MovementReaction",
     "Optimum",
     "PressureActuator",
+    "PressurePlan",
     "Reaction",
     "Weights",
     "least_force",
+    "movement_reaction",
+    "plan_pressures",
     "reaction",
     "reaction_table",
+    "read_movement",
+    "write_movement_reaction",
 ]

@@ -6,6 +6,7 @@ from .forces import WristForces, dynamics, statics
 from .holding import Holding, holding
 from .inverse import LimbState, inverse_kinematics, universal_angles
 from .singularity import Singularity, singularity
+from .stiffness import rotational_stiffness
 from .velocity import limb_jacobian
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "holding",
     "inverse_kinematics",
     "limb_jacobian",
+    "rotational_stiffness",
     "singularity",
     "statics",
     "universal_angles",

@@ -229,8 +229,8 @@ def sweep(
         The design to start from.
     parameters : mapping
         Values by name. ``r_A``, ``r_B``, ``h_A``, ``h_B`` (m), ``alpha_A``, ``alpha_B``, or ``alpha`` for both (rad,
-        one array of n a value), and ``alpha_A[2]`` and so on for the angle of one limb, counted from 1; ``arm`` and ``person``
-        (:class:`exo_pin.Arm`; the second keeps what the device moves); ``payload`` (kg, a point mass at
+        one array of n a value), and ``alpha_A[2]`` and so on for the angle of one limb, counted from 1; ``arm`` and
+        ``person`` (:class:`exo_pin.Arm`; the second keeps what the device moves); ``payload`` (kg, a point mass at
         ``payload_at``); ``limbs`` (one sequence of limbs a value) and ``limb_kind``; ``gravity`` (m/s², one vector a
         value), ``lean_forward`` and ``lean_left`` (rad, of the trunk).
     orientations : Rotation

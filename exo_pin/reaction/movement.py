@@ -63,7 +63,8 @@ class Movement:
         orientations : Rotation
             Stack of shape (N,).
         smoothing : float
-            Root of mean square, rad, by which the orientations may be moved to make the movement smooth.
+            Root of mean square, rad, by which the orientations may be moved to make the movement smooth: a little
+            more than the noise of the measurement.
 
         Returns
         -------

@@ -332,11 +332,14 @@ def _labelled(name: str, value: Any) -> dict[str, Any]:
         return {name: value.mass}
     if isinstance(value, str):
         return {name: value}
-    if name == "limbs":
-        return {name: "+".join(getattr(limb, "kind", "?") for limb in value)}
-    array = np.asarray(value)
+    if name == "limbs" and isinstance(value, Sequence):
+        return {name: "+".join(str(getattr(limb, "kind", "?")) for limb in value)}
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        return {name: f"{value!r:.80}"}
     if array.ndim == 0:
-        return {name: value}
+        return {name: float(array)}
     return {f"{name}_{k + 1}": part for k, part in enumerate(array.ravel().tolist())}
 
 

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import InvalidInput, UnknownName
-from ..validation import as_finite, as_inertia, as_positive
+from ..errors import InvalidInput
+from ..validation import as_choice, as_finite, as_inertia, as_positive
 
 __all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]
 
@@ -110,8 +110,7 @@ class Limb:
     joint_limit: float | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in ("UPU", "SPS"):
-            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
+        as_choice("limb kind", self.kind, ("UPU", "SPS"))
         for name, kind in (("base_body", LimbBody), ("platform_body", LimbBody), ("stroke", Stroke)):
             value = getattr(self, name)
             if value is not None and not isinstance(value, kind):

@@ -148,8 +148,10 @@ def _rebuilt(values: dict[str, Any]) -> Mechanism:
 
 
 def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
-    if limbs is None or len(limbs) == 0:
+    if limbs is None or (isinstance(limbs, Sequence) and len(limbs) == 0):
         return (Limb(),) * count
+    if not isinstance(limbs, Sequence):
+        raise InvalidInput(f"expected limbs to be a sequence of Limb records, got {type(limbs).__name__}")
     for limb in limbs:
         if not isinstance(limb, Limb):
             raise InvalidInput(f"expected limbs to be Limb records, got {type(limb).__name__}")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
-from ..validation import FloatArray
+from ..validation import LARGEST, FloatArray
 
 __all__ = ["ConstraintBounds", "SideForceBounds"]
 
@@ -105,4 +105,6 @@ def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
         raise InvalidInput("expected constraint_bounds without NaN")
     if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():
         raise InvalidInput("expected a lower bound below +inf and an upper bound above -inf")
+    if any((np.isfinite(side) & (np.abs(side) > LARGEST)).any() for side in sides):
+        raise InvalidInput(f"expected constraint_bounds in N, infinite or at most {LARGEST:g} in size")
     return sides

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..conventions import MIRROR, as_side
-from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite, as_positive
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_choice, as_finite, as_positive
 
 __all__ = ["GlenoidCone"]
 
@@ -83,8 +83,7 @@ class GlenoidCone:
             raise InvalidInput(f"expected faces to be an integer, got {self.faces!r:.80}")
         if not _FEWEST_FACES <= self.faces <= _MOST_FACES:
             raise InvalidInput(f"expected {_FEWEST_FACES} to {_MOST_FACES} faces, got {self.faces}")
-        if self.approximation not in ("inner", "outer"):
-            raise UnknownName("approximation", self.approximation, ("inner", "outer"))
+        as_choice("approximation", self.approximation, ("inner", "outer"))
         object.__setattr__(
             self, "muscle_compression", as_positive("muscle_compression", self.muscle_compression, zero=True)
         )

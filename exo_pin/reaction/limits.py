@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ExoPinError, InvalidInput, MissingData, UnknownName
-from ..validation import FloatArray
+from ..validation import LARGEST, FloatArray
 from ..wrist.holding import force_bounds
 
 __all__ = ["ActuatorBounds", "ForceLimited", "ForceLimits", "PressureActuator", "each_limb"]
@@ -90,7 +90,7 @@ class ForceLimits:
             self.lower, self.upper = np.empty((count, n)), np.empty((count, n))
             for i, actuator in enumerate(each_limb(bounds, n, ForceLimited, "force_limits(length)")):
                 self.lower[:, i], self.upper[:, i] = _limits(actuator, i, lengths[:, i])
-            self.reachable = np.asarray(~np.isnan(self.lower + self.upper).any(axis=1))
+            self.reachable = np.asarray(~np.isnan(self.lower).any(axis=1))
             self.lower[~self.reachable], self.upper[~self.reachable] = np.nan, np.nan
         else:
             try:
@@ -135,7 +135,9 @@ def each_limb(given: Any, limb_count: int, protocol: type, needs: str) -> list[A
 def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Limits of one limb over all poses; NaN where its actuator cannot take the length."""
     lower, upper = in_reach(lambda length: actuator.force_limits(length), 2, lengths)
-    known = ~np.isnan(lower + upper)
+    known = ~(np.isnan(lower) | np.isnan(upper))
+    if (np.isfinite([lower, upper]) & (np.abs([lower, upper]) > LARGEST)).any():
+        raise InvalidInput(f"expected force_limits of actuator {limb} in N, got more than {LARGEST:g}")
     if (np.isposinf(lower) | np.isneginf(upper)).any():
         raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can keep")
     if (lower[known] > upper[known]).any():
@@ -158,30 +160,49 @@ def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
     Returns
     -------
     ndarray
-        Shape (outputs, N); NaN where the actuator refused.
+        Shape (outputs, N); NaN where the actuator refused, by raising a child of ExoPinError.
+
+    Raises
+    ------
+    MissingData
+        If the actuator lacks what it needs.
+    InvalidInput
+        If what it gives is not what was asked for.
     """
     count = len(arguments[0])
+    whole = _asked(call, outputs, arguments)
+    if whole is not None:
+        return whole
+    out = np.full((outputs, count), np.nan)
+    for row in range(count):
+        single = _asked(call, outputs, tuple(values[row : row + 1] for values in arguments))
+        if single is not None:
+            out[:, row] = single[:, 0]
+    return out
 
-    def asked(*values: FloatArray) -> FloatArray:
-        raw = call(*values)
-        parts = (raw,) if outputs == 1 else tuple(raw)
-        if len(parts) != outputs:
-            raise InvalidInput(f"expected {outputs} arrays from an actuator, got {len(parts)}")
-        filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in parts]
-        return np.stack([np.broadcast_to(part, values[0].shape) for part in filled])
 
+def _asked(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
+    """Answer of an actuator, shape (outputs, N); None if it refuses.
+
+    Raises
+    ------
+    MissingData
+        If it lacks what it needs.
+    InvalidInput
+        If what it gives is not what was asked for.
+    """
     try:
-        return asked(*arguments)
+        raw = call(*arguments)
     except MissingData:
         raise
     except ExoPinError:
-        pass
-    out = np.full((outputs, count), np.nan)
-    for row in range(count):
-        try:
-            out[:, row] = asked(*(values[row : row + 1] for values in arguments))[:, 0]
-        except MissingData:
-            raise
-        except ExoPinError:
-            continue
-    return out
+        return None
+    try:
+        parts = (raw,) if outputs == 1 else tuple(raw)
+        filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in parts]
+        spread = [np.broadcast_to(part, arguments[0].shape) for part in filled]
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"expected numbers of shape {arguments[0].shape} from an actuator: {error}") from error
+    if len(spread) != outputs:
+        raise InvalidInput(f"expected {outputs} arrays from an actuator, got {len(spread)}")
+    return np.stack(spread)

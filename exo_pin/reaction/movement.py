@@ -22,6 +22,8 @@ __all__ = ["Movement", "MovementReaction", "movement_reaction"]
 
 #: Fewest samples from which a second derivative can be told.
 _FEWEST = 4
+#: Samples nearer in time than this, s, are one sample.
+_SHORTEST_STEP = 1e-9
 #: Two samples farther apart than this, rad, do not say which way the arm turned between them.
 _FARTHEST_STEP = np.radians(120.0)
 
@@ -84,8 +86,8 @@ class Movement:
             raise InvalidInput(f"expected one orientation a time, got shapes {poses.shape} and {t.shape}")
         if len(t) < _FEWEST:
             raise InvalidInput(f"expected at least {_FEWEST} samples of a movement, got {len(t)}")
-        if not (np.diff(t) > 0.0).all():
-            raise InvalidInput("expected times that rise from sample to sample")
+        if not (np.diff(t) > _SHORTEST_STEP).all():
+            raise InvalidInput("expected times in s that rise from sample to sample, by a nanosecond or more")
         smoothing = as_positive("smoothing", smoothing, zero=True)
         steps = (poses[1:] * poses[:-1].inv()).magnitude()
         if steps.max() > _FARTHEST_STEP:

@@ -259,7 +259,7 @@ def _ratio_test(
     program: LeastSquares, z: FloatArray, step: FloatArray, side: NDArray[np.int64], rows: NDArray[np.bool_]
 ) -> tuple[float, int, int]:
     """How much of a step stays inside, and the bound or the row that stops it (-1 for none)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         room = np.where(step < 0, (program.low - z) / step, (program.high - z) / step)
         room[(side != 0) | (np.abs(step) <= _ROUNDING)] = np.inf
         climb = program.C @ step

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..design import Arm, Load, Mechanism, Motion
-from ..errors import InvalidInput, SolverFailed, UnknownName
+from ..errors import InvalidInput, SolverFailed
 from ..progress import track
-from ..validation import FloatArray
+from ..validation import FloatArray, as_choice
 from ..wrist.forces import STATUS, classify
 from ..wrist.inverse import inverse_kinematics
 from ..wrist.kernels import arm_load
@@ -109,8 +109,7 @@ def _check_options(
     split: str, constraint_bounds: ConstraintBounds, cone: GlenoidCone | None, weights: Weights | None
 ) -> None:
     """Refuse options that do not belong together."""
-    if split not in get_args(Split):
-        raise UnknownName("split", split, get_args(Split))
+    as_choice("split", split, get_args(Split))
     if constraint_bounds is not None and split != "minimal":
         raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
     if weights is not None and split != "minimal":

@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from ..design import Load, Mechanism, Motion
 from ..errors import InfeasibleBounds, InvalidInput
-from ..validation import FloatArray
+from ..validation import LARGEST, FloatArray
 from .forces import STATUS, classify
 from .kernels import SINGULAR, arm_load, limb_stack
 from .stacks import as_query, require_massless
@@ -240,6 +240,8 @@ def force_bounds(
         raise InvalidInput(f"expected {name} without NaN")
     if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():
         raise InvalidInput(f"expected {name} with a lower limit below +inf and an upper limit above -inf")
+    if any((np.isfinite(side) & (np.abs(side) > LARGEST)).any() for side in sides):
+        raise InvalidInput(f"expected {name} in N, infinite or at most {LARGEST:g} in size")
     size = (*shape, limb_count)
     try:
         low, high = (np.ascontiguousarray(np.broadcast_to(side, size).reshape(-1, limb_count)) for side in sides)

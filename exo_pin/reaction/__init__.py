@@ -7,7 +7,7 @@ from .certificate import Certificate
 from .choice import Weights
 from .cone import GlenoidCone
 from .equilibrium import EquilibriumModel
-from .infeasible import Infeasibility
+from .infeasibility import Infeasibility
 from .limits import ActuatorBounds, ForceLimited, PressureActuator
 from .movement import Movement, MovementReaction, movement_reaction
 from .movement_files import read_movement, write_movement_reaction

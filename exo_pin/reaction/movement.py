@@ -65,8 +65,9 @@ class Movement:
         orientations : Rotation
             Stack of shape (N,).
         smoothing : float
-            Root of mean square, rad, by which the orientations may be moved to make the movement smooth: a little
-            more than the noise of the measurement.
+            Root of mean square, rad, by which the orientations may be moved to make the movement smooth. Somewhat
+            more than the noise serves best: with white noise, 1.25 times its root of mean square leaves an
+            acceleration that is better by orders of magnitude than 1 times does.
 
         Returns
         -------

@@ -20,7 +20,8 @@ from .certificate import Certificate, is_determined
 from .choice import Pose, Socket, Weights, choose
 from .cone import GlenoidCone
 from .equilibrium import Equilibrium, EquilibriumModel
-from .infeasible import Infeasibility, Shortfall, shortfall
+from .infeasibility import Infeasibility, Shortfall
+from .infeasible import shortfall
 from .limits import ActuatorBounds, ForceLimits
 from .program import duality_gap, least_force
 from .result import Optimum, Reaction

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..validation import FloatArray
 from .certificate import Certificate
-from .infeasible import Infeasibility
+from .infeasibility import Infeasibility
 from .table import reaction_table
 
 __all__ = ["Optimum", "Reaction"]

@@ -1,113 +1,34 @@
-"""Design studies: several designs over the same poses, as one tidy table."""
+"""Designs over the same poses: figures of one, two side by side, every combination of parameters."""
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
 import pickle
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from os import PathLike
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from . import wrist
-from .conventions import as_side, shoulder_rotation
-from .design import Arm, Limb, Load
-from .design.files import write_text
-from .errors import ExoPinError, InvalidInput, MissingExtra, UnknownName
-from .exo import ShoulderExo
-from .progress import track
-from .validation import FloatArray, as_finite, as_positive, as_rotation
+from .. import wrist
+from ..conventions import as_side, shoulder_rotation
+from ..design import Load
+from ..errors import ExoPinError, InvalidInput
+from ..exo import ShoulderExo
+from ..progress import track
+from ..validation import FloatArray, as_finite, as_positive, as_rotation
+from .parameters import changed, labelled, parameter_values
+from .table import StudyTable
 
-__all__ = ["PARAMETERS", "StudyTable", "adl_box", "compare", "evaluate", "sweep"]
+__all__ = ["FIGURES", "adl_box", "compare", "evaluate", "sweep"]
 
 #: Columns of :func:`evaluate`.
 FIGURES = ("peak_F_s_N", "p95_F_s_N", "median_F_s_N", "holdable", "pull_only", "least_margin", "one_side", "reach")
 #: Most designs handed to a second process at once.
 _CHUNK = 16
-
-
-class StudyTable(Mapping[str, NDArray[Any]]):
-    """Columns of equal length by name: one row a design, NaN where a figure has no meaning.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        One a design, all with the same keys.
-    """
-
-    def __init__(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        names = list(rows[0]) if rows else []
-        self._columns = {name: np.array([row[name] for row in rows]) for name in names}
-        for column in self._columns.values():
-            column.setflags(write=False)
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        try:
-            return self._columns[name]
-        except KeyError:
-            raise UnknownName("column", name, self._columns) from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._columns
-
-    def __len__(self) -> int:
-        return len(self._columns)
-
-    @property
-    def row_count(self) -> int:
-        """Number of designs."""
-        return len(next(iter(self._columns.values()), ()))
-
-    def to_pandas(self) -> Any:
-        """The table as a pandas DataFrame.
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
-        """
-        try:
-            import pandas  # type: ignore[import-untyped]
-        except ImportError as error:
-            raise MissingExtra("study", "pandas") from error
-        return pandas.DataFrame(self._columns)
-
-    def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; the file appears whole or not at all, an empty cell stands for NaN."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(self)
-        for row in range(self.row_count):
-            writer.writerow([_cell(column[row], repr) for column in self._columns.values()])
-        write_text(path, out.getvalue())
-
-    def __str__(self) -> str:
-        rows = [
-            list(self),
-            *(
-                [_cell(column[row], "{:.4g}".format) or "-" for column in self._columns.values()]
-                for row in range(self.row_count)
-            ),
-        ]
-        width = [max(len(row[k]) for row in rows) for k in range(len(self))]
-        lines = ["  ".join(cell.rjust(size) for cell, size in zip(row, width, strict=True)).rstrip() for row in rows]
-        return "\n".join([lines[0], "  ".join("-" * size for size in width), *lines[1:]]) if self._columns else ""
-
-
-def _cell(value: Any, number: Callable[[float], str]) -> str:
-    if isinstance(value, (float, np.floating)):
-        return "" if np.isnan(value) else number(float(value))
-    return str(value)
 
 
 def adl_box(step: float = 4.0, side: str = "left") -> Rotation:
@@ -263,7 +184,7 @@ def sweep(
         raise InvalidInput(f"expected exo to be a ShoulderExo, got {type(exo).__name__}")
     if isinstance(jobs, bool) or jobs not in (1, 2):
         raise InvalidInput(f"expected jobs to be 1 or 2, got {jobs!r}")
-    values = _values(parameters)
+    values = parameter_values(parameters)
     hand = None if payload_at is None else as_finite("payload_at", payload_at, (3,))
     if "payload" in values and hand is None:
         raise InvalidInput("a payload needs payload_at, the place in the arm frame where it is held, m")
@@ -291,108 +212,15 @@ def _require_picklable(*things: Any) -> None:
         raise InvalidInput(f"expected values and options that a second process can be sent: {error}") from error
 
 
-def _values(parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
-    if not isinstance(parameters, Mapping) or not parameters:
-        raise InvalidInput("expected parameters to map names to sequences of values")
-    out: dict[str, list[Any]] = {}
-    for name, given in parameters.items():
-        if not isinstance(name, str) or _without_index(name) not in PARAMETERS:
-            raise UnknownName("parameter", name, PARAMETERS)
-        try:
-            listed = list(given)
-        except TypeError:
-            raise InvalidInput(f"expected a sequence of values of {name}, got {given!r:.80}") from None
-        if isinstance(given, str) or not listed:
-            raise InvalidInput(f"expected a sequence of values of {name}, got {given!r:.80}")
-        out[name] = listed
-    return out
-
-
-def _without_index(name: str) -> str:
-    head, bracket, tail = name.partition("[")
-    return head if bracket and tail.endswith("]") and tail[:-1].isdigit() and head.startswith("alpha") else name
-
-
 def _row(task: tuple[ShoulderExo, dict[str, Any], Rotation, FloatArray | None, dict[str, Any]]) -> dict[str, Any]:
     exo, choice, poses, hand, options = task
     row: dict[str, Any] = {}
     for name, value in choice.items():
-        row |= _labelled(name, value)
+        row |= labelled(name, value)
     try:
         design = exo
         for name, value in choice.items():
-            design = _changed(design, name, value, hand)
+            design = changed(design, name, value, hand)
         return {**row, **evaluate(design, poses, **options), "error": ""}
     except (ExoPinError, TypeError, ValueError) as error:
         return {**row, **dict.fromkeys(FIGURES, np.nan), "error": " ".join(str(error).split())}
-
-
-def _labelled(name: str, value: Any) -> dict[str, Any]:
-    if isinstance(value, Arm):
-        return {name: value.mass}
-    if isinstance(value, str):
-        return {name: value}
-    if name == "limbs" and isinstance(value, Sequence):
-        return {name: "+".join(str(getattr(limb, "kind", "?")) for limb in value)}
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        return {name: f"{value!r:.80}"}
-    if array.ndim == 0:
-        return {name: float(array)}
-    return {f"{name}_{k + 1}": part for k, part in enumerate(array.ravel().tolist())}
-
-
-def _circle(exo: ShoulderExo, name: str, value: Any) -> ShoulderExo:
-    head, circles = _without_index(name), exo.geometry.circles
-    if circles is None:
-        raise InvalidInput(f"{name} needs joints on circles")
-    if not head.startswith("alpha"):
-        return exo.replace(geometry=exo.geometry.replace(**{head: value}))
-    # Both halves are given, because the geometry would keep aligned ones aligned.
-    halves = {half: getattr(circles, half) for half in ("alpha_A", "alpha_B")}
-    for half in halves if head == "alpha" else (head,):
-        halves[half] = value if head == name else _one_angle(name, halves[half], value)
-    return exo.replace(geometry=exo.geometry.replace(**halves))
-
-
-def _one_angle(name: str, angles: FloatArray, value: Any) -> FloatArray:
-    changed, index = np.array(angles), int(name.partition("[")[2][:-1]) - 1
-    if not 0 <= index < len(changed):
-        raise InvalidInput(f"expected limb 1 to {len(changed)}, got {name}")
-    changed[index] = value
-    return changed
-
-
-def _lean(exo: ShoulderExo, axis: str, angle: Any) -> ShoulderExo:
-    turn = Rotation.from_euler(axis, float(as_finite("lean", angle, ())))
-    return exo.replace(gravity=turn.inv().apply(np.array(exo.mechanism.gravity)))
-
-
-def _loaded(exo: ShoulderExo, mass: Any, hand: FloatArray | None) -> ShoulderExo:
-    assert hand is not None
-    kilograms = as_positive("payload", mass, zero=True)
-    if kilograms == 0.0:
-        return exo
-    return exo.replace(arm=exo.mechanism.require_arm("a payload") + Arm(kilograms, hand, np.zeros((3, 3))))
-
-
-def _changed(exo: ShoulderExo, name: str, value: Any, hand: FloatArray | None) -> ShoulderExo:
-    return PARAMETERS[_without_index(name)](exo, name, value, hand)
-
-
-_Change = Callable[[ShoulderExo, str, Any, FloatArray | None], ShoulderExo]
-
-#: What :func:`sweep` can vary.
-PARAMETERS: dict[str, _Change] = {
-    **dict.fromkeys(
-        ("r_A", "r_B", "h_A", "h_B", "alpha", "alpha_A", "alpha_B"),
-        lambda exo, name, value, _: _circle(exo, name, value),
-    ),
-    **dict.fromkeys(("arm", "limbs", "gravity"), lambda exo, name, value, _: exo.replace(**{name: value})),
-    "person": lambda exo, _, value, __: exo.worn_by(value),
-    "payload": lambda exo, _, value, hand: _loaded(exo, value, hand),
-    "limb_kind": lambda exo, _, value, __: exo.replace(limbs=(Limb(value),) * exo.geometry.limb_count),
-    "lean_forward": lambda exo, _, value, __: _lean(exo, "y", value),
-    "lean_left": lambda exo, _, value, __: _lean(exo, "x", -np.asarray(value)),
-}

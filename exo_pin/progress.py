@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from importlib import import_module
 from typing import TypeVar
 
 __all__ = ["track"]
@@ -27,6 +28,5 @@ def track(items: Sequence[T] | Iterable[T], what: str, show: bool, total: int | 
     if not show:
         yield from items
         return
-    from tqdm import tqdm  # type: ignore[import-untyped]
-
-    yield from tqdm(items, desc=what, total=total, leave=False)
+    # Imported by name, and only here: nothing else needs it, and it has no types of its own.
+    yield from import_module("tqdm").tqdm(items, desc=what, total=total, leave=False)

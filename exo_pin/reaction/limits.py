@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -56,8 +57,10 @@ class ForceLimits:
         actuators can do at their lengths.
     shape : tuple of int
         Stack shape (...), N poses in all.
-    lengths : ndarray
-        l_i, shape (N, n), m.
+    limb_count : int
+        n.
+    lengths : callable
+        Gives l_i, shape (N, n), m; asked only if actuators are.
 
     Attributes
     ----------
@@ -76,8 +79,10 @@ class ForceLimits:
         If an actuator lacks what it needs, such as the length of its end fitting.
     """
 
-    def __init__(self, bounds: ActuatorBounds, shape: tuple[int, ...], lengths: FloatArray) -> None:
-        count, n = lengths.shape
+    def __init__(
+        self, bounds: ActuatorBounds, shape: tuple[int, ...], limb_count: int, lengths: Callable[[], FloatArray]
+    ) -> None:
+        count, n = math.prod(shape), limb_count
         self.is_free = bounds is None
         self.reachable: NDArray[np.bool_] = np.ones(count, dtype=bool)
         if bounds is None:
@@ -88,8 +93,9 @@ class ForceLimits:
             self.lower, self.upper = np.zeros((count, n)), np.full((count, n), np.inf)
         elif _is_actuators(bounds):
             self.lower, self.upper = np.empty((count, n)), np.empty((count, n))
-            for i, actuator in enumerate(each_limb(bounds, n, ForceLimited, "force_limits(length)")):
-                self.lower[:, i], self.upper[:, i] = _limits(actuator, i, lengths[:, i])
+            actuators, own = each_limb(bounds, n, ForceLimited, "force_limits(length)"), lengths()
+            for i, actuator in enumerate(actuators):
+                self.lower[:, i], self.upper[:, i] = _limits(actuator, i, own[:, i])
             self.reachable = np.asarray(~np.isnan(self.lower).any(axis=1))
             self.lower[~self.reachable], self.upper[~self.reachable] = np.nan, np.nan
         else:

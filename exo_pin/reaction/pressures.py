@@ -24,7 +24,7 @@ __all__ = ["PressurePlan", "plan_pressures"]
 
 @dataclass(frozen=True, eq=False)
 class PressurePlan:
-    """Pressures that hold a pose or a stack of poses of shape (...). Rows without an answer are NaN.
+    """Pressures that hold a pose or a stack of poses of shape (...). Rows without an answer are NaN (``has_answer``).
 
     Attributes
     ----------
@@ -43,6 +43,11 @@ class PressurePlan:
     pressures: FloatArray
     axial_stiffness: FloatArray
     stiffness: FloatArray
+
+    @property
+    def has_answer(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the pose is held and every muscle could say its pressure and stiffness."""
+        return np.asarray(self.reaction.has_answer & np.isfinite(self.stiffness).all(axis=(-1, -2)))
 
     @property
     def pressures_bar(self) -> FloatArray:

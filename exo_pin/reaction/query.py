@@ -87,9 +87,13 @@ def reaction(
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
-    lengths = inverse_kinematics(mechanism.geometry, orientation).lengths.reshape(-1, mechanism.limb_count)
-    limits = ForceLimits(actuator_bounds, query.shape, lengths)
-    bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, limits.one_signed)
+    n = mechanism.limb_count
+
+    def lengths() -> FloatArray:
+        return inverse_kinematics(mechanism.geometry, orientation).lengths.reshape(-1, n)
+
+    limits = ForceLimits(actuator_bounds, query.shape, n, lengths)
+    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed)
     wanted = _Wanted(split, bounds, limits, cone, weights)
     answer = _Answer(mechanism, query)
     answer.status[(answer.status < STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
@@ -209,7 +213,8 @@ class _Answer:
         low, high = np.concatenate([-free, lower[self.upu]]), np.concatenate([free, upper[self.upu]])
         best = least_force(constant, effect, low, high)
         g[self.upu] = best.variables[own:]
-        gap = duality_gap(constant, effect, low, high, best.variables)
+        size = float(np.abs(constant).max()) or 1.0
+        gap = size * duality_gap(constant / size, effect, low / size, high / size, best.variables / size)
         return _Chosen(f0 + stress @ best.variables[:own], g, best.residual, gap, best.unique)
 
     def _certify(self, row: int, state: Equilibrium, stress: FloatArray) -> None:
@@ -260,7 +265,9 @@ class _Answer:
             stacked(self.g_unique),
             stacked(self.shoulder_unique),
             stacked(self.torso_unique),
-            _CHOSEN_BY[wanted.split] + ("" if wanted.limits.is_free else ", within the limits of the limbs"),
+            _CHOSEN_BY[wanted.split]
+            + ("" if wanted.limits.is_free else ", within the limits of the limbs")
+            + ("" if wanted.cone is None else ", with regard to the socket"),
         )
         arm = self.mechanism.arm
         weight = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import import_module
 from os import PathLike
 from typing import Any
 
@@ -61,7 +62,7 @@ class StudyTable(Mapping[str, NDArray[Any]]):
             If pandas is not installed.
         """
         try:
-            import pandas  # type: ignore[import-untyped]
+            pandas = import_module("pandas")
         except ImportError as error:
             raise MissingExtra("study", "pandas") from error
         return pandas.DataFrame(self._columns)

@@ -98,6 +98,8 @@ def test_histories_along_a_movement():
     np.testing.assert_array_equal(pull.reaction.status == "infeasible", (closed.actuator_forces < 0).any(axis=1))
     assert pull.fraction_not_holdable == (closed.actuator_forces < 0).any(axis=1).mean()
     assert "fraction not holdable" in str(pull)
+    # Too weak is not singular.
+    np.testing.assert_array_equal(pull.reaction.crossings(), answer.reaction.crossings())
     if pull.fraction_not_holdable == 1.0:
         assert np.isnan(pull.peak)
         assert np.isnan(pull.rms)

@@ -146,7 +146,9 @@ class Reaction:
         -----
         A pose beyond the surface is not reachable from one before it without losing hold of the arm.
         """
-        side = np.sign(np.where(self.has_answer, self.determinant, 0.0))
+        # A pose that the limbs are too weak for still lies on one side of the surface.
+        lost = np.isin(self.status, ("singular", "folded"))
+        side = np.sign(np.where(lost, 0.0, self.determinant))
         if side.ndim == 0:
             return np.empty((0, 0), dtype=np.int64)
         return np.argwhere(side[..., 1:] * side[..., :-1] <= 0.0)

@@ -43,7 +43,8 @@ from .errors import (
     UnknownName,
 )
 from .exo import ShoulderExo, load
-from .reaction import Reaction, reaction_table
+from .reaction import GlenoidCone, Infeasibility, Movement, Reaction, Weights, reaction_table, read_movement
+from .study import adl_box, sweep
 
 __all__ = [
     "Arm",
@@ -53,6 +54,8 @@ __all__ = [
     "ClosedChain",
     "ExoPinError",
     "FileFormatError",
+    "GlenoidCone",
+    "Infeasibility",
     "InfeasibleBounds",
     "InvalidInput",
     "Limb",
@@ -63,6 +66,7 @@ __all__ = [
     "Mechanism",
     "MissingData",
     "Motion",
+    "Movement",
     "NonConvexBound",
     "NotAWrist",
     "Reaction",
@@ -72,12 +76,16 @@ __all__ = [
     "Stroke",
     "UndeterminedMotion",
     "UnknownName",
+    "Weights",
     "WristGeometry",
+    "adl_box",
     "load",
     "presets",
     "reaction_table",
+    "read_movement",
     "shoulder_angles",
     "shoulder_rotation",
+    "sweep",
     "thesis_angles",
     "thesis_rotation",
 ]

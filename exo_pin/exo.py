@@ -6,7 +6,7 @@ import functools
 from collections.abc import Iterable, Sequence
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -32,9 +32,25 @@ from .design import (
 )
 from .errors import InvalidInput, NotAWrist, UnknownName
 from .questions import Questions
-from .reaction import ConstraintBounds, EquilibriumModel, Reaction, reaction
+from .reaction import (
+    ActuatorBounds,
+    ConstraintBounds,
+    EquilibriumModel,
+    GlenoidCone,
+    Movement,
+    MovementReaction,
+    PressurePlan,
+    Reaction,
+    Weights,
+    movement_reaction,
+    plan_pressures,
+    reaction,
+)
 from .reaction.locking import ChainSingularity, LockedChains
 from .validation import FloatArray
+
+if TYPE_CHECKING:
+    from .study import StudyTable
 
 __all__ = ["ShoulderExo", "load"]
 
@@ -313,6 +329,11 @@ class ShoulderExo(Questions):
         split: str = "spherical",
         constraint_bounds: ConstraintBounds = None,
         centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        actuator_bounds: ActuatorBounds = None,
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
+        progress: bool = False,
     ) -> Reaction:
         """Forces on shoulder, limbs, arm and torso.
 
@@ -344,6 +365,16 @@ class ShoulderExo(Questions):
             Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
             and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
             lever arms and misfit, in the displaced geometry; massless limbs only.
+        actuator_bounds : None, "pull", (lower, upper), or actuators, optional
+            Limits of f_i: none; f_i >= 0; N, broadcasting to (..., n); or one object with ``force_limits(length)``
+            for all limbs or a sequence of one a limb (see :class:`exo_pin.reaction.ForceLimited`). A pose that
+            cannot be held within them has status "infeasible", and ``infeasibility`` says why.
+        cone : GlenoidCone, optional
+            Keep F_s in the socket, as a constraint or at a price. Give the person's own muscles with it.
+        weights : Weights, optional
+            For "minimal": other weights of shear, compression and tension than 1, 1 and 0.
+        progress : bool
+            Whether to show a progress bar.
 
         Returns
         -------
@@ -357,7 +388,93 @@ class ShoulderExo(Questions):
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
-        return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds, centre_offset)
+        return reaction(
+            self._equilibrium,
+            orientation,
+            motion,
+            load,
+            split,
+            constraint_bounds,
+            centre_offset,
+            actuator_bounds=actuator_bounds,
+            cone=cone,
+            weights=weights,
+            progress=progress,
+        )
+
+    def compare(self, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:
+        """This design beside another over the same poses.
+
+        Parameters
+        ----------
+        other : ShoulderExo
+            The other design.
+        orientations : Rotation
+            Poses, any stack, such as :func:`exo_pin.adl_box`.
+        **options
+            ``load``, and those of :meth:`reaction`.
+
+        Returns
+        -------
+        StudyTable
+            One row a design; see :func:`exo_pin.study.evaluate` for the columns.
+        """
+        from .study import compare
+
+        return compare(self, other, orientations, **options)
+
+    def pressures(
+        self,
+        orientation: Rotation,
+        actuators: Any,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        **options: Any,
+    ) -> PressurePlan:
+        """Which pressures hold a pose with least shoulder force, and how stiff it is then.
+
+        A muscle's force at a length rises with its pressure, so the best forces within what the pressures can do are
+        the best pressures: the query is solved in forces and turned into pressures.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose, single or a stack of shape (...).
+        actuators : object or sequence of n objects
+            Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`.
+        motion, load : Motion, Load, optional
+            As in :meth:`reaction`. The stiffness is that of the arm at rest.
+        **options
+            More of :meth:`reaction`: ``split`` ("minimal" if left out), ``constraint_bounds``, ``cone``, ``weights``.
+
+        Returns
+        -------
+        PressurePlan
+        """
+        return plan_pressures(self._equilibrium, orientation, actuators, motion, load, **options)
+
+    def follow(
+        self, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
+    ) -> MovementReaction:
+        """Forces along a movement.
+
+        Parameters
+        ----------
+        movement : Movement
+            From :meth:`Movement.from_samples` or :func:`exo_pin.read_movement`.
+        load : Load, optional
+            On the arm, constant or of stack shape (N,).
+        static : bool
+            Whether to leave out velocity and acceleration, as for a slow movement or an arm without inertia data.
+        **options
+            More of :meth:`reaction`: ``split``, ``actuator_bounds``, ``cone``, ``progress``, ...
+
+        Returns
+        -------
+        MovementReaction
+            Histories, and their peak, rms, impulse and fraction not holdable.
+        """
+        return movement_reaction(self._equilibrium, movement, load, static, **options)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

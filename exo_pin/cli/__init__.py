@@ -9,11 +9,11 @@ from typing import NoReturn
 
 from .. import __version__
 from ..errors import ExoPinError
-from . import designs, kinematics, mobility, muscles, reactions, source
+from . import designs, kinematics, mobility, muscles, reactions, source, studies
 
 __all__ = ["main"]
 
-_GROUPS = (reactions, kinematics, designs, mobility, muscles, source)
+_GROUPS = (reactions, studies, kinematics, designs, mobility, muscles, source)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -15,6 +15,7 @@ from ..errors import InvalidInput, UnknownName
 from ..exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction
 from ..reaction.query import Split
+from .options import limits
 
 __all__ = ["add_splits", "answers_of", "certificates", "fitted", "offset_mm"]
 
@@ -80,6 +81,7 @@ def answers_of(
             split=split,
             constraint_bounds=bounds if split == "minimal" else None,
             centre_offset=offset,
+            actuator_bounds=limits(options),
         )
         for split in splits
     ]
@@ -96,7 +98,8 @@ def certificates(answers: Sequence[Reaction], bounds: ConstraintBounds) -> str:
 
 def _splits(exo: ShoulderExo, wanted: str | None) -> list[str]:
     if wanted is None:
-        return ["spherical", "minimal"] + ["standalone"] * bool(exo.mechanism.limb_count + exo.mechanism.is_upu.sum() >= 6)
+        forces = exo.mechanism.limb_count + int(exo.mechanism.is_upu.sum())
+        return ["spherical", "minimal", "standalone"][: 3 if forces >= 6 else 2]
     splits = [name.strip() for name in wanted.split(",")]
     for name in splits:
         if name not in get_args(Split):

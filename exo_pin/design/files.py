@@ -17,7 +17,7 @@ from .quantities import Table
 from .reading import read_root
 from .writing import SCHEMA, mechanism_table
 
-__all__ = ["preset", "presets", "read_mechanism", "write_mechanism", "write_text"]
+__all__ = ["preset", "presets", "read_mechanism", "write_bytes", "write_mechanism", "write_text"]
 
 
 def presets() -> list[str]:
@@ -70,6 +70,11 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
 
 def write_text(path: str | PathLike[str], text: str) -> None:
     """Write a text file so that a reader finds the old one or the new one, never half of it."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: str | PathLike[str], content: bytes) -> None:
+    """Write a file so that a reader finds the old one or the new one, never half of it."""
     target = Path(path)
     if target.is_dir():
         raise InvalidInput(f"expected a file to write, got the folder {str(target)!r}")
@@ -78,8 +83,8 @@ def write_text(path: str | PathLike[str], text: str) -> None:
     except OSError as error:
         raise InvalidInput(f"cannot write {str(target)!r}: {error.strerror}") from error
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
         os.chmod(name, 0o644)
         os.replace(name, target)
     except BaseException:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
-from ..validation import FloatArray, as_real
+from ..validation import LARGEST, FloatArray, as_real
 
 __all__ = ["ConstraintBounds", "SideForceBounds"]
 
@@ -26,6 +26,15 @@ class SideForceBounds:
         Stack shape (...).
     limb_count : int
         n.
+    one_signed : bool
+        Whether limits of f fix the sign of every f_i.
+
+    Attributes
+    ----------
+    by_actuator : bool
+        Whether the bounds of a pose are its own |f_i|, which equilibrium fixes.
+    by_tension : bool
+        Whether |g_i| <= |f_i| binds g to an f that is chosen together with it.
 
     Raises
     ------
@@ -34,12 +43,14 @@ class SideForceBounds:
     InfeasibleBounds
         If a lower bound stands above its upper bound.
     NonConvexBound
-        For "actuator" with more than three limbs: there f is chosen together with g and may take either sign,
-        and |g| <= |f| is then not convex.
+        For "actuator" with more than three limbs whose forces may take either sign: there f is chosen together
+        with g, and |g| <= |f| is then not convex.
     """
 
-    def __init__(self, bounds: ConstraintBounds, shape: tuple[int, ...], limb_count: int) -> None:
-        self.by_actuator = False
+    def __init__(
+        self, bounds: ConstraintBounds, shape: tuple[int, ...], limb_count: int, one_signed: bool = False
+    ) -> None:
+        self.by_actuator = self.by_tension = False
         self.is_free = bounds is None
         self._pair: tuple[FloatArray, FloatArray] | None = None
         if bounds is None:
@@ -47,12 +58,14 @@ class SideForceBounds:
         if isinstance(bounds, str):
             if bounds != "actuator":
                 raise UnknownName("constraint bound", bounds, ("actuator",))
-            if limb_count > 3:
+            if limb_count > 3 and not one_signed:
                 raise NonConvexBound(
                     f"|g_i| <= |f_i| needs limb forces that equilibrium fixes; with {limb_count} limbs they are chosen "
-                    "together with g and may take either sign, so give the bounds as (lower, upper)"
+                    "together with g and may take either sign, so give the bounds as (lower, upper), or "
+                    'limbs that only pull (actuator_bounds="pull")'
                 )
-            self.by_actuator = True
+            self.by_actuator = limb_count == 3
+            self.by_tension = limb_count > 3
             return
         lower, upper = _pair(bounds)
         try:
@@ -92,4 +105,6 @@ def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
         raise InvalidInput("expected constraint_bounds without NaN")
     if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():
         raise InvalidInput("expected a lower bound below +inf and an upper bound above -inf")
+    if any((np.isfinite(side) & (np.abs(side) > LARGEST)).any() for side in sides):
+        raise InvalidInput(f"expected constraint_bounds in N, infinite or at most {LARGEST:g} in size")
     return sides

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..design import Load, Mechanism, Motion
-from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_choice
 from .kernels import FOLDED, OK, arm_load, classify_stack, force_stack, limb_stack
 from .stacks import as_query, require_massless
 
@@ -121,8 +121,7 @@ def dynamics(
 def _balance(
     mechanism: Mechanism, orientation: Rotation, motion: Motion | None, load: Load | None, split: str
 ) -> WristForces:
-    if split not in ("spherical", "standalone"):
-        raise UnknownName("split", split, ("spherical", "standalone"))
+    as_choice("split", split, ("spherical", "standalone"))
     require_massless(mechanism)
     is_upu, n = mechanism.is_upu, mechanism.limb_count
     standalone = split == "standalone"

@@ -75,7 +75,8 @@ def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | N
 
 def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     try:
-        return np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3))
+        # A copy, always: the kernels take arrays of one kind, and a read-only or strided one is another.
+        return np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3)
     except ValueError:
         raise InvalidInput(
             f"expected {name} to broadcast to the poses' shape {(*shape, 3)}, got {array.shape}"

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
+from .kernels import applied_stack
 
 __all__ = ["Query", "as_query", "pose_matrices"]
 
@@ -65,11 +66,10 @@ def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | N
             raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
         force = _spread("load.force", np.asarray(load.force), shape)
         couple = _spread("load.moment", np.asarray(load.moment), shape)
-        at = np.einsum("kij,kj->ki", matrices, _spread("load.at", np.asarray(load.at), shape))
-        if load.frame == "arm":
-            force = np.einsum("kij,kj->ki", matrices, force)
-            couple = np.einsum("kij,kj->ki", matrices, couple)
-        moment = couple + np.cross(at, force)
+        at = _spread("load.at", np.asarray(load.at), shape)
+        outside, moment = np.empty((count, 3)), np.empty((count, 3))
+        applied_stack(matrices, force, couple, at, load.frame == "arm", outside, moment)
+        force = outside
     return Query(shape, matrices, velocity, acceleration, force, moment)
 
 

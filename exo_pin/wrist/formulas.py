@@ -13,10 +13,10 @@ Signs: f > 0 is tension, the limb pulls the arm with -f s; the side force -g X p
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from numba import njit
+from numba import njit, types
+from numba.extending import intrinsic
 
 __all__ = [
     "FOLDED",
@@ -35,6 +35,7 @@ __all__ = [
     "inertia_load",
     "limb",
     "matrix",
+    "root",
     "rotation_matrix",
     "second_invariant",
     "status_code",
@@ -54,6 +55,19 @@ SINGULAR_MARGIN = 1e-9
 NEAR_MARGIN = 1e-3
 
 _formula = njit(cache=True, error_model="numpy", forceinline=True, nogil=True)
+
+
+@intrinsic
+def root(typing_context: Any, number: Any) -> Any:
+    """Square root as one instruction of the processor.
+
+    ``math.sqrt`` becomes a call of the C library, which keeps the loops around it from taking several poses at once.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.call(builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type]), arguments)
+
+    return types.float64(types.float64), generate
 
 
 @_formula
@@ -121,7 +135,7 @@ def limb(R: Any, a: Any, p: Any) -> Any:
     span = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
     normal = cross(a, b)
     square, area_square = dot(span, span), dot(normal, normal)
-    length, area = math.sqrt(square), math.sqrt(area_square)
+    length, area = root(square), root(area_square)
     folded = area_square <= FOLDED_SINE**2 * dot(a, a) * dot(b, b)
     # Both quotients are formed first and chosen from afterwards, which leaves no branch in the loops over poses.
     per_length, per_area = 1.0 / length, -1.0 / area

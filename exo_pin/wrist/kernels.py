@@ -44,6 +44,7 @@ __all__ = [
     "OK",
     "SINGULAR",
     "SINGULAR_MARGIN",
+    "add_open",
     "applied_stack",
     "arm_load",
     "classify_stack",

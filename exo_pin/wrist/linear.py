@@ -11,6 +11,8 @@ __all__ = ["RANK_TOLERANCE", "complete_basis", "least_norm", "orthonormalise", "
 
 #: Relative size of a singular value below which a direction does not count.
 RANK_TOLERANCE = 1e-12
+#: Relative length of a row below which it is rounding noise.
+_NOISE = 1e-14
 #: Jacobi rotations converge quadratically; six sweeps were the most that random 3 × m matrices of any rank needed.
 _SWEEPS = 30
 
@@ -98,7 +100,9 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
                     qq += A[q, i] * A[q, i]
                     pq += A[p, i] * A[q, i]
                 swap = qq > pp
-                if abs(pq) <= 1e-15 * math.sqrt(pp * qq):
+                # A row that is rounding noise beside the other has no direction of its own to be turned by.
+                noise = min(pp, qq) <= _NOISE * _NOISE * max(pp, qq)
+                if noise or abs(pq) <= 1e-15 * math.sqrt(pp * qq):
                     if not swap:
                         continue
                     cosine, sine = 0.0, 1.0

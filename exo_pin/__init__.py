@@ -37,11 +37,12 @@ from .errors import (
     UnknownName,
 )
 from .exo import ShoulderExo, load
-from .reaction import Reaction, reaction_table
+from .reaction import Elasticity, Reaction, ReactionMap, reaction_table
 
 __all__ = [
     "Arm",
     "ClosedChain",
+    "Elasticity",
     "ExoPinError",
     "FileFormatError",
     "InfeasibleBounds",
@@ -55,6 +56,7 @@ __all__ = [
     "Motion",
     "NonConvexBound",
     "Reaction",
+    "ReactionMap",
     "Shoulder",
     "ShoulderExo",
     "SolverFailed",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,16 @@ from .design import (
     write_mechanism,
 )
 from .errors import InvalidInput, UnknownName
-from .reaction import ConstraintBounds, EquilibriumModel, Reaction, reaction
+from .reaction import (
+    ConstraintBounds,
+    Elasticity,
+    EquilibriumModel,
+    Reaction,
+    ReactionMap,
+    reaction,
+    reaction_map,
+)
+from .reaction.map import CHUNK
 from .validation import FloatArray
 
 __all__ = ["ShoulderExo", "load"]
@@ -250,6 +259,72 @@ class ShoulderExo:
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
         return reaction(self._equilibrium, orientation, motion, load, split, constraint_bounds)
+
+    def reaction_map(
+        self,
+        orientations: Rotation,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        split: str = "spherical",
+        constraint_bounds: ConstraintBounds = None,
+        threads: int = 1,
+        chunk: int = CHUNK,
+        keep: Iterable[str] | None = None,
+        elasticity: Elasticity | None = None,
+        progress: bool = False,
+    ) -> ReactionMap:
+        """What :meth:`reaction` answers, for millions of poses: closed form, compiled, massless limbs.
+
+        Beside the answer itself, memory does not grow with the number of poses: they are worked off in blocks. Each
+        pose is computed by itself, so neither ``threads`` nor ``chunk`` changes a bit of the answer.
+
+        Parameters
+        ----------
+        orientations : Rotation
+            Poses of the arm, a stack of shape (...).
+        motion, load, constraint_bounds
+            As in :meth:`reaction`.
+        split : {"spherical", "minimal", "standalone", "elastic"}
+            As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
+            (:mod:`exo_pin.reaction.active_set`). "elastic": by stiffness, with the device's centre at the shoulder's;
+            poses in which neither limbs nor shoulder are stiff in some direction are "not_solved".
+        threads : int
+            How many blocks to work on at once.
+        chunk : int
+            Poses in a block.
+        keep : iterable of str, optional
+            What to keep, of "shoulder_force", "actuator_forces", "constraint_forces", "status", "margin" and
+            "magnitude"; all of it if left out. ``keep=("magnitude", "status")`` takes 9 bytes a pose.
+        elasticity : Elasticity, optional
+            Stiffness of guides and shoulder, for "elastic".
+        progress : bool
+            Whether to show a bar on standard error.
+
+        Returns
+        -------
+        ReactionMap
+
+        Raises
+        ------
+        MissingData
+            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or "elastic" is asked
+            without ``elasticity``.
+        InvalidInput
+            If a limb has mass, or an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
+        """
+        return reaction_map(
+            self._mechanism,
+            orientations,
+            motion,
+            load,
+            split,
+            constraint_bounds,
+            threads,
+            chunk,
+            keep,
+            elasticity,
+            progress,
+        )
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

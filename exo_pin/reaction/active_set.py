@@ -123,7 +123,7 @@ def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
 
 @_inline
 def _within(z: Any, low: Any, high: Any) -> bool:
-    for i in range(z.shape[0]):
+    for i in range(z.shape[0]):  # noqa: SIM110 - numba compiles no generators
         if not (low[i] <= z[i] <= high[i]):
             return False
     return True
@@ -326,7 +326,8 @@ def _shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Wo
                     goal[k] += Q[k_free, j] * effect[j]
                 k_free += 1
                 largest_step = max(largest_step, abs(goal[k] - z[movable[k]]))
-        if largest_step <= _NO_STEP * longest:
+        slack = _NO_STEP * longest
+        if largest_step <= slack:
             for k in range(v):
                 z[movable[k]] = min(max(goal[k], low[movable[k]]), high[movable[k]])
             # Multipliers λ of the unchanged effect: Aᵀ λ = z for the variables that are not held.
@@ -351,7 +352,8 @@ def _shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Wo
         share, blocking = 1.0, -1
         for k in range(v):
             i = movable[k]
-            if held[k] or low[i] <= goal[k] <= high[i]:
+            # What overshoots by rounding alone does not block: holding it could cost the others their rank.
+            if held[k] or low[i] - slack <= goal[k] <= high[i] + slack:
                 continue
             bound = low[i] if goal[k] < low[i] else high[i]
             reached = max((bound - z[i]) / (goal[k] - z[i]), 0.0)

@@ -60,8 +60,8 @@ _STATUS, _MARGIN, _SIZE = (np.uint64(row * _LANES) for row in range(15, 18))
 _QX, _QY, _QZ, _QW = (np.uint64(row * _LANES) for row in range(18, 22))
 _X, _Y, _Z, _W = (np.uint64(column) for column in range(4))
 
-_compile = njit(error_model="numpy", nogil=True)
-_inline = njit(error_model="numpy", nogil=True, forceinline=True)
+_compile = njit(cache=True, error_model="numpy", nogil=True)
+_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
 
 class Device(NamedTuple):

@@ -105,9 +105,9 @@ def side_stiffness(a: Any, b: Any, s: Any, length: float, reach: float, guide: A
     """k_i, N/m: 1/k = h² l / GJ + [(b·s)³ - (a·s)³] / (3 EI), with the compliance of the universal joints in series.
 
     The side force g at O makes the couples g |a| and g |b| across the universal joints at A_i and B_i, (D-18): between
-    them the limb is twisted by g h and bent by g times the distance from the foot of O's perpendicular. ``a``, ``b`` and
-    ``s`` are tuples, ``guide`` is a row of :class:`Elasticity`'s ``guides``. Zero without rigidity against bending, or
-    against a twist that there is.
+    them the limb is twisted by g h and bent by g times the distance from the foot of O's perpendicular. ``a``, ``b``
+    and ``s`` are tuples, ``guide`` is a row of :class:`Elasticity`'s ``guides``. Zero without rigidity against
+    bending, or against a twist that there is.
     """
     bending, torsion, across, couple = guide[0], guide[1], guide[2], guide[3]
     if bending == 0.0 or across == 0.0 or couple == 0.0 or (torsion == 0.0 and reach > 0.0):

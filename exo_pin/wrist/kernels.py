@@ -1,4 +1,4 @@
-"""The wrist over arrays: the formulas of :mod:`exo_pin.wrist.formulas` for every limb of a pose and every pose of a stack.
+"""The wrist over arrays: the formulas of :mod:`exo_pin.wrist.formulas` for all limbs of a pose, all poses of a stack.
 
 Symbols and signs are those of the formulas.
 """
@@ -29,7 +29,6 @@ from .formulas import (
     second_invariant,
     status_code,
     triple,
-    turn,
     vector,
     weight_load,
 )

@@ -107,13 +107,13 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
                         continue
                     cosine, sine = 0.0, 1.0
                 else:
-                    turned = True
                     slope = (pp - qq) / (2.0 * pq)
                     tangent = math.copysign(1.0, slope) / (abs(slope) + math.sqrt(1.0 + slope * slope))
                     cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
                     sine = cosine * tangent
                     if swap:
                         cosine, sine = -sine, cosine
+                turned = True
                 for i in range(m):
                     first = cosine * A[p, i] + sine * A[q, i]
                     A[q, i] = cosine * A[q, i] - sine * A[p, i]

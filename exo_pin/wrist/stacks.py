@@ -12,7 +12,7 @@ from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
 from .kernels import applied_stack
 
-__all__ = ["Query", "as_query", "pose_matrices"]
+__all__ = ["Query", "Rows", "as_query", "pose_matrices", "require_massless"]
 
 
 class Query(NamedTuple):
@@ -36,6 +36,48 @@ class Query(NamedTuple):
     acceleration: FloatArray
     force: FloatArray
     moment: FloatArray
+
+
+class Rows:
+    """Vectors that broadcast against a stack of poses, handed out block by block and never spread out as a whole.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    array : ndarray
+        Broadcasts to (..., width).
+    shape : tuple of int
+        The stack's shape (...).
+    width : int
+        Length of a vector.
+
+    Raises
+    ------
+    InvalidInput
+        If it does not broadcast.
+    """
+
+    def __init__(self, name: str, array: FloatArray, shape: tuple[int, ...], width: int = 3) -> None:
+        full = (*shape, width)
+        try:
+            self._spread = np.broadcast_to(array, full)
+        except ValueError:
+            raise InvalidInput(f"expected {name} to broadcast to {full}, got {array.shape}") from None
+        self._shape = shape
+        #: Whether all poses have the same vector, so that a block is that one row.
+        self.is_single = all(side == 1 for side in array.shape[:-1])
+        self._flat: FloatArray | None = None
+        if self.is_single:
+            self._flat = np.broadcast_to(array.reshape(-1), (1, width))
+        elif array.shape == full and array.flags.c_contiguous:
+            self._flat = array.reshape(-1, width)
+
+    def block(self, start: int, stop: int) -> FloatArray:
+        """A writable copy of the rows from ``start`` to ``stop`` of the flattened stack, or of the single one."""
+        if self._flat is None:
+            return np.array(self._spread[np.unravel_index(np.arange(start, stop), self._shape)])
+        return np.array(self._flat if self.is_single else self._flat[start:stop], order="C")
 
 
 def pose_matrices(orientation: Rotation) -> tuple[tuple[int, ...], FloatArray]:

@@ -244,7 +244,7 @@ def _descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: A
             if i3 >= 0:
                 _moved(z, i3, goal3, share, low, high)
             r = _force(c, G, z)
-            if share > 1.0:
+            if not share <= 1.0:
                 break
             # One met its bound: put it there exactly, and go on with the others.
             if share1 == share:

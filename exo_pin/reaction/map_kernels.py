@@ -298,11 +298,11 @@ def map_any(
                     status = SINGULAR
             elif split == MINIMAL and m > 0:
                 open_effects(s, X, upu, Q, N, G)
-                row = i if lower.shape[0] > 1 else 0
+                low_row, high_row = min(i, lower.shape[0] - 1), min(i, upper.shape[0] - 1)
                 for k in range(u):
                     limit = abs(f[upu[k]])
-                    low[own + k] = -limit if bounds == BY_ACTUATOR else lower[row, upu[k]]
-                    high[own + k] = limit if bounds == BY_ACTUATOR else upper[row, upu[k]]
+                    low[own + k] = -limit if bounds == BY_ACTUATOR else lower[low_row, upu[k]]
+                    high[own + k] = limit if bounds == BY_ACTUATOR else upper[high_row, upu[k]]
                 if least_bounded(shoulder, G, low, high, z, work) <= GAP_TOLERANCE:
                     add_open(upu, N, z, f, g)
                     for j in range(3):

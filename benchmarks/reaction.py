@@ -136,15 +136,15 @@ def main() -> None:
             sys.exit(f"ProxQP and reaction_map answer differently: |F_s| by {miss:.1e}")
         return mj_forward(exo, sample), loop, [proxqp_batch(cases, threads) for threads in (1, 2)]
 
-    print("reaction_map: all arrays kept; x: how many times faster a pose than the peer. Peers are measured anew for")
-    print(f"every number of poses, on {PEER_POSES} of them.")
+    print("reaction_map: all arrays kept; x: how many times faster a pose than the peer (BatchQP: filled, 2 threads).")
+    print(f"Peers are measured anew for every number of poses, on {PEER_POSES} of them.")
     for count in (10**power for power in range(3, 10) if 10**power <= most):
         forward, loop, batches = peers()
         print(f"\n{count:.0e} poses. µs a pose: mj_forward {forward * 1e6:.2f}, ProxQP loop {loop * 1e6:.1f}", end="")
         for threads, (filled, solved) in zip((1, 2), batches, strict=True):
             print(f", BatchQP {threads} thread(s) {filled * 1e6:.1f} (solving alone {solved * 1e6:.1f})", end="")
         print(
-            f"\n{'split':<16}{'threads':>8}{'µs a pose':>11}{'x mj_forward':>14}{'x ProxQP loop':>15}{'x BatchQP, 2':>14}"
+            f"\n{'split':<16}{'threads':>8}{'µs a pose':>11}{'x mj_forward':>14}{'x ProxQP loop':>15}{'x BatchQP':>12}"
         )
         poses = Rotation.random(count, np.random.default_rng(1))
         for name, question in questions.items():
@@ -153,7 +153,7 @@ def main() -> None:
                 took = measured(exo, poses, question | {"threads": threads, "progress": show})
                 line = f"{name:<16}{threads:>8}{took * 1e6:>11.4f}{forward / took:>14.1f}"
                 if question["split"] in ("minimal", "elastic"):
-                    line += f"{loop / took:>15.0f}{batches[1][0] / took:>14.0f}"
+                    line += f"{loop / took:>15.0f}{batches[1][0] / took:>12.0f}"
                 print(line, flush=True)
         for threads in (1, 2):
             took = measured(exo, poses, {"threads": threads, "keep": ("magnitude", "status")})

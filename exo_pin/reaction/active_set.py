@@ -29,65 +29,19 @@ from numba import njit
 from ..errors import InfeasibleBounds, InvalidInput
 from ..validation import FloatArray
 from ..wrist.formulas import along_normals, dot, root, triple
-from ..wrist.linear import RANK_TOLERANCE, least_norm, orthonormalise, row_rank
+from ..wrist.linear import RANK_TOLERANCE, least_norm
+from .descent import column, descend, force_of, size_of
+from .shortest import NO_STEP, Workspace, shorten, workspace
 
-__all__ = ["GAP_TOLERANCE", "LeastForces", "Workspace", "duality_gap", "least_bounded", "least_forces", "workspace"]
+__all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "least_forces"]
 
 #: Duality gap, relative to the largest force of the problem, with which an answer is given.
 GAP_TOLERANCE = 1e-8
-#: Gain of a direction, relative to the largest force of the problem, that counts as nothing.
-_NO_GAIN = 1e-14
-#: Relative step of z and relative multiplier that count as zero while the shortest z is sought.
-_NO_STEP = 1e-13
-_NO_MULTIPLIER = 1e-11
 #: Determinant, relative to what the columns' lengths allow, above which three columns are independent beyond doubt.
 _CLEARLY_INDEPENDENT = 1e-6
-#: Rounds after which the search gives up; the methods end by themselves, this only guards against a wrong proof.
-_ROUNDS = 1000
-
 _compile = njit(cache=True, error_model="numpy", nogil=True)
 # Inlined: handing arrays to a function counts references to each, which would take longer than what it does with them.
 _inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
-
-
-class Workspace(NamedTuple):
-    """Scratch arrays for programs of m variables, so that the kernels allocate nothing per pose."""
-
-    A: Any
-    c: Any
-    Q: Any
-    U: Any
-    goal: Any
-    saved: Any
-    movable: Any
-    mark: Any
-
-
-@_compile
-def workspace(m: int) -> Workspace:
-    """Make the scratch arrays."""
-    A, Q, U = np.empty((3, m)), np.empty((m, 3)), np.empty((3, 3))
-    indices, mark = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
-    return Workspace(A, np.empty(3), Q, U, np.empty(m), np.empty(m), indices, mark)
-
-
-@_inline
-def _column(G: Any, i: int) -> Any:
-    return G[0, i], G[1, i], G[2, i]
-
-
-@_inline
-def _force(c: Any, G: Any, z: Any) -> Any:
-    """The force c + G z."""
-    x, y, w = c[0], c[1], c[2]
-    for i in range(G.shape[1]):
-        x, y, w = x + G[0, i] * z[i], y + G[1, i] * z[i], w + G[2, i] * z[i]
-    return x, y, w
-
-
-@_inline
-def _size(v: Any) -> float:
-    return root(dot(v, v))
 
 
 @_inline
@@ -109,7 +63,7 @@ def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
     m = G.shape[1]
     if m == 3:
         # Three side forces of a pose away from the singular surface.
-        X1, X2, X3 = _column(G, 0), _column(G, 1), _column(G, 2)
+        X1, X2, X3 = column(G, 0), column(G, 1), column(G, 2)
         size = root(dot(X1, X1) * dot(X2, X2) * dot(X3, X3))
         if abs(triple(X1, X2, X3)) > _CLEARLY_INDEPENDENT * size:
             z[0], z[1], z[2] = along_normals((c[0], c[1], c[2]), X1, X2, X3)
@@ -130,247 +84,6 @@ def _within(z: Any, low: Any, high: Any) -> bool:
 
 
 @_inline
-def _without(v: Any, q: Any) -> Any:
-    overlap = dot(v, q)
-    return v[0] - overlap * q[0], v[1] - overlap * q[1], v[2] - overlap * q[2]
-
-
-@_inline
-def _across(v: Any, q1: Any, q2: Any, q3: Any) -> Any:
-    """The part of v across the orthonormal q; done twice, which brings it to rounding."""
-    v = _without(_without(_without(v, q1), q2), q3)
-    return _without(_without(_without(v, q1), q2), q3)
-
-
-@_inline
-def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
-    """Orthonormal basis q of the columns of the free variables and, u_jj, what each adds to those before it.
-
-    An index of -1 stands for none: q is zero there and u is one.
-    """
-    q1 = q2 = q3 = (0.0, 0.0, 0.0)
-    u1 = u2 = u3 = 1.0
-    if i1 >= 0:
-        q1 = _column(G, i1)
-        u1 = _size(q1)
-        q1 = (q1[0] / u1, q1[1] / u1, q1[2] / u1)
-    if i2 >= 0:
-        q2 = _across(_column(G, i2), q1, q3, q3)
-        u2 = _size(q2)
-        q2 = (q2[0] / u2, q2[1] / u2, q2[2] / u2)
-    if i3 >= 0:
-        q3 = _across(_column(G, i3), q1, q2, q3)
-        u3 = _size(q3)
-        q3 = (q3[0] / u3, q3[1] / u3, q3[2] / u3)
-    return q1, q2, q3, u1, u2, u3
-
-
-@_inline
-def _share(z: float, goal: float, low: float, high: float) -> float:
-    """How much of the way from z to its goal a variable can go; more than one if the goal lies inside its bounds."""
-    if low < goal < high:
-        return 2.0
-    bound = low if goal <= low else high
-    return max((bound - z) / (goal - z), 0.0) if goal != z else 0.0
-
-
-@_inline
-def _moved(z: Any, i: int, goal: float, share: float, low: Any, high: Any) -> None:
-    """Take variable i that share of its way, and onto its bound if that is where the way ends."""
-    if share >= 1.0:
-        z[i] = goal
-    else:
-        z[i] += share * (goal - z[i])
-    z[i] = min(max(z[i], low[i]), high[i])
-
-
-@_inline
-def _entrant(
-    r: Any, G: Any, low: Any, high: Any, z: Any, basis: Any, free: Any, tried: Any, gain: float, largest: float
-) -> int:
-    """The variable whose release lowers the force r most, -1 if none gains more than ``gain``."""
-    q1, q2, q3 = basis
-    best, most = -1, gain
-    for i in range(G.shape[1]):
-        if i == free[0] or i == free[1] or i == free[2] or tried[i] or not low[i] < high[i]:
-            continue
-        part = _across(_column(G, i), q1, q2, q3)
-        size = _size(part)
-        if size <= RANK_TOLERANCE * largest:
-            continue  # its column adds nothing to the span of the free ones
-        slope = dot(part, r) / size
-        if abs(slope) > most and ((slope < 0.0 and z[i] < high[i]) or (slope > 0.0 and z[i] > low[i])):
-            best, most = i, abs(slope)
-    return best
-
-
-@_compile
-def _descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: Any) -> None:
-    """Least |c + G z| within the bounds, from z within them: step 2 of the module's description.
-
-    The free variables are i1, i2, i3, filled from the first, -1 for none.
-    """
-    largest = 0.0
-    for i in range(G.shape[1]):
-        tried[i] = 0
-        largest = max(largest, _size(_column(G, i)))
-    i1 = i2 = i3 = -1
-    q1 = q2 = q3 = (0.0, 0.0, 0.0)
-    r = _force(c, G, z)
-    size = _size(r)
-    for _ in range(_ROUNDS):
-        across = _across(r, q1, q2, q3)
-        i = _entrant(across, G, low, high, z, (q1, q2, q3), (i1, i2, i3), tried, _NO_GAIN * scale, largest)
-        if i < 0 or i3 >= 0:
-            return
-        i1, i2, i3 = (i, -1, -1) if i1 < 0 else ((i1, i, -1) if i2 < 0 else (i1, i2, i))
-        k1, k2, k3 = i1, i2, i3
-        z1, z2, z3 = z[i1], z[max(i2, 0)], z[max(i3, 0)]
-        while i1 >= 0:
-            # Least squares of the free variables: the change that it takes, by back substitution.
-            q1, q2, q3, u1, u2, u3 = _basis(G, i1, i2, i3)
-            t3 = -dot(q3, r) / u3
-            t2 = -(dot(q2, r) + (dot(q2, _column(G, i3)) * t3 if i3 >= 0 else 0.0)) / u2
-            t1 = dot(q1, r) + (dot(q1, _column(G, i2)) * t2 if i2 >= 0 else 0.0)
-            t1 = -(t1 + (dot(q1, _column(G, i3)) * t3 if i3 >= 0 else 0.0)) / u1
-            goal1, goal2, goal3 = z[i1] + t1, z[max(i2, 0)] + t2, z[max(i3, 0)] + t3
-            share1 = _share(z[i1], goal1, low[i1], high[i1])
-            share2 = _share(z[i2], goal2, low[i2], high[i2]) if i2 >= 0 else 2.0
-            share3 = _share(z[i3], goal3, low[i3], high[i3]) if i3 >= 0 else 2.0
-            share = min(share1, share2, share3)
-            _moved(z, i1, goal1, share, low, high)
-            if i2 >= 0:
-                _moved(z, i2, goal2, share, low, high)
-            if i3 >= 0:
-                _moved(z, i3, goal3, share, low, high)
-            r = _force(c, G, z)
-            if not share <= 1.0:
-                break
-            # One met its bound: put it there exactly, and go on with the others.
-            if share1 == share:
-                z[i1] = low[i1] if goal1 <= low[i1] else high[i1]
-                i1, i2, i3 = i2, i3, -1
-            elif share2 == share:
-                z[i2] = low[i2] if goal2 <= low[i2] else high[i2]
-                i2, i3 = i3, -1
-            else:
-                z[i3] = low[i3] if goal3 <= low[i3] else high[i3]
-                i3 = -1
-            r = _force(c, G, z)
-        now = _size(r)
-        if now < size:
-            size = now
-            for j in range(G.shape[1]):
-                tried[j] = 0
-        else:
-            # Rounding ate the gain. Take it back; whatever was free stands still and is found again if it pays.
-            z[k1] = z1
-            if k2 >= 0:
-                z[k2] = z2
-            if k3 >= 0:
-                z[k3] = z3
-            r = _force(c, G, z)
-            tried[i] = 1
-            i1 = i2 = i3 = -1
-        q1, q2, q3, _, _, _ = _basis(G, i1, i2, i3)
-
-
-@_compile
-def _shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Workspace) -> None:
-    """Shortest z within the bounds with the same force: step 3 of the module's description."""
-    m = G.shape[1]
-    A, movable, held, effect = work.A, work.movable, work.mark, work.c
-    goal, Q, U = work.goal, work.Q, work.U
-    r = _force(c, G, z)
-    v = 0
-    for i in range(m):
-        slope = dot(_column(G, i), r)
-        pressed = (z[i] == low[i] and slope > 1e-10 * scale) or (z[i] == high[i] and slope < -1e-10 * scale)
-        if low[i] < high[i] and not pressed:
-            for j in range(3):
-                A[j, v] = G[j, i]
-            movable[v] = i
-            held[v] = 0
-            v += 1
-    if v == 0:
-        return
-    effect[:] = 0.0
-    rank = row_rank(A[:, :v], effect, RANK_TOLERANCE)
-    if rank == v:
-        return
-    for _ in range(_ROUNDS):
-        longest, count = 0.0, 0
-        for k in range(v):
-            longest = max(longest, abs(z[movable[k]]))
-            if not held[k]:
-                for j in range(rank):
-                    Q[count, j] = A[j, k]
-                count += 1
-        if count < rank:
-            return
-        orthonormalise(Q[:count], U, rank)
-        # Shortest values of the variables that are not held, with the same effect: their part in the span of Q.
-        for j in range(rank):
-            overlap, k_free = 0.0, 0
-            for k in range(v):
-                if not held[k]:
-                    overlap += Q[k_free, j] * z[movable[k]]
-                    k_free += 1
-            effect[j] = overlap
-        largest_step, k_free = 0.0, 0
-        for k in range(v):
-            goal[k] = z[movable[k]]
-            if not held[k]:
-                goal[k] = 0.0
-                for j in range(rank):
-                    goal[k] += Q[k_free, j] * effect[j]
-                k_free += 1
-                largest_step = max(largest_step, abs(goal[k] - z[movable[k]]))
-        slack = _NO_STEP * longest
-        if largest_step <= slack:
-            for k in range(v):
-                z[movable[k]] = min(max(goal[k], low[movable[k]]), high[movable[k]])
-            # Multipliers λ of the unchanged effect: Aᵀ λ = z for the variables that are not held.
-            for j in range(rank - 1, -1, -1):
-                for k in range(j + 1, rank):
-                    effect[j] -= U[j, k] * effect[k]
-                effect[j] /= U[j, j]
-            released = -1
-            for k in range(v):
-                i = movable[k]
-                if held[k]:
-                    multiplier = z[i]
-                    for j in range(rank):
-                        multiplier -= A[j, k] * effect[j]
-                    if held[k] * multiplier < -_NO_MULTIPLIER * longest:
-                        released = k
-                        break
-            if released < 0:
-                return
-            held[released] = 0
-            continue
-        share, blocking = 1.0, -1
-        for k in range(v):
-            i = movable[k]
-            # What overshoots by rounding alone does not block: holding it could cost the others their rank.
-            if held[k] or low[i] - slack <= goal[k] <= high[i] + slack:
-                continue
-            bound = low[i] if goal[k] < low[i] else high[i]
-            reached = max((bound - z[i]) / (goal[k] - z[i]), 0.0)
-            if reached < share:
-                share, blocking = reached, k
-        for k in range(v):
-            i = movable[k]
-            if not held[k]:
-                z[i] = min(max(z[i] + share * (goal[k] - z[i]), low[i]), high[i])
-        if blocking >= 0:
-            i = movable[blocking]
-            at_low = goal[blocking] < low[i]
-            z[i] = low[i] if at_low else high[i]
-            held[blocking] = 1 if at_low else -1
-
-
-@_inline
 def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> float:
     """By how much |c + G z| can at most exceed the least force.
 
@@ -378,20 +91,22 @@ def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> fl
     that sum over |force| bounds the least force from below; so does 0. A gradient along an unbounded variable counts
     as zero when it is below 1e-8 of ``scale``, the largest force of the problem.
     """
-    r = _force(c, G, z)
-    size = _size(r)
+    r = force_of(c, G, z)
+    size = size_of(r)
     if size == 0.0:
         return 0.0
     least = dot(r, (c[0], c[1], c[2]))
     for i in range(G.shape[1]):
-        slope = dot(_column(G, i), r)
+        slope = dot(column(G, i), r)
         bound = low[i] if slope > 0.0 else high[i]
         if abs(bound) < np.inf:
             least += slope * bound
         elif abs(slope) > GAP_TOLERANCE * scale:
             return size
-    gap = min(size, max(0.0, size - least / size))
-    return gap if gap >= 0.0 else np.inf  # NaN is no answer
+    gap = size - least / size
+    if not abs(gap) < np.inf:
+        return np.inf  # NaN is no answer
+    return min(size, max(0.0, gap))
 
 
 @_compile
@@ -415,13 +130,13 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) 
     if not _within(z, low, high):
         for i in range(m):
             z[i] = min(max(0.0 if rank < m else z[i], low[i]), high[i])
-        _descend(c, G, low, high, z, scale, work.mark)
+        descend(c, G, low, high, z, scale, work.mark)
         if rank < m:
-            size = _size(_force(c, G, z))
+            size = size_of(force_of(c, G, z))
             for i in range(m):
                 work.saved[i] = z[i]
-            _shorten(c, G, low, high, z, scale, work)
-            if not _size(_force(c, G, z)) <= size + _NO_STEP * scale:
+            shorten(c, G, low, high, z, scale, work)
+            if not size_of(force_of(c, G, z)) <= size + NO_STEP * scale:
                 for i in range(m):
                     z[i] = work.saved[i]
     if scale == 0.0:

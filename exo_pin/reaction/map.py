@@ -34,7 +34,7 @@ _CODES = {
     "minimal": map_kernels.MINIMAL,
     "elastic": map_kernels.ELASTIC,
 }
-#: Poses in a block: some hundred times what starting one costs, and few enough for the caches.
+#: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
 CHUNK = 32768
 #: What can be kept.
 _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "margin", "magnitude")
@@ -239,8 +239,9 @@ def _device(mechanism: Mechanism, upu: NDArray[np.intp], split: str, elasticity:
     if split == "elastic":
         if elasticity is None:
             raise MissingData(["elasticity"], 'split="elastic"', mechanism.name)
-        if elasticity.guides.shape != (n, 4):
-            raise InvalidInput(f"expected guides of shape {(n, 4)}, got {elasticity.guides.shape}")
+        for name, array, shape in (("guides", elasticity.guides, (n, 4)), ("shoulder", elasticity.shoulder, (3, 3))):
+            if np.shape(array) != shape:
+                raise InvalidInput(f"expected the elasticity's {name} to have shape {shape}, got {np.shape(array)}")
         guides, shoulder = np.array(elasticity.guides, order="C"), np.array(elasticity.shoulder, order="C")
     geometry = mechanism.geometry
     base, platform = (np.array(points, order="C") for points in (geometry.base_points, geometry.platform_points))

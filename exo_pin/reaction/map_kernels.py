@@ -38,7 +38,8 @@ from ..wrist.kernels import (
     spherical_forces,
     standalone_forces,
 )
-from .active_set import GAP_TOLERANCE, least_bounded, workspace
+from .active_set import GAP_TOLERANCE, least_bounded
+from .shortest import workspace
 from .stiffness import elastic_forces, side_stiffness
 
 __all__ = ["BY_ACTUATOR", "ELASTIC", "GIVEN", "MINIMAL", "SPHERICAL", "STANDALONE", "Device", "Outputs", "Terms"]

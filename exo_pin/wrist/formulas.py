@@ -3,6 +3,9 @@
 Vectors are tuples of three numbers and matrices tuples of three rows, so that a compiler can keep them in registers and
 work on several poses at once; no array is touched here.
 
+Numba's cache on disk looks at a function's own file only: after an edit here (or in :mod:`exo_pin.wrist.linear`) delete
+the ``*.nbi`` files of the package, or what calls these goes on with the old ones.
+
 Symbols: a = A_i and b = R B_i, both from O in the base frame; s = (b - a)/l the limb's direction from torso to arm;
 X = -(a × b)/|a × b| the normal of the limb's plane O A_i B_i, (D-11); h = |b × s| the distance from O to the limb's
 line. They are tied by b × s = -h X, so that the actuation and the constraint singularity of this wrist are one

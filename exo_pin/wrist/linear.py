@@ -13,7 +13,7 @@ __all__ = ["RANK_TOLERANCE", "complete_basis", "least_norm", "orthonormalise", "
 RANK_TOLERANCE = 1e-12
 #: Relative length of a row below which it is rounding noise.
 _NOISE = 1e-14
-#: Jacobi rotations converge quadratically; six sweeps were the most that random 3 × m matrices of any rank needed.
+#: Sweeps of Jacobi rotations, far more than their quadratic convergence needs.
 _SWEEPS = 30
 
 _compile = njit(cache=True, error_model="numpy", nogil=True)

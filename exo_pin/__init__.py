@@ -43,7 +43,17 @@ from .errors import (
     UnknownName,
 )
 from .exo import ShoulderExo, load
-from .reaction import GlenoidCone, Infeasibility, Movement, Reaction, Weights, reaction_table, read_movement
+from .reaction import (
+    Elasticity,
+    GlenoidCone,
+    Infeasibility,
+    Movement,
+    Reaction,
+    ReactionMap,
+    Weights,
+    reaction_table,
+    read_movement,
+)
 from .study import adl_box, sweep
 
 __all__ = [
@@ -52,6 +62,7 @@ __all__ = [
     "CentreOffset",
     "CentrePath",
     "ClosedChain",
+    "Elasticity",
     "ExoPinError",
     "FileFormatError",
     "GlenoidCone",
@@ -70,6 +81,7 @@ __all__ = [
     "NonConvexBound",
     "NotAWrist",
     "Reaction",
+    "ReactionMap",
     "Shoulder",
     "ShoulderExo",
     "SolverFailed",

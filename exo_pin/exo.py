@@ -35,18 +35,22 @@ from .questions import Questions
 from .reaction import (
     ActuatorBounds,
     ConstraintBounds,
+    Elasticity,
     EquilibriumModel,
     GlenoidCone,
     Movement,
     MovementReaction,
     PressurePlan,
     Reaction,
+    ReactionMap,
     Weights,
     movement_reaction,
     plan_pressures,
     reaction,
+    reaction_map,
 )
 from .reaction.locking import ChainSingularity, LockedChains
+from .reaction.map import CHUNK
 from .validation import FloatArray
 
 if TYPE_CHECKING:
@@ -475,6 +479,72 @@ class ShoulderExo(Questions):
             Histories, and their peak, rms, impulse and fraction not holdable.
         """
         return movement_reaction(self._equilibrium, movement, load, static, **options)
+
+    def reaction_map(
+        self,
+        orientations: Rotation,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        split: str = "spherical",
+        constraint_bounds: ConstraintBounds = None,
+        threads: int = 1,
+        chunk: int = CHUNK,
+        keep: Iterable[str] | None = None,
+        elasticity: Elasticity | None = None,
+        progress: bool = False,
+    ) -> ReactionMap:
+        """What :meth:`reaction` answers, for millions of poses: closed form, compiled, massless limbs.
+
+        Beside the answer itself, memory does not grow with the number of poses: they are worked off in blocks. Each
+        pose is computed by itself, so neither ``threads`` nor ``chunk`` changes a bit of the answer.
+
+        Parameters
+        ----------
+        orientations : Rotation
+            Poses of the arm, a stack of shape (...).
+        motion, load, constraint_bounds
+            As in :meth:`reaction`.
+        split : {"spherical", "minimal", "standalone", "elastic"}
+            As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
+            (:mod:`exo_pin.reaction.active_set`). "elastic": by stiffness, with the device's centre at the shoulder's;
+            poses in which neither limbs nor shoulder are stiff in some direction are "not_solved".
+        threads : int
+            How many blocks to work on at once.
+        chunk : int
+            Poses in a block.
+        keep : iterable of str, optional
+            What to keep, of "shoulder_force", "actuator_forces", "constraint_forces", "status", "margin" and
+            "magnitude"; all of it if left out. ``keep=("magnitude", "status")`` takes 9 bytes a pose.
+        elasticity : Elasticity, optional
+            Stiffness of guides and shoulder for "elastic", instead of the design's own.
+        progress : bool
+            Whether to show a bar on standard error.
+
+        Returns
+        -------
+        ReactionMap
+
+        Raises
+        ------
+        MissingData
+            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or "elastic" is asked
+            and the shoulder's stiffness is not known.
+        InvalidInput
+            If a limb has mass, or an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
+        """
+        return reaction_map(
+            self.mechanism,
+            orientations,
+            motion,
+            load,
+            split,
+            constraint_bounds,
+            threads,
+            chunk,
+            keep,
+            elasticity,
+            progress,
+        )
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

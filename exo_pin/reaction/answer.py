@@ -193,14 +193,13 @@ class Answer:
     def judge_standalone(self, row: int, effect: FloatArray) -> None:
         """Mark a pose in which the limbs alone hold the centre badly, or not at all.
 
-        The margin becomes the smallest singular value of the effect of what is open on the shoulder force, where that
-        is the lesser one: dimensionless, N of force at O per N of limb force.
+        What counts is the smallest singular value of the effect of what is open on the shoulder force: dimensionless,
+        N of force at O per N of limb force. ``margin`` stays that of the moments.
         """
         reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
-        self.margin[row] = min(self.margin[row], reach)
-        if self.margin[row] < SINGULAR_MARGIN:
+        if reach < SINGULAR_MARGIN:
             self.status[row] = STATUS.index("singular")
-        elif self.margin[row] < NEAR_MARGIN:
+        elif reach < NEAR_MARGIN:
             self.status[row] = STATUS.index("near_singular")
 
     def prepare_elastic(self, query: Query) -> None:

@@ -16,6 +16,7 @@ from .conventions import shoulder_angles, shoulder_rotation, thesis_angles, thes
 from .design import (
     Arm,
     CentreOffset,
+    CentrePath,
     Limb,
     LimbBody,
     LimbGuide,
@@ -42,15 +43,30 @@ from .errors import (
     UnknownName,
 )
 from .exo import ShoulderExo, load
-from .reaction import Reaction, reaction_table
+from .reaction import (
+    Elasticity,
+    GlenoidCone,
+    Infeasibility,
+    Movement,
+    Reaction,
+    ReactionMap,
+    Weights,
+    reaction_table,
+    read_movement,
+)
+from .study import adl_box, sweep
 
 __all__ = [
     "Arm",
     "BeyondLimits",
     "CentreOffset",
+    "CentrePath",
     "ClosedChain",
+    "Elasticity",
     "ExoPinError",
     "FileFormatError",
+    "GlenoidCone",
+    "Infeasibility",
     "InfeasibleBounds",
     "InvalidInput",
     "Limb",
@@ -61,21 +77,27 @@ __all__ = [
     "Mechanism",
     "MissingData",
     "Motion",
+    "Movement",
     "NonConvexBound",
     "NotAWrist",
     "Reaction",
+    "ReactionMap",
     "Shoulder",
     "ShoulderExo",
     "SolverFailed",
     "Stroke",
     "UndeterminedMotion",
     "UnknownName",
+    "Weights",
     "WristGeometry",
+    "adl_box",
     "load",
     "presets",
     "reaction_table",
+    "read_movement",
     "shoulder_angles",
     "shoulder_rotation",
+    "sweep",
     "thesis_angles",
     "thesis_rotation",
 ]

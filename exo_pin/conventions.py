@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from .errors import InvalidInput, UnknownName
-from .validation import FloatArray, as_finite, as_rotation, frozen
+from .errors import InvalidInput
+from .validation import FloatArray, as_choice, as_finite, as_rotation, frozen
 
 __all__ = [
     "GRAVITY",
@@ -47,9 +47,7 @@ MIRROR: FloatArray = frozen(np.diag([1.0, -1.0, 1.0]))
 
 def as_side(side: str) -> Side:
     """Return ``side`` if it is "left" or "right", else raise UnknownName."""
-    if isinstance(side, str) and side in ("left", "right"):
-        return "left" if side == "left" else "right"
-    raise UnknownName("side", side, ("left", "right"))
+    return "left" if as_choice("side", side, ("left", "right")) == "left" else "right"
 
 
 def _angles(names: tuple[str, str, str], values: tuple[ArrayLike, ArrayLike, ArrayLike], degrees: bool) -> FloatArray:

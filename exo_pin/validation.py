@@ -5,15 +5,21 @@ Each function returns a read-only float64 copy, so that what was checked is what
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from .errors import InvalidInput
+from .errors import InvalidInput, UnknownName
 
-__all__ = ["as_finite", "as_inertia", "as_positive", "as_real", "as_rotation", "as_unit_vector", "frozen"]
+__all__ = ["as_choice", "as_finite", "as_inertia", "as_positive", "as_real", "as_rotation", "as_unit_vector", "frozen"]
+
+#: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
+LARGEST = 1e12
+#: A quantity that has to be above zero and lies below this is zero for all that follows.
+SMALLEST = 1e-15
 
 FloatArray = NDArray[np.float64]
 
@@ -83,7 +89,23 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
         raise InvalidInput(f"expected {name} to have shape {want}, got {array.shape}")
     if not np.isfinite(array).all():
         raise InvalidInput(f"expected {name} to be finite, got {value!r:.80}")
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise InvalidInput(f"expected {name} in SI units, at most {LARGEST:g} in size, got {np.abs(array).max():g}")
     return frozen(array)
+
+
+def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
+    """Return ``value`` if it is one of the names ``available``.
+
+    Raises
+    ------
+    UnknownName
+        If it is not, whatever its type; the message lists what there is.
+    """
+    names = tuple(available)
+    if not isinstance(value, str) or value not in names:
+        raise UnknownName(kind, value if isinstance(value, str) else f"{value!r:.80}", names)
+    return value
 
 
 def as_positive(name: str, value: Any, zero: bool = False) -> float:
@@ -91,6 +113,8 @@ def as_positive(name: str, value: Any, zero: bool = False) -> float:
     number = float(as_finite(name, value, ()))
     if number < 0 or (number == 0 and not zero):
         raise InvalidInput(f"expected {name} to be {'zero or more' if zero else 'above zero'}, got {number:g}")
+    if 0.0 < number < SMALLEST:
+        raise InvalidInput(f"expected {name} in SI units, at least {SMALLEST:g}, got {number:g}")
     return number
 
 

@@ -83,8 +83,8 @@ def test_limits(worn):
     np.testing.assert_array_equal(unlocked.constraint_forces, 0.0)
     soft = guided(worn, ep.LimbGuide(40e-9, 30e-9)).reaction(poses, split="elastic")
     np.testing.assert_allclose(soft.shoulder_force, spherical.shoulder_force, atol=1e-7 * scale)
-    hard = guided(worn, stiffness=1e14).reaction(poses, split="elastic")
-    np.testing.assert_allclose(hard.shoulder_force, spherical.shoulder_force, atol=1e-7 * scale)
+    hard = guided(worn, stiffness=1e12).reaction(poses, split="elastic")
+    np.testing.assert_allclose(hard.shoulder_force, spherical.shoulder_force, atol=1e-6 * scale)
     alone = guided(worn, stiffness=1e-6).reaction(poses, split="elastic")
     standalone = worn.reaction(poses, split="standalone")
     assert alone.magnitude.max() < 1e-4 * scale

@@ -22,6 +22,15 @@ def test_scenario_one_angles_and_lengths():
     np.testing.assert_allclose(state.lengths * 1e3, [159.5270, 41.6830, 108.7461], atol=1e-4)
 
 
+def test_motion_may_broadcast_in_part():
+    mechanism = random_mechanism(np.random.default_rng(9), 3)
+    poses = Rotation.random(4, rng=np.random.default_rng(10))
+    whole = wrist.dynamics(mechanism, poses, Motion(np.ones((4, 3)), np.ones((4, 3))))
+    for motion in (Motion(np.ones((4, 3)), np.ones(3)), Motion(np.ones(3), np.ones((4, 3)))):
+        spread = wrist.dynamics(mechanism, poses, motion)
+        np.testing.assert_array_equal(spread.shoulder_force, whole.shoulder_force)
+
+
 def test_prototype_at_rest():
     state = wrist.inverse_kinematics(preset("prototype").geometry, Rotation.identity())
     np.testing.assert_allclose(np.degrees(state.base_theta_y), [78.6, 83.2, -83.2], atol=0.05)

@@ -10,8 +10,9 @@ from ..conventions import shoulder_rotation
 from ..design import Arm
 from ..errors import InvalidInput
 from ..exo import ShoulderExo, load
+from ..reaction import ActuatorBounds
 
-__all__ = ["add_design", "add_person", "add_pose", "design", "pose", "pose_angles"]
+__all__ = ["add_design", "add_limits", "add_person", "add_pose", "design", "limits", "pose", "pose_angles"]
 
 _ANGLES = (
     ("flexion", "arm forward"),
@@ -37,6 +38,23 @@ def add_person(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="who wears it, such as 1.75,75,male (m, kg)")
     parser.add_argument("--elbow-flexion", type=float, default=0.0, metavar="DEG", help="of that person, degrees")
     parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="in that person's hand, kg")
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """Add what the limbs can do."""
+    parser.add_argument("--pull", action="store_true", help="limbs that only pull")
+    parser.add_argument("--tension", metavar="MIN,MAX", help="limits of the limb forces, N")
+
+
+def limits(options: argparse.Namespace) -> ActuatorBounds:
+    """Limits of the limb forces."""
+    if options.tension is None:
+        return "pull" if options.pull else None
+    try:
+        low, high = (float(part) for part in options.tension.split(","))
+    except ValueError:
+        raise InvalidInput(f"expected --tension MIN,MAX in N, got {options.tension!r}") from None
+    return (max(low, 0.0) if options.pull else low, high)
 
 
 def design(options: argparse.Namespace) -> ShoulderExo:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ..errors import InvalidInput
 from ..exo import ShoulderExo
-from ..reaction import ConstraintBounds, Reaction, reaction_table
+from ..reaction import ConstraintBounds, Reaction, reaction_table, read_movement, write_movement_reaction
 from ..view.plots import overview, use_file_backend
-from .options import add_design, add_person, add_pose, design, pose, pose_angles
+from .options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
+from .splits import add_splits, answers_of, certificates, fitted, offset_mm
 
 __all__ = ["add_commands"]
 
@@ -28,6 +30,18 @@ def add_commands(commands: Any) -> None:
         metavar="N|actuator",
         help="bound of the side forces for the column minimal: newtons, or no more than the limb's own tension",
     )
+    add_splits(parser)
+    add_limits(parser)
+    parser.add_argument("--trajectory", type=Path, metavar="FILE", help="CSV of a movement instead of a pose")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="of a movement: histories as .csv or .npz")
+    parser.add_argument(
+        "--split", choices=("spherical", "minimal", "standalone"), help="of a movement (default spherical)"
+    )
+    parser.add_argument("--static", action="store_true", help="leave velocity and acceleration of a movement out")
+    parser.add_argument(
+        "--smoothing", type=float, default=0.0, metavar="DEG", help="by which a measured movement may be moved, rms"
+    )
+    parser.add_argument("--progress", action="store_true", help="show a progress bar")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.set_defaults(run=_reaction)
 
@@ -40,20 +54,53 @@ def add_commands(commands: Any) -> None:
 
 
 def _reaction(options: argparse.Namespace) -> int:
-    exo, angles = design(options), pose_angles(options)
+    if options.trajectory is not None:
+        return _follow(options)
+    if options.out is not None or options.split is not None:
+        raise InvalidInput("--out and --split belong to a movement: give --trajectory too")
+    exo, angles = fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo.side), _bounds(options.side_force_limit)
-    answers = [exo.reaction(orientation), exo.reaction(orientation, split="minimal", constraint_bounds=bounds)]
-    if exo.mechanism.limb_count + exo.mechanism.is_upu.sum() >= 6:
-        answers.append(exo.reaction(orientation, split="standalone"))
+    answers = answers_of(exo, orientation, bounds, options)
     if options.json:
-        print(_json(exo, angles, answers))
+        print(_json(exo, angles, answers, bounds, options))
         return 0
     print(
         f"{exo.mechanism.title or exo.name}\n"
         f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
-        f"{_carried(exo)}\n"
+        f"{_carried(exo)}"
     )
-    print(reaction_table(answers))
+    if options.offset is not None:
+        print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
+    print(f"\n{reaction_table(answers)}")
+    if options.certificate:
+        print(f"\n{certificates(answers, bounds)}")
+    return 0
+
+
+def _follow(options: argparse.Namespace) -> int:
+    if any(pose_angles(options)):
+        raise InvalidInput("a movement has poses of its own: give no --flexion, --abduction or --internal-rotation")
+    if options.json:
+        raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
+    exo = design(options)
+    if options.out is not None and options.out.suffix.lower() not in (".csv", ".npz"):
+        raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
+    movement = read_movement(options.trajectory, exo.side, math.radians(options.smoothing))
+    split = options.split or "spherical"
+    bounds = _bounds(options.side_force_limit)
+    answer = exo.follow(
+        movement,
+        static=options.static,
+        split=split,
+        constraint_bounds=bounds,
+        actuator_bounds=limits(options),
+        progress=options.progress,
+    )
+    print(f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(movement.times)} samples; {_carried(exo)}\n")
+    print(answer)
+    if options.out is not None:
+        write_movement_reaction(answer, options.out, exo.side, exo.name)
+        print(options.out)
     return 0
 
 
@@ -91,7 +138,19 @@ def _carried(exo: ShoulderExo) -> str:
     return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
 
 
-def _json(exo: ShoulderExo, angles: tuple[float, float, float], answers: Sequence[Reaction]) -> str:
+def _json(
+    exo: ShoulderExo,
+    angles: tuple[float, float, float],
+    answers: Sequence[Reaction],
+    bounds: ConstraintBounds,
+    options: argparse.Namespace,
+) -> str:
     names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
-    head = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
-    return json.dumps({**head, **{answer.split: json.loads(answer.to_json()) for answer in answers}}, indent=2)
+    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
+    if options.offset is not None:
+        head["centre_offset_mm"] = list(offset_mm(options))
+    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    if options.certificate:
+        for answer in answers:
+            body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+    return json.dumps({**head, **body}, indent=2)

@@ -6,7 +6,7 @@ import argparse
 import threading
 import webbrowser
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -14,8 +14,11 @@ from scipy.spatial.transform import Rotation, Slerp
 from ..conventions import shoulder_rotation
 from ..errors import InvalidInput
 from ..validation import as_positive
-from ..view import LIMB_STYLES, Scene
+from ..view import LIMB_STYLES
 from .options import add_design, add_person, add_pose, design, pose
+
+if TYPE_CHECKING:
+    from ..view import Scene
 
 __all__ = ["add_commands"]
 
@@ -51,6 +54,8 @@ def add_commands(commands: Any) -> None:
 
 
 def _view(options: argparse.Namespace) -> int:
+    from ..view import Scene
+
     exo = design(options)
     start = pose(options, exo.side)
     size = _size(options.size)

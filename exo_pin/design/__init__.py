@@ -9,11 +9,13 @@ from .guide import LimbGuide
 from .limb import Limb, LimbBody, Stroke
 from .loading import CentreOffset, Load, Motion
 from .mechanism import Mechanism
+from .path import CentrePath
 from .shoulder import Shoulder
 
 __all__ = [
     "Arm",
     "CentreOffset",
+    "CentrePath",
     "CircleDimensions",
     "Limb",
     "LimbBody",

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite, as_positive
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_choice, as_finite, as_positive
 
 __all__ = ["arm_segments"]
 
@@ -55,8 +55,7 @@ def arm_segments(
         raise InvalidInput(f"expected a height of 0.5 to 2.6 m, got {height:g}")
     if not 3.0 <= mass <= 400.0:
         raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {mass:g}")
-    if not isinstance(sex, str) or sex not in _SEGMENTS:
-        raise UnknownName("sex", sex, _SEGMENTS)
+    as_choice("sex", sex, _SEGMENTS)
     payload = as_positive("payload", payload, zero=True)
     bend = float(as_finite("elbow_flexion", elbow_flexion, ()))
     bend = np.radians(bend) if degrees else bend

@@ -73,7 +73,7 @@ def write_text(path: str | PathLike[str], text: str) -> None:
     write_bytes(path, text.encode("utf-8"))
 
 
-def write_bytes(path: str | PathLike[str], data: bytes) -> None:
+def write_bytes(path: str | PathLike[str], content: bytes) -> None:
     """Write a file so that a reader finds the old one or the new one, never half of it."""
     target = Path(path)
     if target.is_dir():
@@ -84,7 +84,7 @@ def write_bytes(path: str | PathLike[str], data: bytes) -> None:
         raise InvalidInput(f"cannot write {str(target)!r}: {error.strerror}") from error
     try:
         with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
+            stream.write(content)
         os.chmod(name, 0o644)
         os.replace(name, target)
     except BaseException:

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import InvalidInput, UnknownName
-from ..validation import as_finite, as_inertia, as_positive, as_unit_vector
+from ..errors import InvalidInput
+from ..validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector
 from .guide import LimbGuide
 
 __all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]
@@ -121,8 +121,7 @@ class Limb:
     guide: LimbGuide | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.kind, str) or self.kind not in ("UPU", "SPS"):
-            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
+        as_choice("limb kind", self.kind, ("UPU", "SPS"))
         kinds = {"base_body": LimbBody, "platform_body": LimbBody, "stroke": Stroke, "guide": LimbGuide}
         for name, kind in kinds.items():
             value = getattr(self, name)

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_choice, as_finite
 
 __all__ = ["CentreOffset", "Load", "Motion"]
 
@@ -66,7 +66,8 @@ class Load:
     frame: Literal["base", "arm"] = "base"
 
     def __post_init__(self) -> None:
-        moment = np.zeros(3) if isinstance(self.moment, (int, float)) and self.moment == 0 else self.moment
+        nothing = isinstance(self.moment, (int, float)) and self.moment == 0
+        moment = np.zeros(3) if nothing else self.moment
         for name, value in (("force", self.force), ("moment", moment), ("at", self.at)):
             array = as_finite(name, value, (3,), stack=True)
             if np.abs(array).max(initial=0.0) > _STRONGEST:
@@ -74,8 +75,7 @@ class Load:
             object.__setattr__(self, name, array)
         if np.abs(np.asarray(self.at)).max(initial=0.0) > 5.0:
             raise InvalidInput(f"expected at in m, got {self.at} (millimetres?)")
-        if not isinstance(self.frame, str) or self.frame not in ("base", "arm"):
-            raise UnknownName("frame", self.frame, ("base", "arm"))
+        as_choice("frame", self.frame, ("base", "arm"))
 
 
 @dataclass(frozen=True, eq=False)

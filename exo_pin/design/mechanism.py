@@ -93,6 +93,11 @@ class Mechanism:
             raise InvalidInput(f"expected estimated to be a list of strings, got {self.estimated!r:.60}")
         object.__setattr__(self, "estimated", tuple(self.estimated))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A read-only mapping cannot be pickled, which a second process needs.
+        values = {item.name: getattr(self, item.name) for item in fields(self)}
+        return _rebuilt, ({**values, "sources": dict(self.sources)},)
+
     @property
     def limb_count(self) -> int:
         """Number of limbs n."""
@@ -159,11 +164,15 @@ class Mechanism:
         return self if as_side(side) == self.side else self.mirrored()
 
 
+def _rebuilt(values: dict[str, Any]) -> Mechanism:
+    return Mechanism(**values)
+
+
 def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
-    if limbs is not None and not isinstance(limbs, (tuple, list)):
-        raise InvalidInput(f"expected limbs to be a list of Limb records, got {type(limbs).__name__}")
-    if limbs is None or len(limbs) == 0:
+    if limbs is None or (isinstance(limbs, Sequence) and len(limbs) == 0):
         return (Limb(),) * count
+    if not isinstance(limbs, Sequence):
+        raise InvalidInput(f"expected limbs to be a sequence of Limb records, got {type(limbs).__name__}")
     for limb in limbs:
         if not isinstance(limb, Limb):
             raise InvalidInput(f"expected limbs to be Limb records, got {type(limb).__name__}")

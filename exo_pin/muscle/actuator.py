@@ -145,3 +145,20 @@ class Muscle:
         See :meth:`StaticModel.pressure_for` for the rest.
         """
         return self.model.pressure_for(force, self.contraction(length), outside)
+
+    def stiffness(self, length: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
+        """How much harder the muscle pulls per metre of limb length, at constant pressure.
+
+        Parameters
+        ----------
+        length, pressure : array_like
+            Shapes that broadcast to (...): limb length in m, gauge pressure in Pa.
+        outside : {"raise", "mark"}
+            What to do outside the model's validity range.
+
+        Returns
+        -------
+        ndarray or numpy.ma.MaskedArray
+            df/dl, shape (...), N/m. A longer limb is a less contracted muscle, so this is minus the model's dF/dx.
+        """
+        return -self.model.stiffness(self.contraction(length), pressure, outside)

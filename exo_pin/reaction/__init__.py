@@ -2,21 +2,51 @@
 
 from __future__ import annotations
 
+from .active_set import LeastForces, least_forces
 from .bounds import ConstraintBounds
-from .certificate import Certificate
+from .certificate import Certificate, Components
+from .choice import Weights
+from .cone import GlenoidCone
 from .equilibrium import EquilibriumModel
+from .infeasibility import Infeasibility
+from .limits import ActuatorBounds, ForceLimited, PressureActuator
+from .map import ReactionMap, reaction_map
+from .movement import Movement, MovementReaction, movement_reaction
+from .movement_files import read_movement, write_movement_reaction
+from .pressures import PressurePlan, plan_pressures
 from .program import LeastForce, least_force
 from .query import reaction
-from .result import Reaction
+from .result import Optimum, Reaction
+from .stiffness import Elasticity
 from .table import reaction_table
 
 __all__ = [
+    "ActuatorBounds",
     "Certificate",
+    "Components",
     "ConstraintBounds",
+    "Elasticity",
     "EquilibriumModel",
+    "ForceLimited",
+    "GlenoidCone",
+    "Infeasibility",
     "LeastForce",
+    "LeastForces",
+    "Movement",
+    "MovementReaction",
+    "Optimum",
+    "PressureActuator",
+    "PressurePlan",
     "Reaction",
+    "ReactionMap",
+    "Weights",
     "least_force",
+    "least_forces",
+    "movement_reaction",
+    "plan_pressures",
     "reaction",
+    "reaction_map",
     "reaction_table",
+    "read_movement",
+    "write_movement_reaction",
 ]

@@ -15,12 +15,20 @@ from ..wrist.side import side_wrenches
 from ..wrist.stacks import Query
 from .bounds import SideForceBounds
 from .certificate import Certificate, is_determined
+from .choice import Pose, Socket, Weights, choose
+from .cone import GlenoidCone
 from .elastic import shoulder_stiffness
 from .equilibrium import Equilibrium
-from .program import least_force
-from .result import Reaction
+from .infeasibility import Infeasibility, Shortfall
+from .infeasible import shortfall
+from .limits import ForceLimits
+from .program import duality_gap, least_force
+from .result import Optimum, Reaction
 
-__all__ = ["Answer", "arm_loads", "is_trivial"]
+__all__ = ["QUERY_STATUS", "Answer", "Wanted", "arm_loads", "is_trivial"]
+
+#: The closed form's status codes and what only a query with limits can find.
+QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke")
 
 #: Gravity by which a person's weight is counted, m/s², whatever the design's gravity is.
 STANDARD_GRAVITY = 9.81
@@ -54,10 +62,28 @@ _CHOSEN_BY = {
 
 
 class Chosen(NamedTuple):
-    """f and g of one pose."""
+    """f and g of one pose, and how good they are as an optimum."""
 
     f: FloatArray
     g: FloatArray
+    kkt: float = 0.0
+    gap: float = 0.0
+    unique: bool = True
+
+
+class Wanted(NamedTuple):
+    """What a query asks of every pose."""
+
+    split: str
+    side_bounds: SideForceBounds
+    limits: ForceLimits
+    cone: GlenoidCone | None
+    weights: Weights | None
+
+    @property
+    def needs_program(self) -> bool:
+        """Whether f and g have to be chosen together, whatever the number of limbs."""
+        return self.cone is not None or self.weights is not None
 
 
 class Answer:
@@ -76,32 +102,70 @@ class Answer:
         self.f_unique, self.g_unique = np.zeros((count, n), dtype=bool), np.zeros((count, n), dtype=bool)
         self.shoulder_unique, self.torso_unique = np.zeros((count, 3), dtype=bool), np.zeros(count, dtype=bool)
         self.trivial = np.zeros(count, dtype=bool)
+        self.kkt, self.gap, self.unique = np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, dtype=bool)
+        self.shortfalls: dict[int, Shortfall] = {}
         self.displacement: FloatArray | None = None
         self.stiffness: FloatArray | None = None
 
-    def fill(self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds) -> None:
+    def fill(self, row: int, state: Equilibrium, wanted: Wanted) -> None:
         """Solve one pose."""
         f0, stress = _tensions(state)
-        chosen_spherical = Chosen(f0, np.zeros_like(f0))
         try:
-            chosen = self._choose(row, state, split, bounds, f0, stress)
+            missing = self._missing(row, state, wanted, f0)
+            if missing is not None:
+                self.shortfalls[row] = missing
+                self.status[row] = QUERY_STATUS.index("infeasible")
+                return
+            if wanted.needs_program or (stress.size and not wanted.limits.is_free):
+                chosen = Chosen(*choose(self._pose(row, state, wanted, f0)))
+            else:
+                chosen = self._choose(row, state, wanted, f0, stress)
         except SolverFailed:
-            self.status[row] = STATUS.index("not_solved")
+            self.status[row] = QUERY_STATUS.index("not_solved")
             return
         if self.status[row] >= STATUS.index("singular"):
             return
-        self.f[row], self.g[row] = chosen
+        self.f[row], self.g[row], self.kkt[row], self.gap[row], self.unique[row] = chosen
         self.shoulder[row], closure = _apply(state, chosen)
-        self.spherical[row] = _apply(state, chosen_spherical)[0]
+        self.spherical[row] = _apply(state, Chosen(f0, np.zeros_like(f0)))[0]
         self.on_arm[row] = closure - state.limb_share
         self.on_torso[row] = -closure
         self._certify(row, state, stress)
 
-    def _choose(
-        self, row: int, state: Equilibrium, split: str, bounds: SideForceBounds, f0: FloatArray, stress: FloatArray
-    ) -> Chosen:
+    def _missing(self, row: int, state: Equilibrium, wanted: Wanted, f0: FloatArray) -> Shortfall | None:
+        """What a pose lacks to be held; without any limit it lacks nothing."""
+        if wanted.limits.is_free and (wanted.cone is None or wanted.cone.penalty is not None):
+            return None
+        return shortfall(self._pose(row, state, wanted, f0))
+
+    def _pose(self, row: int, state: Equilibrium, wanted: Wanted, f0: FloatArray) -> Pose:
+        """The program of one pose."""
+        side, cone, weights = self.mechanism.side, wanted.cone, wanted.weights
+        alone = wanted.split == "standalone"
+        g_low, g_high = (bound[self.upu] for bound in wanted.side_bounds.at(row, f0))
+        if wanted.split == "spherical":
+            g_low = g_high = np.zeros(self.upu.size)
+        goal = None
+        if wanted.split == "minimal":
+            goal = np.eye(3) if weights is None else weights.root(side)
+        return Pose(
+            state,
+            self.radius,
+            wanted.limits.lower[row],
+            wanted.limits.upper[row],
+            g_low,
+            g_high,
+            self.upu,
+            wanted.side_bounds.by_tension,
+            None if cone is None else Socket(*cone.half_spaces(side), cone.penalty),
+            goal,
+            0.0 if weights is None else weights.tension,
+            alone,
+        )
+
+    def _choose(self, row: int, state: Equilibrium, wanted: Wanted, f0: FloatArray, stress: FloatArray) -> Chosen:
         """f and g of the wanted split. What is open are tensions that balance themselves, and side forces."""
-        g = np.zeros_like(f0)
+        g, split = np.zeros_like(f0), wanted.split
         if split == "spherical":
             return Chosen(f0, g)
         if split == "elastic":
@@ -111,30 +175,31 @@ class Answer:
         constant = state.shoulder + state.shoulder_of_f @ f0
         low, high = np.full(len(f0), -np.inf), np.full(len(f0), np.inf)
         if split == "minimal":
-            low, high = bounds.at(row, f0)
+            low, high = wanted.side_bounds.at(row, f0)
         free = np.full(own, np.inf)
         lower, upper = np.concatenate([-free, low[self.upu]]), np.concatenate([free, high[self.upu]])
         if split == "standalone":
             self.judge_standalone(row, effect)
         else:
-            self.trivial[row] = is_trivial(effect, lower, upper)
+            self.trivial[row] = wanted.limits.is_free and is_trivial(effect, lower, upper)
         if self.status[row] >= STATUS.index("singular"):
             return Chosen(f0, g)
-        open_forces = least_force(constant, effect, lower, upper).variables
-        g[self.upu] = open_forces[own:]
-        return Chosen(f0 + stress @ open_forces[:own], g)
+        best = least_force(constant, effect, lower, upper)
+        g[self.upu] = best.variables[own:]
+        size = float(np.abs(constant).max()) or 1.0
+        gap = size * duality_gap(constant / size, effect, lower / size, upper / size, best.variables / size)
+        return Chosen(f0 + stress @ best.variables[:own], g, best.residual, gap, best.unique)
 
     def judge_standalone(self, row: int, effect: FloatArray) -> None:
         """Mark a pose in which the limbs alone hold the centre badly, or not at all.
 
-        The margin becomes the smallest singular value of the effect of what is open on the shoulder force, where that
-        is the lesser one: dimensionless, N of force at O per N of limb force.
+        What counts is the smallest singular value of the effect of what is open on the shoulder force: dimensionless,
+        N of force at O per N of limb force. ``margin`` stays that of the moments.
         """
         reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
-        self.margin[row] = min(self.margin[row], reach)
-        if self.margin[row] < SINGULAR_MARGIN:
+        if reach < SINGULAR_MARGIN:
             self.status[row] = STATUS.index("singular")
-        elif self.margin[row] < NEAR_MARGIN:
+        elif reach < NEAR_MARGIN:
             self.status[row] = STATUS.index("near_singular")
 
     def prepare_elastic(self, query: Query) -> None:
@@ -174,9 +239,9 @@ class Answer:
         limbs[3:] /= self.radius
         self.torso_unique[row] = bool(is_determined(limbs).all())
 
-    def finished(self, query: Query, split: str) -> Reaction:
+    def finished(self, query: Query, wanted: Wanted) -> Reaction:
         """Shape everything to the caller's stack."""
-        shape = query.shape
+        shape, split = query.shape, wanted.split
         self._refuse_what_is_not_finite()
         answered = self.status < STATUS.index("singular")
         trivial = split == "minimal" and bool(answered.any() and self.trivial[answered].all())
@@ -207,7 +272,9 @@ class Answer:
             stacked(self.g_unique),
             stacked(self.shoulder_unique),
             stacked(self.torso_unique),
-            _CHOSEN_BY[split],
+            _CHOSEN_BY[split]
+            + ("" if wanted.limits.is_free else ", within the limits of the limbs")
+            + ("" if wanted.cone is None else ", with regard to the socket"),
         )
         arm = self.mechanism.arm
         weight = None
@@ -223,13 +290,17 @@ class Answer:
             spherical_force=stacked(self.spherical),
             ratio=stacked(ratio),
             split=split,
-            status=np.array(STATUS)[self.status].reshape(shape),
+            status=np.array(QUERY_STATUS)[self.status].reshape(shape),
             margin=stacked(self.margin),
             determinant=stacked(self.determinant),
             residual=stacked(residual),
             certificate=certificate,
             body_weight=weight,
             trivial=trivial,
+            optimum=Optimum(stacked(self.kkt), stacked(self.gap), stacked(self.unique)),
+            infeasibility=(
+                Infeasibility.from_rows(shape, self.mechanism.limb_count, self.shortfalls) if self.shortfalls else None
+            ),
             centre_displacement=None if self.displacement is None else stacked(self.displacement),
             side_stiffness=None if self.stiffness is None else stacked(self.stiffness),
         )

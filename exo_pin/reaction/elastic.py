@@ -142,14 +142,18 @@ class Displaced:
             Shape (N, n), N, and (N, 3), m; NaN where shoulder and limbs together leave a direction free.
         """
         k, sides = self.side.stiffness, self.side.forces
-        pushed = self.shoulder_of_g * k[:, None, :]
-        whole = stiffness + pushed @ sides
-        target = -self.shoulder - np.einsum("kij,kj->ki", pushed, self.side.misfit)
+        whole, target = self.elastic_system(stiffness)
         solvable = np.linalg.cond(whole) < 1e12
         solvable &= self.status < STATUS.index("singular")
         delta = np.full_like(target, np.nan)
         delta[solvable] = np.linalg.solve(whole[solvable], target[solvable][..., None])[..., 0]
         return k * (np.einsum("kni,ki->kn", sides, delta) + self.side.misfit), delta
+
+    def elastic_system(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """K_s + K_X and the load N, shape (N, 3, 3), N/m, and (N, 3), N: (K_s + K_X) δ = N, misfit included."""
+        pushed = self.shoulder_of_g * self.side.stiffness[:, None, :]
+        whole = stiffness + pushed @ self.side.forces
+        return whole, -self.shoulder - np.einsum("kij,kj->ki", pushed, self.side.misfit)
 
     def limb_wrenches(self, f: FloatArray, g: FloatArray) -> FloatArray:
         """Force and moment about O of every limb on the arm, shape (N, n, 6)."""

@@ -9,7 +9,7 @@ from ..errors import SolverFailed
 from ..validation import FloatArray
 from ..wrist.forces import STATUS
 from ..wrist.stacks import Query, require_massless
-from .answer import Answer, arm_loads, is_trivial
+from .answer import Answer, Wanted, arm_loads, is_trivial
 from .bounds import SideForceBounds
 from .certificate import is_determined
 from .elastic import Displaced, shoulder_stiffness
@@ -23,8 +23,7 @@ def misaligned_reaction(
     mechanism: Mechanism,
     query: Query,
     offset: tuple[FloatArray, FloatArray],
-    split: str,
-    bounds: SideForceBounds,
+    wanted: Wanted,
 ) -> Reaction:
     """Answer a query in the displaced geometry; see :meth:`exo_pin.ShoulderExo.reaction`.
 
@@ -33,6 +32,7 @@ def misaligned_reaction(
     """
     require_massless(mechanism)
     base, cuff = offset
+    split, bounds = wanted.split, wanted.side_bounds
     if split == "standalone":
         # Without a ball joint the two centres of the device stay together, and only the cuff's seat counts.
         carried = np.einsum("kij,kj->ki", query.matrices, cuff)
@@ -51,7 +51,7 @@ def misaligned_reaction(
         for row in rows.tolist():
             _choose(row, state, answer, split, bounds, g, tensions)
     _fill(state, answer, g, tensions)
-    return answer.finished(query, split)
+    return answer.finished(query, wanted)
 
 
 def _choose(

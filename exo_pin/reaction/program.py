@@ -11,13 +11,14 @@ from scipy.optimize import lsq_linear
 
 from ..errors import InfeasibleBounds, SolverFailed
 from ..validation import FloatArray
+from ..wrist.linear import RANK_TOLERANCE
+from . import active_set
+from .active_set import GAP_TOLERANCE
 
 __all__ = ["LeastForce", "least_force"]
 
 #: Largest KKT residual, relative to the force before the variables lower it, with which an answer is given.
-KKT_TOLERANCE = 1e-8
-#: Relative size of a singular value below which a direction does not change the force.
-RANK_TOLERANCE = 1e-12
+KKT_TOLERANCE = GAP_TOLERANCE
 #: How far from a bound, relative to the largest force, ProxQP's answer may be and still count as on it.
 _ACTIVE = 1e-6
 #: Gap, relative to the largest force, above which the answer is sought once more by another method.
@@ -156,23 +157,11 @@ def _bounded(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, fu
 
 
 def duality_gap(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray) -> float:
-    """By how much |c + G z| can at most exceed the least force.
+    """By how much |c + G z| can at most exceed the least force; see :func:`exo_pin.reaction.active_set.duality_gap`.
 
-    For every z' within the bounds, force · (c + G z') >= force · c + Σ min(gradient_i low_i, gradient_i high_i), so
-    that sum over |force| bounds the least force from below. A gradient along an unbounded variable counts as zero
-    when it is below the KKT tolerance.
+    The problem is scaled to a largest force of one.
     """
-    force = c + G @ z
-    size = float(np.linalg.norm(force))
-    if size == 0.0:
-        return 0.0
-    gradient = G.T @ force
-    open_end = np.where(gradient > 0, np.isinf(low), np.isinf(high))
-    gradient = np.where(open_end & (np.abs(gradient) <= KKT_TOLERANCE), 0.0, gradient)
-    if (open_end & (gradient != 0.0)).any():
-        return size
-    reach = np.where(gradient > 0, low, np.where(gradient < 0, high, 0.0))
-    return max(0.0, size - (float(force @ c) + float(gradient @ reach)) / size)
+    return float(active_set.duality_gap(*(np.array(part, order="C") for part in (c, G, low, high, z)), 1.0))
 
 
 def _along_weak_direction(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray) -> FloatArray:

@@ -8,18 +8,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import CentreOffset, Load, Motion
-from ..errors import InvalidInput, UnknownName
+from ..design import CentreOffset, CentrePath, Load, Motion
+from ..errors import InvalidInput
+from ..progress import track
+from ..validation import FloatArray, as_choice
 from ..wrist.forces import STATUS, require_standalone
+from ..wrist.inverse import inverse_kinematics
 from ..wrist.stacks import as_query
-from .answer import Answer
+from .answer import QUERY_STATUS, Answer, Wanted
 from .bounds import ConstraintBounds, SideForceBounds
+from .choice import Weights
+from .cone import GlenoidCone
+from .determination import certified
 from .elastic import as_offset, shoulder_stiffness
 from .equilibrium import EquilibriumModel
+from .limits import ActuatorBounds, ForceLimits
 from .misaligned import misaligned_reaction
 from .result import Reaction
 
-__all__ = ["Split", "reaction"]
+__all__ = ["QUERY_STATUS", "Split", "reaction"]
 
 Split = Literal["spherical", "minimal", "elastic", "standalone"]
 
@@ -31,32 +38,67 @@ def reaction(
     load: Load | None = None,
     split: str = "spherical",
     constraint_bounds: ConstraintBounds = None,
-    centre_offset: CentreOffset | ArrayLike | None = None,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+    *,
+    actuator_bounds: ActuatorBounds = None,
+    cone: GlenoidCone | None = None,
+    weights: Weights | None = None,
+    progress: bool = False,
 ) -> Reaction:
     """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`."""
-    if split not in get_args(Split):
-        raise UnknownName("split", split, get_args(Split))
-    if constraint_bounds is not None and split != "minimal":
-        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
+    _check_options(split, constraint_bounds, cone, weights)
+    limited = actuator_bounds is not None or cone is not None or weights is not None
+    if limited and (split == "elastic" or centre_offset is not None):
+        raise InvalidInput(
+            'actuator_bounds, cone and weights choose forces: they do not go with split="elastic" or a centre_offset'
+        )
     mechanism = model.mechanism
     if split == "standalone":
         require_standalone(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
-    bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count)
+    n = mechanism.limb_count
+
+    def lengths() -> FloatArray:
+        return inverse_kinematics(mechanism.geometry, orientation).lengths.reshape(-1, n)
+
+    limits = ForceLimits(actuator_bounds, query.shape, n, lengths)
+    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed)
+    wanted = Wanted(split, bounds, limits, cone, weights)
     if split == "elastic":
         shoulder_stiffness(mechanism)  # raises now, not in the middle of a stack
+    if isinstance(centre_offset, CentrePath):
+        centre_offset = centre_offset.offset(orientation)
     if centre_offset is not None:
-        return misaligned_reaction(mechanism, query, as_offset(centre_offset, query.shape), split, bounds)
+        offset = as_offset(centre_offset, query.shape)
+        return certified(misaligned_reaction(mechanism, query, offset, wanted), mechanism, query, offset, bounds)
     answer = Answer(mechanism, query)
     if split == "elastic":
         answer.prepare_elastic(query)
+    answer.status[(answer.status < STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
     quaternions = orientation.as_quat().reshape(-1, 4)
-    for row in np.flatnonzero(answer.status < STATUS.index("singular")).tolist():
+    rows = np.flatnonzero(answer.status < STATUS.index("singular")).tolist()
+    for row in track(rows, "reaction", progress):
         R = query.matrices[row]
         q = model.configuration(R, quaternions[row])
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
-        answer.fill(row, state, split, bounds)
-    return answer.finished(query, split)
+        answer.fill(row, state, wanted)
+    return certified(answer.finished(query, wanted), mechanism, query, None, bounds)
+
+
+def _check_options(
+    split: str, constraint_bounds: ConstraintBounds, cone: GlenoidCone | None, weights: Weights | None
+) -> None:
+    """Refuse options that do not belong together."""
+    as_choice("split", split, get_args(Split))
+    if constraint_bounds is not None and split != "minimal":
+        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
+    if weights is not None and split != "minimal":
+        raise InvalidInput(f'weights belong to split="minimal", got split={split!r}')
+    if cone is not None and split == "standalone":
+        raise InvalidInput('a glenoid cone bounds F_s, which split="standalone" sets to zero')
+    for name, value, kind in (("cone", cone, GlenoidCone), ("weights", weights, Weights)):
+        if value is not None and not isinstance(value, kind):
+            raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")

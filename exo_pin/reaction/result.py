@@ -11,9 +11,32 @@ from numpy.typing import NDArray
 
 from ..validation import FloatArray
 from .certificate import Certificate
+from .infeasibility import Infeasibility
 from .table import reaction_table
 
-__all__ = ["Reaction"]
+__all__ = ["Optimum", "Reaction"]
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """How good the chosen forces are as an optimum, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    kkt : ndarray
+        Shape (...): largest violation of the optimality conditions, relative to the largest force of the problem;
+        0 where there was nothing to choose, NaN without an answer.
+    gap : ndarray
+        Shape (...), N: by how much what was made small (|F_s| for "minimal" without weights) can at most exceed
+        its least value: the duality gap.
+    unique : ndarray of bool
+        Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
+        convex in it. True is sure, False may be cautious where limits coincide.
+    """
+
+    kkt: FloatArray
+    gap: FloatArray
+    unique: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +72,8 @@ class Reaction:
         How what equilibrium leaves open was shared out.
     status : ndarray of str
         Shape (...): "ok", "near_singular" (an answer, with limb forces far above the load), "singular",
-        "folded" or "not_solved" (no answer).
+        "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``) or
+        "out_of_stroke" (an actuator cannot take the length of its limb); the last five have no answer.
     margin : ndarray
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
     determinant : ndarray
@@ -70,6 +94,10 @@ class Reaction:
         δ, shape (..., 3), m: how far the shoulder's centre gives way, for split "elastic".
     side_stiffness : ndarray or None
         k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
+    optimum : Optimum or None
+        Optimality conditions, duality gap and uniqueness of what was chosen.
+    infeasibility : Infeasibility or None
+        Evidence for the poses that cannot be held; None if there are none.
     """
 
     shoulder_force: FloatArray
@@ -90,6 +118,8 @@ class Reaction:
     trivial: bool = False
     centre_displacement: FloatArray | None = None
     side_stiffness: FloatArray | None = None
+    optimum: Optimum | None = None
+    infeasibility: Infeasibility | None = None
 
     @property
     def magnitude(self) -> FloatArray:
@@ -130,6 +160,7 @@ class Reaction:
         -----
         A pose beyond the surface is not reachable from one before it without losing hold of the arm.
         """
+        # A pose that the limbs are too weak for still lies on one side of the surface.
         side = np.where(self.status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
         if side.ndim == 0:
             return np.empty((0, 0), dtype=np.int64)
@@ -160,8 +191,15 @@ class Reaction:
                 "residual",
             )
         }
+        evidence: dict[str, Any] = {}
+        if self.optimum is not None:
+            evidence = {"kkt": self.optimum.kkt, "gap": self.optimum.gap, "unique": self.optimum.unique}
+        if self.infeasibility is not None:
+            for name in ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force"):
+                evidence[name] = getattr(self.infeasibility, name)
         return {
             **fields,
+            **evidence,
             "magnitude": self.magnitude,
             "percent_body_weight": self.percent_body_weight,
             "undetermined": self.certificate.undetermined,

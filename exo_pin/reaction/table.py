@@ -81,6 +81,7 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         ["poses", *(str(r.status.size) for r in reactions)],
         ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
         ["  marked near_singular", *(str(int((r.status == "near_singular").sum())) for r in reactions)],
+        ["  cannot be held", *(str(int((r.status == "infeasible").sum())) for r in reactions)],
         ["peak |F_s|, N", *(peak(r.magnitude) for r in reactions)],
         ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
         ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],
@@ -98,6 +99,9 @@ def _notes(reactions: Sequence[Reaction]) -> list[str]:
     statements = dict.fromkeys(reaction.certificate.statement for reaction in reactions)
     lines = ["", *(textwrap.fill(statement, _WIDTH) for statement in statements)]
     for reaction in reactions:
+        if reaction.status.ndim == 0 and reaction.infeasibility is not None:
+            explained = f"{reaction.split}: {reaction.infeasibility.explain()}"
+            lines.append(textwrap.fill(explained, _WIDTH, subsequent_indent="  "))
         if not (reaction.certificate.undetermined > 0).any():
             continue
         line = f"{reaction.split} assumes {reaction.certificate.chosen_by}."

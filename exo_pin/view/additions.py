@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
-import meshcat.geometry as mg
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,6 +15,7 @@ from ..validation import FloatArray, as_finite, as_positive, as_unit_vector
 from .colours import SKY, hexadecimal, scale_colours
 from .shapes import flat_material, frustum
 from .stage import Stage
+from .viewer import mg
 
 __all__ = ["Additions", "bar", "glenoid_axis"]
 

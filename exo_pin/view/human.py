@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from pinocchio.visualize import MeshcatVisualizer
 from scipy.spatial.transform import Rotation
 
 from ..errors import MissingExtra
 from ..validation import FloatArray
 from .stage import Stage
+from .viewer import MeshcatVisualizer
 
 __all__ = ["Human", "human_urdf"]
 

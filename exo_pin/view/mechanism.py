@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
-from pinocchio.visualize import MeshcatVisualizer
 from scipy.spatial.transform import Rotation
 
 from ..chain import mechanism_urdf
@@ -17,6 +15,7 @@ from ..wrist import inverse_kinematics
 from .colours import GREY
 from .shapes import flat_material, frustum, lathe, segment
 from .stage import Stage
+from .viewer import MeshcatVisualizer, mg
 
 __all__ = ["MechanismPicture"]
 

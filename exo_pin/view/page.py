@@ -14,7 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import meshcat
+from .viewer import meshcat
 
 __all__ = ["live_page", "static_page", "viewer_script"]
 

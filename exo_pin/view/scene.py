@@ -14,6 +14,7 @@ from ..errors import InvalidInput, LoopNotClosed, MissingExtra, UnknownName
 from ..exo import ShoulderExo
 from ..reaction import Reaction
 from ..validation import FloatArray, as_finite, as_positive, as_rotation
+from . import LIMB_STYLES
 from .additions import Additions, bar
 from .colours import scale_colours
 from .forces import LONGEST, ForcePicture, PoseForces, nice_step
@@ -24,10 +25,8 @@ from .panels import numbers_panel
 from .recording import FrameTaker, Recording
 from .stage import Stage
 
-__all__ = ["LIMB_STYLES", "Scene"]
+__all__ = ["Scene"]
 
-#: How limbs can be drawn.
-LIMB_STYLES = ("rods", "muscles")
 #: Colour and opacity of a ghost.
 _GHOST = (0.34, 0.40, 0.48, 0.30)
 #: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.

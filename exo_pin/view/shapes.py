@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import meshcat.geometry as mg
 import numpy as np
 
 from ..validation import FloatArray
 from .colours import number
 from .stage import Stage
+from .viewer import mg
 
 __all__ = ["Arrow", "along", "flat_material", "frustum", "lathe", "segment", "trimmed"]
 

@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-import meshcat
 import numpy as np
 import umsgpack
 from numpy.typing import ArrayLike
 
 from ..validation import FloatArray
 from .server import Server
+from .viewer import meshcat
 
 __all__ = ["Changes", "Stage"]
 

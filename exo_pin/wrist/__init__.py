@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .forces import WristForces, dynamics, statics
 from .forward import forward_kinematics, forward_kinematics_from_base_angles
+from .holding import Holding, holding
 from .inverse import LimbState, inverse_kinematics, universal_angles
 from .loci import (
     LocusSlice,
@@ -18,6 +19,7 @@ from .nearest import NearestSingularity, nearest_singularity
 from .region import FreeRegion, RangeCrossing, daily_crossings, free_region
 from .sensors import OrientationChain, SensorSensitivity, sensor_sensitivity
 from .singularity import Singularity, centre_shift, singularity
+from .stiffness import rotational_stiffness
 from .velocity import (
     QUANTITIES,
     ArmMotion,
@@ -35,6 +37,7 @@ __all__ = [
     "ArmMotion",
     "AssemblyModes",
     "FreeRegion",
+    "Holding",
     "JointMotion",
     "JointRows",
     "LimbState",
@@ -54,6 +57,7 @@ __all__ = [
     "forward_kinematics",
     "forward_kinematics_from_base_angles",
     "free_region",
+    "holding",
     "inverse_kinematics",
     "joint_jacobian_derivatives",
     "joint_jacobians",
@@ -61,6 +65,7 @@ __all__ = [
     "limb_jacobian",
     "locus_function",
     "nearest_singularity",
+    "rotational_stiffness",
     "sensor_sensitivity",
     "shoulder_slice",
     "singular_surface",

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .kernels import _cross, _triple
+from .formulas import cross, triple
 from .polynomial import MAX_DEGREE, roots_and_touches
 
 __all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "margin_of", "turn"]
@@ -80,11 +80,11 @@ def _frame(axis: Any, out: Any) -> None:
             k = j
     e = np.zeros(3)
     e[k] = 1.0
-    x, y, z = _cross(e, axis)
+    x, y, z = cross(e, axis)
     size = 1.0 / math.sqrt(x * x + y * y + z * z)
     out[0, 0], out[1, 0], out[2, 0] = x * size, y * size, z * size
     out[0, 2], out[1, 2], out[2, 2] = axis[0], axis[1], axis[2]
-    x, y, z = _cross(axis, out[:, 0])
+    x, y, z = cross(axis, out[:, 0])
     out[0, 1], out[1, 1], out[2, 1] = x, y, z
 
 
@@ -109,21 +109,21 @@ def margin_of(rows: Any) -> float:
     """Smallest singular value of three rows within a factor √3, signed: det / √(second Gram invariant)."""
     second = 0.0
     for i in range(3):
-        x, y, z = _cross(rows[i], rows[(i + 1) % 3])
+        x, y, z = cross(rows[i], rows[(i + 1) % 3])
         second += x * x + y * y + z * z
-    return _triple(rows[0], rows[1], rows[2]) / math.sqrt(second) if second > 0.0 else 0.0
+    return triple(rows[0], rows[1], rows[2]) / math.sqrt(second) if second > 0.0 else 0.0
 
 
 @_compile
 def _step(rows: Any, error: Any, damping: float) -> tuple[float, float, float]:
     """Newton's step, or with damping Levenberg's."""
     if damping == 0.0:
-        determinant = _triple(rows[0], rows[1], rows[2])
+        determinant = triple(rows[0], rows[1], rows[2])
         if determinant == 0.0:
             return math.nan, math.nan, math.nan
         x = y = z = 0.0
         for i in range(3):
-            cx, cy, cz = _cross(rows[(i + 1) % 3], rows[(i + 2) % 3])
+            cx, cy, cz = cross(rows[(i + 1) % 3], rows[(i + 2) % 3])
             x += error[i] * cx
             y += error[i] * cy
             z += error[i] * cz

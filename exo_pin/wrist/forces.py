@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..design import Load, Mechanism, Motion
-from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray
-from .kernels import FOLDED, OK, arm_load, classify_stack, force_stack, limb_stack
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_choice
+from .kernels import arm_load, classify_stack, force_stack
 from .stacks import as_query, require_massless
 
 __all__ = ["STATUS", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
@@ -121,8 +121,7 @@ def dynamics(
 def _balance(
     mechanism: Mechanism, orientation: Rotation, motion: Motion | None, load: Load | None, split: str
 ) -> WristForces:
-    if split not in ("spherical", "standalone"):
-        raise UnknownName("split", split, ("spherical", "standalone"))
+    as_choice("split", split, ("spherical", "standalone"))
     require_massless(mechanism)
     is_upu, n = mechanism.is_upu, mechanism.limb_count
     standalone = split == "standalone"
@@ -154,18 +153,16 @@ def _balance(
         query.matrices,
         geometry.base_points,
         geometry.platform_points,
+        np.flatnonzero(is_upu),
         F,
         M,
-        standalone and n == 3,
-        bool(is_upu.any()),
+        standalone,
         f,
         g,
         shoulder,
         status,
         margin,
     )
-    if standalone and n > 3:
-        _least_norm_standalone(mechanism, query.matrices, F, M, f, g, shoulder, status)
     shape = query.shape
     return WristForces(
         f.reshape(*shape, n),
@@ -223,40 +220,3 @@ def classify(mechanism: Mechanism, matrices: FloatArray) -> tuple[NDArray[np.int
         determinant,
     )
     return status, margin, determinant
-
-
-def _least_norm_standalone(
-    mechanism: Mechanism,
-    matrices: FloatArray,
-    F: FloatArray,
-    M: FloatArray,
-    f: FloatArray,
-    g: FloatArray,
-    shoulder: FloatArray,
-    status: NDArray[np.int8],
-) -> None:
-    """More than three limbs hold the arm alone: the forces of least norm, written into f, g, shoulder."""
-    geometry, n = mechanism.geometry, mechanism.limb_count
-    rows = np.flatnonzero(status < FOLDED)
-    if rows.size == 0:
-        return
-    b, s, X = (np.empty((rows.size, n, 3)) for _ in range(3))
-    length, reach = np.empty((rows.size, n)), np.empty((rows.size, n))
-    limb_stack(matrices[rows], geometry.base_points, geometry.platform_points, b, s, X, length, reach)
-    radius = np.linalg.norm(geometry.platform_points, axis=-1).max()
-    upu = np.flatnonzero(mechanism.is_upu)
-    wrenches = np.zeros((rows.size, 6, n + upu.size))
-    wrenches[:, :3, :n] = np.swapaxes(s, 1, 2)
-    wrenches[:, 3:, :n] = np.swapaxes(np.cross(b, s), 1, 2) / radius
-    wrenches[:, :3, n:] = np.swapaxes(X[:, upu], 1, 2)
-    U, values, Vt = np.linalg.svd(wrenches, full_matrices=False)
-    lost = values[:, -1] < 1e-9 * values[:, 0]
-    target = np.concatenate([F[rows], M[rows] / radius], axis=1)
-    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=~lost[:, None])
-    forces = np.einsum("kji,kj->ki", Vt, inverse * np.einsum("kji,kj->ki", U, target))
-    f[rows], shoulder[rows], g[rows] = forces[:, :n], 0.0, 0.0
-    g[np.ix_(rows, upu)] = forces[:, n:]
-    held = np.where(status[rows] >= STATUS.index("singular"), OK, status[rows])
-    status[rows] = np.where(lost, STATUS.index("singular"), held)
-    for array in (f, g, shoulder):
-        array[rows[lost]] = np.nan

@@ -1,11 +1,6 @@
-"""The formulas of the wrist, one pose at a time, compiled. Everything else calls these.
+"""The wrist over arrays: the formulas of :mod:`exo_pin.wrist.formulas` for all limbs of a pose, all poses of a stack.
 
-Symbols: a = A_i and b = R B_i, both from O in the base frame; s = (b - a)/l the limb's direction from torso to arm;
-X = -(a × b)/|a × b| the normal of the limb's plane O A_i B_i, (D-11); h = |b × s| the distance from O to the limb's
-line. They are tied by b × s = -h X, so that the actuation and the constraint singularity of this wrist are one
-locus, det[X_1 X_2 X_3] = 0, next to the folded case h_i = 0.
-
-Signs: f > 0 is tension, the limb pulls the arm with -f s; the side force -g X passes through O.
+Symbols and signs are those of the formulas.
 """
 
 from __future__ import annotations
@@ -16,39 +11,69 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from .formulas import (
+    FOLDED,
+    FOLDED_SINE,
+    NEAR_MARGIN,
+    NEAR_SINGULAR,
+    NOT_SOLVED,
+    OK,
+    SINGULAR,
+    SINGULAR_MARGIN,
+    along_normals,
+    applied_load,
+    gram,
+    inertia_load,
+    limb,
+    matrix,
+    second_invariant,
+    status_code,
+    triple,
+    vector,
+    weight_load,
+)
+from .linear import complete_basis, least_norm, orthonormalise
+
 __all__ = [
     "FOLDED",
+    "FOLDED_SINE",
+    "NEAR_MARGIN",
     "NEAR_SINGULAR",
+    "NOT_SOLVED",
     "OK",
     "SINGULAR",
+    "SINGULAR_MARGIN",
+    "add_open",
+    "applied_stack",
     "arm_load",
     "classify_stack",
+    "fill_limbs",
     "force_stack",
+    "largest_radius",
     "limb_stack",
     "limb_vectors",
+    "open_effects",
+    "pose_status",
+    "spherical_forces",
+    "standalone_forces",
 ]
 
-OK, NEAR_SINGULAR, SINGULAR, FOLDED = 0, 1, 2, 3
+#: Relative size of a singular value of the open forces' effects below which limbs alone do not hold the arm.
+_LOST_HOLD = 1e-9
 
-#: Sine of the angle A_i O B_i below which a limb counts as folded: its plane, and with it X_i, has no direction.
-FOLDED_SINE = 1e-9
-#: Margin below which no force is given: rounding would leave fewer than about seven digits.
-SINGULAR_MARGIN = 1e-9
-#: Margin below which an answer is marked: limb forces exceed moment / joint radius by more than a factor 1000.
-NEAR_MARGIN = 1e-3
-
-_compile = njit(cache=True, error_model="numpy")
+_compile = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @_compile
-def _cross(u: Any, v: Any) -> tuple[float, float, float]:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-
-
-@_compile
-def _triple(u: Any, v: Any, w: Any) -> float:
-    x, y, z = _cross(v, w)
-    return u[0] * x + u[1] * y + u[2] * z
+def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
+    """:func:`limb_vectors` with the pose as a tuple of rows."""
+    count = 0
+    for i in range(base.shape[0]):
+        b_i, s_i, X_i, length[i], reach[i], folded = limb(R, vector(base, i), vector(platform, i))
+        for j in range(3):
+            b[i, j], s[i, j], X[i, j] = b_i[j], s_i[j], X_i[j]
+        count += folded
+    return count
 
 
 @_compile
@@ -57,29 +82,14 @@ def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, lengt
 
     A folded limb gets X = 0 and h = 0, one of no length also s = 0.
     """
-    folded = 0
-    for i in range(base.shape[0]):
-        total, reach_a, reach_b = 0.0, 0.0, 0.0
-        for j in range(3):
-            b[i, j] = R[j, 0] * platform[i, 0] + R[j, 1] * platform[i, 1] + R[j, 2] * platform[i, 2]
-            s[i, j] = b[i, j] - base[i, j]
-            total += s[i, j] * s[i, j]
-            reach_a += base[i, j] * base[i, j]
-            reach_b += b[i, j] * b[i, j]
-        x, y, z = _cross(base[i], b[i])
-        area = math.sqrt(x * x + y * y + z * z)
-        length[i] = math.sqrt(total)
-        inverse = 1.0 / length[i] if length[i] > 0.0 else 0.0
-        for j in range(3):
-            s[i, j] *= inverse
-        if area <= FOLDED_SINE * math.sqrt(reach_a * reach_b):
-            folded += 1
-            reach[i] = 0.0
-            X[i, 0] = X[i, 1] = X[i, 2] = 0.0
-        else:
-            reach[i] = area * inverse
-            X[i, 0], X[i, 1], X[i, 2] = -x / area, -y / area, -z / area
-    return folded
+    return fill_limbs(matrix(R), base, platform, b, s, X, length, reach)
+
+
+@_compile
+def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> None:
+    """:func:`limb_vectors` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
+    for k in range(R.shape[0]):
+        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
 
 
 @_compile
@@ -90,29 +100,26 @@ def _margin(X: Any, reach: Any, radius: float) -> float:
     and does not square it, as the eigenvalues of the Gram matrix would.
     """
     n = X.shape[0]
-    g00 = g01 = g02 = g11 = g12 = g22 = 0.0
+    g0 = g1 = g2 = g3 = g4 = g5 = 0.0
     for i in range(n):
-        w = (reach[i] / radius) ** 2
-        g00 += w * X[i, 0] * X[i, 0]
-        g01 += w * X[i, 0] * X[i, 1]
-        g02 += w * X[i, 0] * X[i, 2]
-        g11 += w * X[i, 1] * X[i, 1]
-        g12 += w * X[i, 1] * X[i, 2]
-        g22 += w * X[i, 2] * X[i, 2]
-    second = g00 * g11 - g01 * g01 + g00 * g22 - g02 * g02 + g11 * g22 - g12 * g12
+        part = gram(vector(X, i), reach[i] / radius)
+        g0, g1, g2, g3, g4, g5 = g0 + part[0], g1 + part[1], g2 + part[2], g3 + part[3], g4 + part[4], g5 + part[5]
+    second = second_invariant((g0, g1, g2, g3, g4, g5))
     if not second > 0.0:
         return 0.0
     volume = 0.0  # of the Gram matrix, as a sum of squares over all triples of limbs (Cauchy and Binet)
     for i in range(n):
         for j in range(i + 1, n):
             for k in range(j + 1, n):
-                part = _triple(X[i], X[j], X[k]) * reach[i] * reach[j] * reach[k] / radius**3
-                volume += part * part
+                part_volume = triple(vector(X, i), vector(X, j), vector(X, k))
+                part_volume *= (reach[i] / radius) * (reach[j] / radius) * (reach[k] / radius)
+                volume += part_volume * part_volume
     return math.sqrt(volume / second)
 
 
 @_compile
-def _largest_radius(platform: Any) -> float:
+def largest_radius(platform: Any) -> float:
+    """The largest |B_i|, m."""
     radius = 0.0
     for i in range(platform.shape[0]):
         radius = max(radius, math.sqrt(platform[i, 0] ** 2 + platform[i, 1] ** 2 + platform[i, 2] ** 2))
@@ -120,12 +127,13 @@ def _largest_radius(platform: Any) -> float:
 
 
 @_compile
-def _status(folded: int, margin: float, n: int, needs_planes: bool) -> int:
-    if folded > 0 and (needs_planes or n == 3):
-        return FOLDED
-    if margin < SINGULAR_MARGIN:
-        return SINGULAR
-    return NEAR_SINGULAR if margin < NEAR_MARGIN else OK
+def pose_status(X: Any, reach: Any, folded: int, radius: float, needs_planes: bool) -> tuple[int, float]:
+    """Status code and margin of a pose whose limbs are known.
+
+    ``needs_planes`` is whether a folded limb spoils the pose (a UPU limb needs its X_i). With three limbs any does.
+    """
+    margin = _margin(X, reach, radius)
+    return status_code(folded > 0 and (needs_planes or X.shape[0] == 3), margin), margin
 
 
 @_compile
@@ -136,61 +144,94 @@ def classify_stack(
     n = base.shape[0]
     b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     length, reach = np.empty(n), np.empty(n)
-    radius = _largest_radius(platform)
+    radius = largest_radius(platform)
     for k in range(R.shape[0]):
         folded = limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        margin[k] = _margin(X, reach, radius)
-        status[k] = _status(folded, margin[k], n, needs_planes)
-        determinant[k] = _triple(X[0], X[1], X[2]) if n == 3 else np.nan
+        status[k], margin[k] = pose_status(X, reach, folded, radius, needs_planes)
+        determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if n == 3 else np.nan
 
 
 @_compile
-def _tensions_of_three(X: Any, reach: Any, M: Any, f: Any) -> None:
-    """Solve sum f_i (b_i × s_i) = M for three limbs, (D-22)."""
-    determinant = _triple(X[0], X[1], X[2])
-    for i in range(3):
-        f[i] = -_triple(M, X[(i + 1) % 3], X[(i + 2) % 3]) / (reach[i] * determinant)
+def spherical_forces(s: Any, X: Any, reach: Any, F: Any, M: Any, f: Any, shoulder: Any, Q: Any, U: Any) -> None:
+    """Fill f and F_s of limbs that carry no side force, (D-22) and (D-29).
 
-
-@_compile
-def _tensions_of_many(X: Any, reach: Any, M: Any, f: Any, Q: Any) -> None:
-    """Solve sum f_i (b_i × s_i) = M for more than three limbs, with the least sum of squares of f.
-
-    With J the matrix of rows b_i × s_i = Q U, the answer is f = Q (Uᵀ)⁻¹ M. Gram-Schmidt is run twice, which makes
-    Q orthonormal to rounding.
+    F and M, tuples, are what limbs and shoulder carry. With more than three limbs f has the least sum of squares: with
+    J the matrix of rows b_i × s_i = Q U, it is f = Q (Uᵀ)⁻¹ M. Q, shape (n, 3), is left for :func:`open_effects`.
     """
     n = X.shape[0]
-    U = np.zeros((3, 3))
-    for i in range(n):
-        for j in range(3):
-            Q[i, j] = -reach[i] * X[i, j]
+    if n == 3:
+        y = along_normals(M, vector(X, 0), vector(X, 1), vector(X, 2))
+        for i in range(3):
+            f[i] = y[i] / reach[i]
+    else:
+        for i in range(n):
+            for j in range(3):
+                Q[i, j] = -reach[i] * X[i, j]
+        orthonormalise(Q, U, 3)
+        y0 = M[0] / U[0, 0]
+        y1 = (M[1] - U[0, 1] * y0) / U[1, 1]
+        y2 = (M[2] - U[0, 2] * y0 - U[1, 2] * y1) / U[2, 2]
+        for i in range(n):
+            f[i] = Q[i, 0] * y0 + Q[i, 1] * y1 + Q[i, 2] * y2
     for j in range(3):
-        for _ in range(2):
-            for k in range(j):
-                dot = 0.0
-                for i in range(n):
-                    dot += Q[i, k] * Q[i, j]
-                U[k, j] += dot
-                for i in range(n):
-                    Q[i, j] -= dot * Q[i, k]
-        norm = 0.0
+        shoulder[j] = -F[j]
         for i in range(n):
-            norm += Q[i, j] * Q[i, j]
-        U[j, j] = math.sqrt(norm)
-        for i in range(n):
-            Q[i, j] /= U[j, j]
-    y0 = M[0] / U[0, 0]
-    y1 = (M[1] - U[0, 1] * y0) / U[1, 1]
-    y2 = (M[2] - U[0, 2] * y0 - U[1, 2] * y1) / U[2, 2]
-    for i in range(n):
-        f[i] = Q[i, 0] * y0 + Q[i, 1] * y1 + Q[i, 2] * y2
+            shoulder[j] += f[i] * s[i, j]
 
 
 @_compile
-def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> None:
-    """:func:`limb_vectors` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
-    for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
+def open_effects(s: Any, X: Any, upu: Any, Q: Any, N: Any, G: Any) -> None:
+    """Fill G, shape (3, n - 3 + u): what each force that equilibrium leaves open does to F_s, dimensionless.
+
+    First the n - 3 sets of tensions that balance themselves, the columns of N, shape (n, n - 3), orthonormal; then the
+    side forces of the u limbs whose indices are ``upu``.
+    """
+    n = s.shape[0]
+    if n > 3:
+        complete_basis(Q, N)
+    for j in range(3):
+        for k in range(n - 3):
+            G[j, k] = 0.0
+            for i in range(n):
+                G[j, k] += N[i, k] * s[i, j]
+        for k in range(upu.shape[0]):
+            G[j, n - 3 + k] = X[upu[k], j]
+
+
+@_compile
+def standalone_forces(
+    s: Any, X: Any, upu: Any, Q: Any, f: Any, g: Any, shoulder: Any, N: Any, G: Any, c: Any, z: Any
+) -> bool:
+    """Let the limbs carry all of it, (D-25): change f and g of :func:`spherical_forces` so that F_s = 0.
+
+    With more than three limbs the f and g of least sum of squares. Returns whether the limbs can.
+    """
+    n = s.shape[0]
+    if n == 3:
+        y = along_normals((shoulder[0], shoulder[1], shoulder[2]), vector(X, 0), vector(X, 1), vector(X, 2))
+        for i in range(3):
+            g[i] = y[i]
+    else:
+        open_effects(s, X, upu, Q, N, G)
+        for j in range(3):
+            c[j] = shoulder[j]
+        if least_norm(G, c, z, _LOST_HOLD) < 3:
+            return False
+        add_open(upu, N, z, f, g)
+    for j in range(3):
+        shoulder[j] = 0.0
+    return True
+
+
+@_compile
+def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
+    """Add the open forces z, in the order of :func:`open_effects`, to f and g."""
+    n = f.shape[0]
+    for k in range(n - 3):
+        for i in range(n):
+            f[i] += N[i, k] * z[k]
+    for k in range(upu.shape[0]):
+        g[upu[k]] += z[n - 3 + k]
 
 
 @_compile
@@ -209,8 +250,8 @@ def arm_load(
 ) -> None:
     """Add weight and inertia to the load on the arm: what limbs and shoulder together must carry.
 
-    F = force + m (g - a_C) and M = moment + C × m g - (I η + ω × I ω), with a_C = η × C + ω × (ω × C), (D-1),
-    (D-2), (D-8) with the sign of its first term put right; I and ``moment`` are about O, all in the base frame.
+    F = force + m (g - a_C) and M = moment + C × m g - (I η + ω × I ω), base frame, moments about O; see
+    :func:`exo_pin.wrist.formulas.inertia_load`.
 
     Parameters
     ----------
@@ -219,25 +260,23 @@ def arm_load(
     mass, centre, inertia, gravity : float or ndarray
         Of the arm: kg, m in {O_B}, kg m² about O in {O_B}; m/s² in the base frame.
     """
-    C, Iw, Ia, local = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    c, I, g = vector(centre.reshape(1, 3), 0), matrix(inertia), vector(gravity.reshape(1, 3), 0)  # noqa: E741
     for k in range(R.shape[0]):
-        w, e = velocity[k], acceleration[k]
+        pose = matrix(R[k])
+        C, W, MW = weight_load(pose, mass, c, g)
+        FI, MI = inertia_load(pose, mass, C, I, vector(velocity, k), vector(acceleration, k))
         for j in range(3):
-            C[j] = R[k, j, 0] * centre[0] + R[k, j, 1] * centre[1] + R[k, j, 2] * centre[2]
-        for vector, product in ((w, Iw), (e, Ia)):
-            for j in range(3):
-                turned = R[k, 0, j] * vector[0] + R[k, 1, j] * vector[1] + R[k, 2, j] * vector[2]
-                local[j] = turned
-            t0 = inertia[0, 0] * local[0] + inertia[0, 1] * local[1] + inertia[0, 2] * local[2]
-            t1 = inertia[1, 0] * local[0] + inertia[1, 1] * local[1] + inertia[1, 2] * local[2]
-            t2 = inertia[2, 0] * local[0] + inertia[2, 1] * local[1] + inertia[2, 2] * local[2]
-            for j in range(3):
-                product[j] = R[k, j, 0] * t0 + R[k, j, 1] * t1 + R[k, j, 2] * t2
-        e_C, w_C, gyroscopic, weight = _cross(e, C), _cross(w, C), _cross(w, Iw), _cross(C, gravity)
-        w_w_C = _cross(w, w_C)
+            F[k, j] = force[k, j] + W[j] + FI[j]
+            M[k, j] = moment[k, j] + MW[j] + MI[j]
+
+
+@_compile
+def applied_stack(R: Any, force: Any, couple: Any, at: Any, in_arm: bool, F: Any, M: Any) -> None:
+    """:func:`exo_pin.wrist.formulas.applied_load` over a stack: F and M, shape (N, 3), are written."""
+    for k in range(R.shape[0]):
+        F_k, M_k = applied_load(matrix(R[k]), vector(force, k), vector(couple, k), vector(at, k), in_arm)
         for j in range(3):
-            F[k, j] = force[k, j] + mass * (gravity[j] - e_C[j] - w_w_C[j])
-            M[k, j] = moment[k, j] + mass * weight[j] - Ia[j] - gyroscopic[j]
+            F[k, j], M[k, j] = F_k[j], M_k[j]
 
 
 @_compile
@@ -245,10 +284,10 @@ def force_stack(
     R: Any,
     base: Any,
     platform: Any,
+    upu: Any,
     F: Any,
     M: Any,
     standalone: bool,
-    needs_planes: bool,
     f: Any,
     g: Any,
     shoulder: Any,
@@ -263,35 +302,25 @@ def force_stack(
         Stacks (N, 3, 3), (N, 3), (N, 3): poses, and what limbs and shoulder carry (:func:`arm_load`).
     base, platform : ndarray
         Shape (n, 3).
+    upu : ndarray of int
+        Indices of the limbs with universal joints at both ends.
     standalone : bool
-        Whether the limbs carry all of it, F_s = 0 (three UPU limbs); else g = 0.
-    needs_planes : bool
-        Whether a folded limb spoils the pose (a UPU limb needs its X_i).
+        Whether the limbs carry all of it, F_s = 0 (three UPU limbs or more); else g = 0.
     f, g, shoulder, status, margin : ndarray
         Written: (N, n), (N, n), (N, 3), (N,), (N,). Rows without an answer are NaN.
     """
-    n = base.shape[0]
-    b, s, X, Q = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+    n, u = base.shape[0], upu.shape[0]
+    b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
     length, reach = np.empty(n), np.empty(n)
-    radius = _largest_radius(platform)
+    N, G, c, z = np.empty((n, n - 3)), np.empty((3, n - 3 + u)), np.empty(3), np.empty(n - 3 + u)
+    radius = largest_radius(platform)
     for k in range(R.shape[0]):
         folded = limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        margin[k] = _margin(X, reach, radius)
-        status[k] = _status(folded, margin[k], n, needs_planes)
+        status[k], margin[k] = pose_status(X, reach, folded, radius, u > 0)
+        if status[k] < SINGULAR:
+            spherical_forces(s, X, reach, vector(F, k), vector(M, k), f[k], shoulder[k], Q, U)
+            g[k, :] = 0.0
+            if standalone and not standalone_forces(s, X, upu, Q, f[k], g[k], shoulder[k], N, G, c, z):
+                status[k] = SINGULAR
         if status[k] >= SINGULAR:
             f[k, :], g[k, :], shoulder[k, :] = np.nan, np.nan, np.nan
-            continue
-        if n == 3:
-            _tensions_of_three(X, reach, M[k], f[k])
-        else:
-            _tensions_of_many(X, reach, M[k], f[k], Q)
-        for j in range(3):
-            shoulder[k, j] = -F[k, j]
-            for i in range(n):
-                shoulder[k, j] += f[k, i] * s[i, j]
-        g[k, :] = 0.0
-        if standalone:
-            determinant = _triple(X[0], X[1], X[2])
-            for i in range(3):
-                g[k, i] = -_triple(shoulder[k], X[(i + 1) % 3], X[(i + 2) % 3]) / determinant
-            shoulder[k, :] = 0.0

@@ -15,7 +15,7 @@ from ..design import WristGeometry
 from ..design.ranges import ADL_BOX, RangeOfMotion, grid_rotation
 from ..errors import InvalidInput, MissingExtra
 from ..validation import FloatArray, as_positive
-from .kernels import _cross, _triple
+from .formulas import cross, triple
 from .stacks import pose_matrices
 
 __all__ = [
@@ -47,10 +47,10 @@ def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any
         for i in range(3):
             for j in range(3):
                 b[j] = R[k, j, 0] * platform[i, 0] + R[k, j, 1] * platform[i, 1] + R[k, j, 2] * platform[i, 2]
-            x, y, z = _cross(base[i], b)
+            x, y, z = cross(base[i], b)
             normal[i, 0], normal[i, 1], normal[i, 2] = x, y, z
             area *= np.sqrt(x * x + y * y + z * z)
-        volume = -_triple(normal[0], normal[1], normal[2])
+        volume = -triple(normal[0], normal[1], normal[2])
         smooth[k] = volume / scale
         determinant[k] = volume / area if area > 0.0 else np.nan
 

@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN, assemble, margin_of, turn
-from .kernels import _cross, limb_vectors
+from .formulas import cross
+from .kernels import limb_vectors
 
 __all__ = [
     "angle_residuals",
@@ -142,7 +143,7 @@ def _solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
                     for e in range(3):
                         i = triples[s, e]
                         w = R[kept] @ v[i]
-                        x, y, z = _cross(w, u[i])
+                        x, y, z = cross(w, u[i])
                         rows[e, 0], rows[e, 1], rows[e, 2] = x, y, z
                     margins[kept] = max(margins[kept], abs(margin_of(rows)))
                 kept += 1

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 from ..design import WristGeometry
 from ..errors import InvalidInput
 from ..validation import FloatArray
+from .formulas import cross, triple
 from .inverse import inverse_kinematics
-from .kernels import FOLDED_SINE, _cross, _triple
+from .kernels import FOLDED_SINE
 from .polynomial import MAX_DEGREE, roots_and_touches
 from .stacks import pose_matrices
 
@@ -69,11 +70,11 @@ def _first_zero(n: Any, a: Any, b: Any, poly: Any, other: Any, found: Any, parts
     """
     for i in range(3):
         along = n[0] * b[i, 0] + n[1] * b[i, 1] + n[2] * b[i, 2]
-        x, y, z = _cross(n, b[i])
+        x, y, z = cross(n, b[i])
         turned = (x, y, z)
-        p0, p1, p2 = _cross(a[i], n)
+        p0, p1, p2 = cross(a[i], n)
         fixed = (p0 * along, p1 * along, p2 * along)
-        ab, across = _cross(a[i], b[i]), _cross(a[i], turned)
+        ab, across = cross(a[i], b[i]), cross(a[i], turned)
         for j in range(3):
             # As a quadratic in t = tan θ/2, times 1 + t².
             level = ab[j] - fixed[j]
@@ -82,7 +83,7 @@ def _first_zero(n: Any, a: Any, b: Any, poly: Any, other: Any, found: Any, parts
     for i in range(3):
         for j in range(3):
             for k in range(3):
-                poly[i + j + k] += _triple(parts[0, i], parts[1, j], parts[2, k])
+                poly[i + j + k] += triple(parts[0, i], parts[1, j], parts[2, k])
     best = math.pi
     size = 0.0
     for k in range(7):
@@ -133,12 +134,12 @@ def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
         # Compass search on the sphere of axes. At the minimum the angle is flat: its error is that of the axis squared.
         step = 0.1
         while step > 3e-9:
-            x, y, z = _cross(centre, directions[0])
+            x, y, z = cross(centre, directions[0])
             if x * x + y * y + z * z < 0.1:
-                x, y, z = _cross(centre, directions[count // 2])
+                x, y, z = cross(centre, directions[count // 2])
             size = math.sqrt(x * x + y * y + z * z)
             u[0], u[1], u[2] = x / size, y / size, z / size
-            v[0], v[1], v[2] = _cross(centre, u)
+            v[0], v[1], v[2] = cross(centre, u)
             improved = False
             for d in range(8):
                 turn_u, turn_v = math.cos(d * math.pi / 4.0), math.sin(d * math.pi / 4.0)

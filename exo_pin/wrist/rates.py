@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .kernels import _cross, limb_vectors
+from .formulas import cross
+from .kernels import limb_vectors
 
 __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
 
@@ -40,7 +41,7 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
 
     A folded limb has no X: its angles have no rate, NaN; the rate of its length is zero.
     """
-    moment = _cross(b, s)
+    moment = cross(b, s)
     for j in range(3):
         rows[0, j] = moment[j]
     if reach == 0.0 or length == 0.0:
@@ -48,7 +49,7 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
         return
     area = reach * length
     size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
-    b_X, a_X = _cross(b, X), _cross(a, X)
+    b_X, a_X = cross(b, X), cross(a, X)
     along_b, along_a = _dot(b, s) / length, -_dot(a, s) / length
     for j in range(3):
         rows[1, j] = along_b * X[j]
@@ -66,18 +67,18 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
     area = reach * length
     size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
     b_dot, s_dot, X_dot = np.empty(3), np.empty(3), np.empty(3)
-    turned = _cross(omega, b)
+    turned = cross(omega, b)
     for j in range(3):
         b_dot[j] = turned[j]
     length_dot = _dot(s, b_dot)
-    normal_dot = _cross(a, b_dot)  # of a × b = -area X
+    normal_dot = cross(a, b_dot)  # of a × b = -area X
     area_dot = -(normal_dot[0] * X[0] + normal_dot[1] * X[1] + normal_dot[2] * X[2])
     for j in range(3):
         s_dot[j] = (b_dot[j] - length_dot * s[j]) / length
         X_dot[j] = (-normal_dot[j] - area_dot * X[j]) / area
-    first, second = _cross(b_dot, s), _cross(b, s_dot)
-    b_X, a_X = _cross(b, X), _cross(a, X)
-    b_X_first, b_X_second, a_X_dot = _cross(b_dot, X), _cross(b, X_dot), _cross(a, X_dot)
+    first, second = cross(b_dot, s), cross(b, s_dot)
+    b_X, a_X = cross(b, X), cross(a, X)
+    b_X_first, b_X_second, a_X_dot = cross(b_dot, X), cross(b, X_dot), cross(a, X_dot)
     along_b, along_a = _dot(b, s) / length, -_dot(a, s) / length
     along_b_dot = (_dot(b_dot, s) + _dot(b, s_dot) - along_b * length_dot) / length
     along_a_dot = (-_dot(a, s_dot) - along_a * length_dot) / length

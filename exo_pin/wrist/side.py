@@ -16,12 +16,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..design import Mechanism
 from ..validation import FloatArray
 from .kernels import FOLDED_SINE
 
-__all__ = ["SideWrenches", "side_wrenches"]
+__all__ = ["SideWrenches", "guide_flexibility", "side_wrenches", "side_wrenches_of"]
 
 
 class SideWrenches(NamedTuple):
@@ -69,38 +70,100 @@ def side_wrenches(
         cuff, in the arm frame; shape (N, 3), m.
     """
     geometry = mechanism.geometry
+    return side_wrenches_of(
+        geometry.base_points,
+        geometry.platform_points,
+        matrices,
+        base_offset,
+        cuff_offset,
+        *guide_flexibility(mechanism),
+        mechanism.is_upu,
+    )
+
+
+def guide_flexibility(mechanism: Mechanism) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """What gives way in each limb, and which limbs resist sideways at all.
+
+    Returns
+    -------
+    flexibility : ndarray
+        1/EI, 1/GJ, and the reciprocal stiffness of a joint across the limb and against twist, shape (n, 4).
+    resists : ndarray of bool
+        Shape (n,): a guide that neither bends nor twists freely.
+    """
+    flexibility, resists = np.zeros((mechanism.limb_count, 4)), np.zeros(mechanism.limb_count, dtype=bool)
+    for i, limb in enumerate(mechanism.limbs):
+        guide = limb.guide
+        if guide is None or guide.bending_rigidity == 0.0 or guide.torsional_rigidity == 0.0:
+            continue
+        resists[i] = True
+        flexibility[i] = 1.0 / np.array(
+            [guide.bending_rigidity, guide.torsional_rigidity, guide.joint_stiffness, guide.joint_twist_stiffness]
+        )
+    return flexibility, resists
+
+
+def side_wrenches_of(
+    base_points: FloatArray,
+    platform_points: FloatArray,
+    matrices: FloatArray,
+    base_offset: FloatArray,
+    cuff_offset: FloatArray,
+    flexibility: FloatArray,
+    resists: NDArray[np.bool_],
+    is_upu: NDArray[np.bool_],
+) -> SideWrenches:
+    """Side wrenches of bare numbers, each of which may vary with the pose.
+
+    Every operation is analytic, so that numbers with a tiny imaginary part give exact derivatives (complex step).
+
+    Parameters
+    ----------
+    base_points, platform_points : ndarray
+        Shape (n, 3) or (N, n, 3), m.
+    matrices, base_offset, cuff_offset : ndarray
+        As :func:`side_wrenches`.
+    flexibility, resists : ndarray
+        As :func:`guide_flexibility`, shape (n, 4) or (N, n, 4), and (n,).
+    is_upu : ndarray of bool
+        Shape (n,).
+    """
     carried = np.einsum("kij,kj->ki", matrices, cuff_offset)
-    arm = np.einsum("kij,nj->kni", matrices, geometry.platform_points)
-    a, p = geometry.base_points + base_offset[:, None], arm + carried[:, None]
+    arm = platform_points @ np.swapaxes(matrices, 1, 2)
+    a, p = base_points + base_offset[:, None], arm + carried[:, None]
     span = p - a
-    length = np.linalg.norm(span, axis=-1)
-    s = span / np.where(length > 0.0, length, 1.0)[..., None]
+    length = _length(span)[..., 0]
+    s = _unit(span)
     # Axes of the joints that point to the centres: fixed to base and arm.
-    y_base = np.broadcast_to(-_unit(geometry.base_points), s.shape)
+    y_base = np.broadcast_to(-_unit(base_points), s.shape)
     y_arm = -_unit(arm)
     across_base, across_arm = np.cross(y_base, s), np.cross(y_arm, s)
-    folded = np.minimum(np.linalg.norm(across_base, axis=-1), np.linalg.norm(across_arm, axis=-1)) < FOLDED_SINE
+    folded = np.minimum(_length(across_base).real, _length(across_arm).real)[..., 0] < FOLDED_SINE
     x_base, x_arm = _unit(across_base), _unit(across_arm)
     force, couple_arm, couple_base = _reciprocal(s, length, x_base, y_base, x_arm, y_arm)
-    side = mechanism.is_upu
     misfit = np.einsum("kni,ki->kn", force, carried - base_offset)
-    blank = folded | ~side
+    blank = folded | ~is_upu
     force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
-    stiffness = _stiffness(mechanism, s, length, force, couple_arm, couple_base)
+    stiffness = _stiffness(flexibility, s, length, force, couple_arm, couple_base)
     return SideWrenches(
         directions=s,
         moment_arms=np.cross(p, s),
         forces=force,
         moments=couple_arm + np.cross(p, force),
         misfit=np.where(blank, 0.0, misfit),
-        stiffness=np.where(blank, 0.0, stiffness),
-        folded=(folded & side).any(axis=1),
+        stiffness=np.where(blank | ~resists, 0.0, stiffness),
+        folded=np.asarray((folded & is_upu).any(axis=1)),
     )
 
 
+def _length(vectors: FloatArray) -> FloatArray:
+    """Lengths, shape (..., 1), by a formula that is analytic, unlike a norm of absolute values."""
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True)))
+
+
 def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
+    length = _length(vectors)
+    return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
 
 
 def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
@@ -130,7 +193,7 @@ def _reciprocal(
 
 
 def _stiffness(
-    mechanism: Mechanism,
+    flexibility: FloatArray,
     s: FloatArray,
     length: FloatArray,
     force: FloatArray,
@@ -143,17 +206,7 @@ def _stiffness(
     bend_base = couple_base - _dot(couple_base, s)[..., None] * s
     bending = length / 3 * (_dot(bend_base, bend_base) + _dot(bend_base, bend_arm) + _dot(bend_arm, bend_arm))
     couples = _dot(couple_arm, couple_arm) + _dot(couple_base, couple_base)
-    shear = 2.0 * _dot(force, force)
-    stiffness = np.zeros(length.shape)
-    for i, limb in enumerate(mechanism.limbs):
-        guide = limb.guide
-        if guide is None or guide.bending_rigidity == 0.0 or guide.torsional_rigidity == 0.0:
-            continue
-        compliance = (
-            bending[:, i] / guide.bending_rigidity
-            + twist[:, i] ** 2 * length[:, i] / guide.torsional_rigidity
-            + shear[:, i] / guide.joint_stiffness
-            + couples[:, i] / guide.joint_twist_stiffness
-        )
-        stiffness[:, i] = np.divide(1.0, compliance, out=np.zeros(len(length)), where=compliance > 0.0)
-    return stiffness
+    each = np.stack([bending, twist**2 * length, 2.0 * _dot(force, force), couples], axis=-1)
+    compliance = (each * flexibility).sum(axis=-1)
+    some = compliance.real > 0.0
+    return np.asarray(np.where(some, 1.0 / np.where(some, compliance, 1.0), 0.0))

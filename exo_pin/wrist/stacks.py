@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
+from .kernels import applied_stack
 
-__all__ = ["Query", "as_query", "pose_matrices"]
+__all__ = ["Query", "Rows", "as_query", "pose_matrices", "require_massless"]
 
 
 class Query(NamedTuple):
@@ -35,6 +36,48 @@ class Query(NamedTuple):
     acceleration: FloatArray
     force: FloatArray
     moment: FloatArray
+
+
+class Rows:
+    """Vectors that broadcast against a stack of poses, handed out block by block and never spread out as a whole.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    array : ndarray
+        Broadcasts to (..., width).
+    shape : tuple of int
+        The stack's shape (...).
+    width : int
+        Length of a vector.
+
+    Raises
+    ------
+    InvalidInput
+        If it does not broadcast.
+    """
+
+    def __init__(self, name: str, array: FloatArray, shape: tuple[int, ...], width: int = 3) -> None:
+        full = (*shape, width)
+        try:
+            self._spread = np.broadcast_to(array, full)
+        except ValueError:
+            raise InvalidInput(f"expected {name} to broadcast to {full}, got {array.shape}") from None
+        self._shape = shape
+        #: Whether all poses have the same vector, so that a block is that one row.
+        self.is_single = all(side == 1 for side in array.shape[:-1])
+        self._flat: FloatArray | None = None
+        if self.is_single:
+            self._flat = np.broadcast_to(array.reshape(-1), (1, width))
+        elif array.shape == full and array.flags.c_contiguous:
+            self._flat = array.reshape(-1, width)
+
+    def block(self, start: int, stop: int) -> FloatArray:
+        """A writable copy of the rows from ``start`` to ``stop`` of the flattened stack, or of the single one."""
+        if self._flat is None:
+            return np.array(self._spread[np.unravel_index(np.arange(start, stop), self._shape)])
+        return np.array(self._flat if self.is_single else self._flat[start:stop], order="C")
 
 
 def pose_matrices(orientation: Rotation) -> tuple[tuple[int, ...], FloatArray]:
@@ -65,17 +108,17 @@ def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | N
             raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
         force = _spread("load.force", np.asarray(load.force), shape)
         couple = _spread("load.moment", np.asarray(load.moment), shape)
-        at = np.einsum("kij,kj->ki", matrices, _spread("load.at", np.asarray(load.at), shape))
-        if load.frame == "arm":
-            force = np.einsum("kij,kj->ki", matrices, force)
-            couple = np.einsum("kij,kj->ki", matrices, couple)
-        moment = couple + np.cross(at, force)
+        at = _spread("load.at", np.asarray(load.at), shape)
+        outside, moment = np.empty((count, 3)), np.empty((count, 3))
+        applied_stack(matrices, force, couple, at, load.frame == "arm", outside, moment)
+        force = outside
     return Query(shape, matrices, velocity, acceleration, force, moment)
 
 
 def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     try:
-        return np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3))
+        # A copy, always: the kernels take arrays of one kind, and a read-only or strided one is another.
+        return np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3)
     except ValueError:
         raise InvalidInput(
             f"expected {name} to broadcast to the poses' shape {(*shape, 3)}, got {array.shape}"

@@ -1,0 +1,241 @@
+"""Movements: time series of orientation, their derivatives on the rotation group, and the reactions along them."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import make_interp_spline, make_splrep
+from scipy.spatial.transform import Rotation
+
+from ..design import Load, Motion
+from ..errors import InvalidInput, SolverFailed
+from ..validation import FloatArray, as_finite, as_positive, as_rotation
+from .equilibrium import EquilibriumModel
+from .query import reaction
+from .result import Reaction
+
+__all__ = ["Movement", "MovementReaction", "movement_reaction"]
+
+#: Fewest samples from which a second derivative can be told.
+_FEWEST = 4
+#: Samples nearer in time than this, s, are one sample.
+_SHORTEST_STEP = 1e-9
+#: Two samples farther apart than this, rad, do not say which way the arm turned between them.
+_FARTHEST_STEP = np.radians(120.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """An arm in motion. Make one with :meth:`from_samples`, or :func:`exo_pin.read_movement` from a file.
+
+    Attributes
+    ----------
+    times : ndarray
+        Shape (N,), s, rising.
+    orientations : Rotation
+        Stack of shape (N,), {O_B} to {O_A}.
+    motion : Motion
+        ω and η, shape (N, 3) each, base frame.
+    smoothing : float
+        Root of mean square, rad, that the samples were allowed to move; 0 for interpolation.
+    """
+
+    times: FloatArray
+    orientations: Rotation
+    motion: Motion
+    smoothing: float = 0.0
+
+    @classmethod
+    def from_samples(cls, times: ArrayLike, orientations: Rotation, smoothing: float = 0.0) -> Movement:
+        """Differentiate sampled orientations.
+
+        The quaternions, made continuous in sign, are interpolated by a spline of degree 5 (of degree 3 with fewer than
+        six samples) and brought to unit length, u = q/|q|; then ω = 2 vec(u̇ ū) and η = 2 vec(ü ū). No Euler angles
+        take part, so there is no lock. For samples h apart the error of η is of the order of h⁴. Measured data need
+        ``smoothing``: interpolation passes their noise on, multiplied by about 1/h².
+
+        Parameters
+        ----------
+        times : array_like
+            Shape (N,), s, strictly rising; N >= 4.
+        orientations : Rotation
+            Stack of shape (N,).
+        smoothing : float
+            Root of mean square, rad, by which the orientations may be moved to make the movement smooth. Somewhat
+            more than the noise serves best: with white noise, 1.25 times its root of mean square leaves an
+            acceleration that is better by orders of magnitude than 1 times does.
+
+        Returns
+        -------
+        Movement
+            With the orientations that belong to the derivatives.
+
+        Raises
+        ------
+        InvalidInput
+            If times do not rise, there are too few samples, or two of them are more than 120° apart.
+        SolverFailed
+            If no smooth movement was found as near as ``smoothing``.
+        """
+        t = as_finite("times", times, (None,))
+        poses = as_rotation("orientations", orientations)
+        if poses.shape != t.shape:
+            raise InvalidInput(f"expected one orientation a time, got shapes {poses.shape} and {t.shape}")
+        if len(t) < _FEWEST:
+            raise InvalidInput(f"expected at least {_FEWEST} samples of a movement, got {len(t)}")
+        if not (np.diff(t) > _SHORTEST_STEP).all():
+            raise InvalidInput("expected times in s that rise from sample to sample, by a nanosecond or more")
+        smoothing = as_positive("smoothing", smoothing, zero=True)
+        steps = (poses[1:] * poses[:-1].inv()).magnitude()
+        if steps.max() > _FARTHEST_STEP:
+            raise InvalidInput(
+                f"expected samples at most 120 degrees apart, got {np.degrees(steps.max()):.0f} after "
+                f"t = {t[int(steps.argmax())]:g} s"
+            )
+        q = poses.as_quat()
+        flips = np.sign(np.einsum("ij,ij->i", q[1:], q[:-1]))
+        q[1:] *= np.cumprod(flips)[:, None]
+        u, velocity, acceleration = _differentiated(t, q, smoothing)
+        settled = poses if smoothing == 0.0 else Rotation.from_quat(u)
+        return cls(t, settled, Motion(velocity, acceleration), smoothing)
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last sample, s."""
+        return float(self.times[-1] - self.times[0])
+
+
+def _differentiated(t: FloatArray, q: FloatArray, smoothing: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit quaternions, ω and η at the samples."""
+    degree = 5 if len(t) >= 6 else 3
+    # Scaled to spacing 1, so that the spline's conditioning does not depend on the unit of time.
+    unit = float(t[-1] - t[0]) / (len(t) - 1)
+    x = (t - t[0]) / unit
+    if smoothing > 0.0:
+        values = _smoothed(x, q, degree, smoothing)
+    else:
+        spline = make_interp_spline(x, q, k=degree)
+        values = [spline(x, order) for order in range(3)]
+    q, dq, ddq = values[0], values[1] / unit, values[2] / unit**2
+    size = np.linalg.norm(q, axis=-1, keepdims=True)
+    u = q / size
+
+    def dot(a: FloatArray, b: FloatArray) -> FloatArray:
+        return np.asarray((a * b).sum(axis=-1, keepdims=True))
+
+    rate = dot(u, dq)
+    du = (dq - u * rate) / size
+    rate_change = dot(du, dq) + dot(u, ddq)
+    ddu = (ddq - du * rate - u * rate_change) / size - du * rate / size
+    return u, 2.0 * _vector_part(du, u), 2.0 * _vector_part(ddu, u)
+
+
+def _smoothed(x: FloatArray, q: FloatArray, degree: int, smoothing: float) -> list[FloatArray]:
+    """Smoothing splines of the components, and their first two derivatives, at the samples."""
+    # A small turn moves the unit quaternion by half its angle; the four components share that.
+    allowed = len(x) * (0.5 * smoothing) ** 2 / 4.0
+    with warnings.catch_warnings():
+        # FITPACK's search for the exact sum of squares may end a little off; what it reached is checked below.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        splines = [make_splrep(x, component, k=degree, s=allowed) for component in q.T]
+    values = [np.stack([spline(x, order) for spline in splines], axis=-1) for order in range(3)]
+    moved = 2.0 * float(np.sqrt(((values[0] - q) ** 2).sum(axis=-1).mean()))
+    if not moved <= 1.1 * smoothing:
+        raise SolverFailed("FITPACK", moved, f"smoothing of a movement by {smoothing:g} rad")
+    return values
+
+
+def _vector_part(p: FloatArray, u: FloatArray) -> FloatArray:
+    """vec(p ū) of quaternions xyzw."""
+    v, w = p[..., :3], p[..., 3:]
+    a, b = -u[..., :3], u[..., 3:]
+    return np.asarray(w * a + b * v + np.cross(v, a))
+
+
+@dataclass(frozen=True, eq=False)
+class MovementReaction:
+    """Reactions along a movement.
+
+    Attributes
+    ----------
+    movement : Movement
+        The movement, N samples.
+    reaction : Reaction
+        Histories of all forces, stack shape (N,).
+    """
+
+    movement: Movement
+    reaction: Reaction
+
+    @property
+    def peak(self) -> float:
+        """Largest |F_s| of all samples with an answer, N; NaN if there is none."""
+        held = self.reaction.has_answer
+        return float(self.reaction.magnitude[held].max()) if held.any() else float("nan")
+
+    @property
+    def peak_time(self) -> float:
+        """When it occurs, s; NaN if there is none."""
+        if not self.reaction.has_answer.any():
+            return float("nan")
+        return float(self.movement.times[int(np.nanargmax(self.reaction.magnitude))])
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of |F_s| over the time held, N; NaN if none is."""
+        held, square = self._integral(self.reaction.magnitude**2)
+        return float(np.sqrt(square / held)) if held > 0.0 else float("nan")
+
+    @property
+    def impulse(self) -> float:
+        """∫ |F_s| dt over the time held, N s."""
+        return self._integral(self.reaction.magnitude)[1]
+
+    @property
+    def time_held(self) -> float:
+        """Time between neighbouring samples that both have an answer, s."""
+        return self._integral(self.reaction.magnitude)[0]
+
+    @property
+    def fraction_not_holdable(self) -> float:
+        """Fraction of samples without an answer, for whatever reason; ``reaction.status`` tells."""
+        return float((~self.reaction.has_answer).mean())
+
+    def _integral(self, values: FloatArray) -> tuple[float, float]:
+        """Time held, and the integral over it by the trapezium rule."""
+        held, dt = self.reaction.has_answer, np.diff(self.movement.times)
+        both = held[1:] & held[:-1]
+        known = np.where(held, values, 0.0)
+        return float(dt[both].sum()), float((0.5 * (known[1:] + known[:-1]) * dt)[both].sum())
+
+    def summary(self) -> dict[str, float]:
+        """Peak, rms, impulse and what cannot be held, with units in the keys."""
+        return {
+            "duration_s": self.movement.duration,
+            "peak_N": self.peak,
+            "peak_time_s": self.peak_time,
+            "rms_N": self.rms,
+            "impulse_N_s": self.impulse,
+            "time_held_s": self.time_held,
+            "fraction_not_holdable": self.fraction_not_holdable,
+            "singular_crossings": float(len(self.reaction.crossings())),
+        }
+
+    def __str__(self) -> str:
+        lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
+        counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
+        return "\n".join([*lines, "status: " + ", ".join(f"{count} {name}" for name, count in counts.items())])
+
+
+def movement_reaction(
+    model: EquilibriumModel, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
+) -> MovementReaction:
+    """Reactions along a movement; see :meth:`exo_pin.ShoulderExo.follow`."""
+    if not isinstance(movement, Movement):
+        raise InvalidInput(f"expected movement to be a Movement, got {type(movement).__name__}")
+    motion = None if static else movement.motion
+    return MovementReaction(movement, reaction(model, movement.orientations, motion, load, **options))

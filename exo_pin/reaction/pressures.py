@@ -1,0 +1,103 @@
+"""The reaction query posed in pressures: which pressures hold a pose with least shoulder force, and how stiffly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..design import Load, Motion
+from ..errors import InvalidInput
+from ..validation import FloatArray
+from ..wrist.inverse import inverse_kinematics
+from ..wrist.stiffness import rotational_stiffness
+from .equilibrium import EquilibriumModel
+from .limits import PressureActuator, each_limb, in_reach
+from .query import reaction
+from .result import Reaction
+
+__all__ = ["PressurePlan", "plan_pressures"]
+
+
+@dataclass(frozen=True, eq=False)
+class PressurePlan:
+    """Pressures that hold a pose or a stack of poses of shape (...). Rows without an answer are NaN (``has_answer``).
+
+    Attributes
+    ----------
+    reaction : Reaction
+        The forces; its ``status`` and ``infeasibility`` say what cannot be held.
+    pressures : ndarray
+        Shape (..., n), gauge, Pa.
+    axial_stiffness : ndarray
+        df_i/dl_i of each limb at constant pressure, shape (..., n), N/m.
+    stiffness : ndarray
+        Shape (..., 3, 3), N m/rad, base frame: restoring moment on the arm about O per rad, pressures held
+        constant (:func:`exo_pin.wrist.rotational_stiffness`).
+    """
+
+    reaction: Reaction
+    pressures: FloatArray
+    axial_stiffness: FloatArray
+    stiffness: FloatArray
+
+    @property
+    def has_answer(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the pose is held and every muscle could say its pressure and stiffness."""
+        return np.asarray(self.reaction.has_answer & np.isfinite(self.stiffness).all(axis=(-1, -2)))
+
+    @property
+    def pressures_bar(self) -> FloatArray:
+        """Shape (..., n), gauge, bar."""
+        return 1e-5 * self.pressures
+
+    @property
+    def least_stiffness(self) -> FloatArray:
+        """Smallest eigenvalue of the symmetric part of ``stiffness``, shape (...), N m/rad."""
+        symmetric = 0.5 * (self.stiffness + np.swapaxes(self.stiffness, -1, -2))
+        known = np.asarray(np.isfinite(symmetric).all(axis=(-1, -2)))
+        values = np.linalg.eigvalsh(np.where(known[..., None, None], symmetric, 0.0))[..., 0]
+        return np.where(known, values, np.nan)
+
+    @property
+    def is_stable(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the arm returns from every small turn, pressures held constant."""
+        return np.asarray(self.least_stiffness > 0.0)
+
+
+def plan_pressures(
+    model: EquilibriumModel,
+    orientation: Rotation,
+    actuators: Any,
+    motion: Motion | None = None,
+    load: Load | None = None,
+    **options: Any,
+) -> PressurePlan:
+    """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`."""
+    if "actuator_bounds" in options:
+        raise InvalidInput("the actuators set the limits of f here: actuator_bounds cannot be given as well")
+    n = model.mechanism.limb_count
+    muscles = each_limb(
+        actuators,
+        n,
+        PressureActuator,
+        "force_limits(length), pressure_for(force, length) and stiffness(length, pressure)",
+    )
+    options.setdefault("split", "minimal")
+    answer = reaction(model, orientation, motion, load, actuator_bounds=muscles, **options)
+    lengths = inverse_kinematics(model.mechanism.geometry, orientation).lengths.reshape(-1, n)
+    f = answer.actuator_forces.reshape(-1, n)
+    held = np.flatnonzero(np.isfinite(f).all(axis=1))
+    pressures, axial = np.full(f.shape, np.nan), np.full(f.shape, np.nan)
+    for i, muscle in enumerate(muscles if held.size else []):
+        pressures[held, i] = in_reach(muscle.pressure_for, 1, f[held, i], lengths[held, i])[0]
+        known = held[np.isfinite(pressures[held, i])]
+        if known.size:
+            axial[known, i] = in_reach(muscle.stiffness, 1, lengths[known, i], pressures[known, i])[0]
+    shape = answer.status.shape
+    stacked = (pressures.reshape(*shape, n), axial.reshape(*shape, n))
+    stiffness = rotational_stiffness(model.mechanism, orientation, answer.actuator_forces, stacked[1], load)
+    return PressurePlan(answer, *stacked, stiffness)

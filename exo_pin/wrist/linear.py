@@ -1,0 +1,153 @@
+"""Linear algebra of a few unknowns in space, compiled: orthonormal bases and least squares of three equations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+__all__ = ["RANK_TOLERANCE", "complete_basis", "least_norm", "orthonormalise", "row_rank"]
+
+#: Relative size of a singular value below which a direction does not count.
+RANK_TOLERANCE = 1e-12
+#: Relative length of a row below which it is rounding noise.
+_NOISE = 1e-14
+#: Sweeps of Jacobi rotations, far more than their quadratic convergence needs.
+_SWEEPS = 30
+
+_compile = njit(cache=True, error_model="numpy", nogil=True)
+
+
+@_compile
+def orthonormalise(Q: Any, U: Any, columns: int) -> None:
+    """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
+
+    Gram-Schmidt is run twice, which makes Q orthonormal to rounding. U is upper triangular; what is below its
+    diagonal is not touched.
+    """
+    rows = Q.shape[0]
+    for j in range(columns):
+        for k in range(j):
+            U[k, j] = 0.0
+        for _ in range(2):
+            for k in range(j):
+                overlap = 0.0
+                for i in range(rows):
+                    overlap += Q[i, k] * Q[i, j]
+                U[k, j] += overlap
+                for i in range(rows):
+                    Q[i, j] -= overlap * Q[i, k]
+        square = 0.0
+        for i in range(rows):
+            square += Q[i, j] * Q[i, j]
+        U[j, j] = math.sqrt(square)
+        for i in range(rows):
+            Q[i, j] /= U[j, j]
+
+
+@_compile
+def complete_basis(Q: Any, N: Any) -> None:
+    """Fill N, shape (n, n - 3), with an orthonormal basis of all that stands across the columns of Q, shape (n, 3)."""
+    n = Q.shape[0]
+    for column in range(n - 3):
+        # Of the unit vectors take the one that the basis so far holds least of.
+        best, least = 0, 2.0
+        for i in range(n):
+            held = Q[i, 0] ** 2 + Q[i, 1] ** 2 + Q[i, 2] ** 2
+            for k in range(column):
+                held += N[i, k] ** 2
+            if held < least:
+                best, least = i, held
+        for i in range(n):
+            N[i, column] = 0.0
+        N[best, column] = 1.0
+        for _ in range(2):
+            for k in range(3):
+                overlap = 0.0
+                for i in range(n):
+                    overlap += Q[i, k] * N[i, column]
+                for i in range(n):
+                    N[i, column] -= overlap * Q[i, k]
+            for k in range(column):
+                overlap = 0.0
+                for i in range(n):
+                    overlap += N[i, k] * N[i, column]
+                for i in range(n):
+                    N[i, column] -= overlap * N[i, k]
+        square = 0.0
+        for i in range(n):
+            square += N[i, column] * N[i, column]
+        for i in range(n):
+            N[i, column] /= math.sqrt(square)
+
+
+@_compile
+def row_rank(A: Any, c: Any, tolerance: float) -> int:
+    """Turn the three rows of A, shape (3, m), by one orthogonal matrix until they stand across one another.
+
+    The same is done to the three numbers c, so that A z = c keeps its solutions. Rows are sorted by length, the
+    singular values of A, longest first: one-sided Jacobi rotations. The rank is returned, and rows beyond it are noise.
+    """
+    m = A.shape[1]
+    for _ in range(_SWEEPS):
+        turned = False
+        for p in range(2):
+            for q in range(p + 1, 3):
+                pp, qq, pq = 0.0, 0.0, 0.0
+                for i in range(m):
+                    pp += A[p, i] * A[p, i]
+                    qq += A[q, i] * A[q, i]
+                    pq += A[p, i] * A[q, i]
+                swap = qq > pp
+                # A row that is rounding noise beside the other has no direction of its own to be turned by.
+                noise = min(pp, qq) <= _NOISE * _NOISE * max(pp, qq)
+                if noise or abs(pq) <= 1e-15 * math.sqrt(pp * qq):
+                    if not swap:
+                        continue
+                    cosine, sine = 0.0, 1.0
+                else:
+                    slope = (pp - qq) / (2.0 * pq)
+                    tangent = math.copysign(1.0, slope) / (abs(slope) + math.sqrt(1.0 + slope * slope))
+                    cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+                    sine = cosine * tangent
+                    if swap:
+                        cosine, sine = -sine, cosine
+                turned = True
+                for i in range(m):
+                    first = cosine * A[p, i] + sine * A[q, i]
+                    A[q, i] = cosine * A[q, i] - sine * A[p, i]
+                    A[p, i] = first
+                first = cosine * c[p] + sine * c[q]
+                c[q] = cosine * c[q] - sine * c[p]
+                c[p] = first
+        if not turned:
+            break
+    rank, largest = 0, 0.0
+    for p in range(3):
+        square = 0.0
+        for i in range(m):
+            square += A[p, i] * A[p, i]
+        largest = max(largest, square)
+        if square > tolerance * tolerance * largest:
+            rank += 1
+    return rank
+
+
+@_compile
+def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
+    """z that makes |c + A z| least and, of those, is itself shortest; the rank of A is returned.
+
+    A, shape (3, m), and c are used up.
+    """
+    rank = row_rank(A, c, tolerance)
+    m = A.shape[1]
+    for i in range(m):
+        z[i] = 0.0
+    for p in range(rank):
+        square = 0.0
+        for i in range(m):
+            square += A[p, i] * A[p, i]
+        for i in range(m):
+            z[i] -= A[p, i] * c[p] / square
+    return rank

@@ -1,0 +1,47 @@
+"""Real muscles in a wrist: which pressures hold an arm."""
+
+import numpy as np
+
+import exo_pin as ep
+from exo_pin.muscle import Muscle, muscle_model
+
+
+def test_stiffness_of_a_limb_is_the_slope_of_its_force():
+    muscle = Muscle(model=muscle_model("best"), end_fitting=0.1)
+    low, high = muscle.length_range()
+    length, pressure, step = 0.6 * high + 0.4 * low, 3e5, 1e-6
+    pulls = [
+        muscle.model.unchecked_force(muscle.contraction(np.array(value)), np.array(pressure))
+        for value in (length - step, length + step)
+    ]
+    slope = (pulls[1] - pulls[0]) / (2 * step)
+    np.testing.assert_allclose(muscle.stiffness(length, pressure), slope, rtol=1e-6)
+
+
+def test_muscles_hold_the_device_and_their_pressures_pull_what_was_asked():
+    """The prototype with its fourth muscle mounted (base hole 100°, arm hole 280°), each muscle contracted by 20 %."""
+    exo = ep.load("prototype")
+    base, platform = np.radians([31.3, 59.6, 119.8, 100.0]), np.radians([31.3, 59.6, 119.8, 280.0])
+    geometry = exo.geometry.replace(alpha_A=base, alpha_B=platform)
+    exo = exo.replace(geometry=geometry, limbs=[ep.Limb("SPS")] * 4)
+    pose = ep.shoulder_rotation(60, 60, 0, degrees=True)
+    lengths = exo.inverse_kinematics(pose).lengths
+    muscles = [
+        Muscle(
+            model=muscle_model("best").scaled(0.8 * float(length)),
+            end_fitting=(1 - 0.8 * 0.8) * float(length),
+            least_pressure=1.3e5,
+        )
+        for length in lengths
+    ]
+    plan = exo.pressures(pose, muscles)
+    answer = exo.reaction(pose, split="minimal", actuator_bounds=muscles)
+    assert answer.status == "ok"
+    assert plan.has_answer
+    np.testing.assert_allclose(plan.reaction.actuator_forces, answer.actuator_forces, atol=1e-6)
+    assert ((plan.pressures >= 1.3e5 * (1 - 1e-9)) & (plan.pressures <= muscles[0].supply * (1 + 1e-9))).all()
+    for muscle, length, pressure, force in zip(muscles, lengths, plan.pressures, answer.actuator_forces, strict=True):
+        low, high = muscle.force_limits(length)
+        assert low - 1e-6 <= force <= high + 1e-6
+        pull = muscle.model.unchecked_force(muscle.contraction(length), pressure)
+        np.testing.assert_allclose(pull, force, rtol=1e-6, atol=1e-6)

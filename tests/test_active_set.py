@@ -1,0 +1,253 @@
+"""The exact active-set method against enumeration, against ProxSuite, and against its own optimality conditions."""
+
+import itertools
+
+import numpy as np
+import pytest
+from proxsuite import proxqp
+
+import exo_pin as ep
+from exo_pin.reaction import least_force, least_forces
+from exo_pin.wrist.linear import complete_basis, least_norm, orthonormalise
+
+EPS = np.finfo(float).eps
+
+
+def enumerated(c, G, low, high):
+    """Least |c + G z| and, of those, least |z|, by trying every set of variables on their bounds."""
+    best_force, best_norm, best = np.inf, np.inf, None
+    for pattern in itertools.product((-1, 0, 1), repeat=G.shape[1]):
+        pattern = np.array(pattern)
+        z = np.where(pattern < 0, low, np.where(pattern > 0, high, 0.0))
+        if not np.isfinite(z).all():
+            continue
+        free = pattern == 0
+        if free.any():
+            z[free] = np.linalg.lstsq(G[:, free], -(c + G[:, ~free] @ z[~free]), rcond=1e-12)[0]
+        if (z < low - 1e-11).any() or (z > high + 1e-11).any():
+            continue
+        force, norm = np.linalg.norm(c + G @ z), np.linalg.norm(z)
+        if force < best_force - 1e-10 or (force < best_force + 1e-10 and norm < best_norm):
+            best_force, best_norm, best = min(force, best_force), norm, z
+    return best_force, best
+
+
+def solve(c, G, low, high):
+    answer = least_forces(c[None], G[None], low[None], high[None])
+    return answer.variables[0], answer.forces[0], answer.gaps[0]
+
+
+def general(rng, m):
+    G = rng.normal(size=(3, m))
+    return rng.normal(size=3) * 3, G, -rng.random(m), rng.random(m)
+
+
+def integer(rng, m):
+    """Ties, parallel columns, vertices that are hit exactly, variables that cannot move."""
+    low = -rng.integers(0, 3, size=m).astype(float)
+    G = rng.integers(-1, 2, size=(3, m)).astype(float)
+    return rng.integers(-3, 4, size=3).astype(float), G, low, low + rng.integers(0, 4, size=m)
+
+
+def flat(rng, m):
+    """Columns in a plane, and a least force that is zero exactly at a vertex."""
+    G = rng.normal(size=(3, 2)) @ rng.normal(size=(2, m))
+    low, high = -rng.random(m), rng.random(m)
+    return -G @ np.where(rng.random(m) < 0.5, low, high), G, low, high
+
+
+def half_open(rng, m):
+    c, G, low, high = general(rng, m)
+    G[:, m // 2] = G[:, 0]
+    low[rng.random(m) < 0.3] = -np.inf
+    high[rng.random(m) < 0.3] = np.inf
+    return c, G, low, high
+
+
+@pytest.mark.parametrize("kind", [general, integer, flat, half_open])
+def test_force_and_shortest_variables_equal_enumeration(kind):
+    rng = np.random.default_rng(60)
+    for _ in range(500):
+        m = int(rng.integers(1, 6))
+        c, G, low, high = kind(rng, m)
+        z, force, gap = solve(c, G, low, high)
+        best, shortest = enumerated(c, G, low, high)
+        assert gap <= 1e-9
+        assert ((low <= z) & (z <= high)).all()
+        np.testing.assert_allclose(np.linalg.norm(force), best, atol=1e-9)
+        # Least force and least norm together leave one answer; enumeration takes the force to 1e-10 only.
+        np.testing.assert_allclose(z, shortest, atol=1e-5)
+        assert np.linalg.norm(z) <= np.linalg.norm(shortest) + 1e-8
+
+
+def test_weak_directions():
+    """Columns that nearly depend on one another: tiny gradients, but a long way to go."""
+    rng = np.random.default_rng(61)
+    for _ in range(500):
+        m = int(rng.integers(3, 6))
+        c, G, low, high = general(rng, m)
+        G[:, 2] = G[:, :2] @ rng.normal(size=2) + 10 ** rng.uniform(-16, -1) * rng.normal(size=3)
+        low, high = 20 * low, 20 * high
+        if rng.random() < 0.2:
+            high[0] = np.inf
+        _, force, gap = solve(c, G, low, high)
+        best, _ = enumerated(c, G, low, high)
+        assert abs(np.linalg.norm(force) - best) <= 1e-8 * np.linalg.norm(c)
+        assert gap <= 1e-8
+
+
+def test_equals_the_proxsuite_path():
+    """Force and, since both take the shortest, the variables; ProxQP brings the latter to about 1e-9 only."""
+    rng = np.random.default_rng(62)
+    for m in (1, 2, 3, 5, 8):
+        for _ in range(60):
+            c, G, low, high = general(rng, m)
+            z, force, _ = solve(c, G, low, high)
+            other = least_force(c, G, low, high)
+            np.testing.assert_allclose(force, other.force, atol=1e-10)
+            np.testing.assert_allclose(z, other.variables, atol=1e-7)
+
+
+def seeded_programs(count):
+    """Programs of three side forces as a map meets them, a tenth of them near the singular surface, some one-sided."""
+    rng = np.random.default_rng(63)
+    G = rng.normal(size=(count, 3, 3))
+    tenth = count // 10
+    G[:tenth, :, 2] = np.einsum("kij,kj->ki", G[:tenth, :, :2], rng.normal(size=(tenth, 2)))
+    G[:tenth, :, 2] += 10 ** rng.uniform(-4, -1, size=(tenth, 1)) * rng.normal(size=(tenth, 3))
+    G /= np.linalg.norm(G, axis=1, keepdims=True)
+    c = rng.normal(size=(count, 3)) * 20
+    low = -20 * rng.random((count, 3))
+    high = 20 * rng.random((count, 3))
+    low[tenth : 2 * tenth, 0] = 0.0
+    high[2 * tenth : 3 * tenth, 1] = low[2 * tenth : 3 * tenth, 1]
+    return c, G, low, high
+
+
+def test_a_hundred_thousand_cases_against_proxsuite():
+    """The force, which is unique; not z, which ProxQP's tolerance leaves loose in weak directions.
+
+    ProxQP's force of z clipped to the bounds is attainable, so it cannot be less; and by strict convexity of |force|²
+    what it is more bounds the distance: |F' - F|² <= |F'|² - |F|².
+    """
+    count, batch = 100_000, 5_000
+    c, G, low, high = seeded_programs(count)
+    answer = least_forces(c, G, low, high)
+    assert answer.gaps.max() <= 1e-10
+    assert ((low <= answer.variables) & (answer.variables <= high)).all()
+    scale = np.maximum(np.abs(c).max(axis=1), np.maximum(-low, high).max(axis=1))
+    z = np.empty((count, 3))
+    weights, nothing = np.diag([1.0, 1, 1, 0, 0, 0]), np.zeros(6)
+    C = np.hstack([np.zeros((3, 3)), np.eye(3)])
+    for start in range(0, count, batch):
+        programs = proxqp.dense.BatchQP()
+        for k in range(start, start + batch):
+            program = programs.init_qp_in_place(6, 3, 3)
+            program.settings.eps_abs = 1e-10
+            program.settings.eps_rel = 0.0
+            # Its residuals do not see a multiplier on a bound that is not reached; the gap does.
+            program.settings.check_duality_gap = True
+            program.settings.eps_duality_gap_abs = 1e-10
+            program.settings.eps_duality_gap_rel = 0.0
+            A = np.hstack([np.eye(3), -G[k]])
+            program.init(weights, nothing, A, c[k] / scale[k], C, low[k] / scale[k], high[k] / scale[k])
+        proxqp.dense.solve_in_parallel(programs, 2)
+        for k in range(batch):
+            z[start + k] = programs.get(k).results.x[3:]
+    other = c + np.einsum("kji,ki->kj", G, np.clip(z * scale[:, None], low, high))
+    size, reached = np.linalg.norm(other, axis=1), np.linalg.norm(answer.forces, axis=1)
+    assert (reached <= size + 1e-12 * scale).all()
+    # It stops at residuals of 1e-10 with variables up to 2 away in each of three directions (all in units of the
+    # scale): ½|F'|² - ½|F|² is at most √3 · 2 · 1e-10 for the gradient and √3 · 1e-10 · |F'| for the clipping.
+    more = (size**2 - reached**2) / scale**2
+    assert more.max() <= 2e-9
+    assert (((other - answer.forces) ** 2).sum(axis=1) / scale**2).max() <= 2e-9
+    # Away from the singular surface and from a vanishing force it is nearer.
+    clear = (np.linalg.svd(G, compute_uv=False)[:, 2] > 0.1) & (reached > 0.1 * scale)
+    assert clear.sum() > 10_000
+    assert (np.linalg.norm(other - answer.forces, axis=1) / scale)[clear].max() <= 1e-7
+
+
+def test_kkt_conditions_of_larger_programs():
+    rng = np.random.default_rng(64)
+    for m in (4, 6, 8):
+        count = 2000
+        G, c = rng.normal(size=(count, 3, m)), rng.normal(size=(count, 3)) * 10
+        low, high = -rng.random((count, m)), rng.random((count, m))
+        low[:, 0], high[:, 0] = -np.inf, np.inf
+        answer = least_forces(c, G, low, high)
+        gradient = np.einsum("kji,kj->ki", G, answer.forces)
+        step = np.clip(answer.variables - gradient, low, high) - answer.variables
+        assert np.abs(step).max() <= 1e-10
+        assert answer.gaps.max() <= 1e-10
+
+
+def test_gap_bounds_what_a_bad_answer_misses():
+    from exo_pin.reaction.active_set import duality_gap
+
+    rng = np.random.default_rng(65)
+    for _ in range(300):
+        c, G, low, high = general(rng, 4)
+        _, force, _ = solve(c, G, low, high)
+        bad = rng.uniform(low, high)
+        missed = np.linalg.norm(c + G @ bad) - np.linalg.norm(force)
+        assert duality_gap(c, G, low, high, bad, 1.0) >= missed - 1e-12
+
+
+def test_no_force_and_no_room():
+    none = np.zeros(3)
+    z, force, gap = solve(none, np.eye(3), none, none)
+    assert (z == 0).all()
+    assert (force == 0).all()
+    assert gap == 0
+    z, force, _ = solve(np.array([1.0, 2, 3]), np.eye(3), np.full(3, 2.0), np.full(3, 2.0))
+    assert z.tolist() == [2, 2, 2]
+    assert force.tolist() == [3, 4, 5]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"constants": np.zeros((2, 2))}, ep.InvalidInput, "constants"),
+        ({"lower": np.zeros((2, 4))}, ep.InvalidInput, "bounds of shape"),
+        ({"lower": np.full((2, 3), np.nan)}, ep.InvalidInput, "NaN"),
+        ({"constants": np.full((2, 3), np.inf)}, ep.InvalidInput, "finite"),
+        ({"lower": np.full((2, 3), 2.0)}, ep.InfeasibleBounds, "0, 1, 2"),
+    ],
+)
+def test_bad_programs(change, error, message):
+    terms = {
+        "constants": np.zeros((2, 3)),
+        "effects": np.ones((2, 3, 3)),
+        "lower": -np.ones((2, 3)),
+        "upper": np.ones((2, 3)),
+    }
+    with pytest.raises(error, match=message):
+        least_forces(**(terms | change))
+
+
+def test_least_norm_equals_lapack_for_every_rank():
+    rng = np.random.default_rng(66)
+    for k in range(3000):
+        m = int(rng.integers(1, 9))
+        G = rng.integers(-1, 2, size=(3, m)).astype(float)
+        if k % 2:
+            G = rng.normal(size=(3, 2)) @ rng.normal(size=(2, m)) if k % 4 == 1 else rng.normal(size=(3, m))
+        c, z = rng.normal(size=3), np.empty(m)
+        rank = least_norm(G.copy(), c.copy(), z, 1e-12)
+        expected, _, lapack_rank, values = np.linalg.lstsq(G, -c, rcond=1e-12)
+        assert rank == lapack_rank
+        condition = values[0] / values[rank - 1] if rank else 1.0
+        np.testing.assert_allclose(z, expected, atol=1e3 * EPS * condition**2 * (1 + np.abs(expected).max()))
+
+
+def test_bases():
+    rng = np.random.default_rng(67)
+    for n in (4, 5, 8):
+        A = rng.normal(size=(n, 3)) @ np.diag([1, 1e-3, 1e3])
+        Q, U, N = A.copy(), np.zeros((3, 3)), np.empty((n, n - 3))
+        orthonormalise(Q, U, 3)
+        complete_basis(Q, N)
+        whole = np.hstack([Q, N])
+        np.testing.assert_allclose(whole.T @ whole, np.eye(n), atol=1e-14)
+        np.testing.assert_allclose(Q @ U, A, atol=1e-12)

@@ -1,0 +1,68 @@
+"""Splits, offset and certificate on the command line."""
+
+import json
+
+import numpy as np
+import pytest
+from test_cli import POSE, run
+
+import exo_pin as ep
+
+STIFF = ["--shoulder-stiffness", "20000", "--guide", "40", "30"]
+
+
+def exo():
+    limbs = tuple(ep.Limb(guide=ep.LimbGuide(40.0, 30.0)) for _ in range(3))
+    return ep.load("prototype").replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=2e4))
+
+
+def test_compare_three_splits(capsys):
+    status, out, _ = run(capsys, "reaction", *POSE, "--compare", "spherical,minimal,elastic", *STIFF)
+    assert status == 0
+    header = next(line for line in out.splitlines() if "spherical" in line)
+    assert header.split() == ["spherical", "minimal", "elastic"]
+    force = next(line for line in out.splitlines() if line.startswith("shoulder force")).split()
+    expected = exo().reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), split="elastic").magnitude
+    assert float(force[-1]) == pytest.approx(expected, abs=0.006)
+
+
+def test_published_effect_of_an_offset(capsys):
+    status, out, _ = run(capsys, "reaction", "--compare", "spherical", "--offset", "0", "0", "20", "--json")
+    assert status == 0
+    data = json.loads(out)
+    assert data["centre_offset_mm"] == [0, 0, 20]
+    np.testing.assert_allclose(data["spherical"]["actuator_forces"], [-2.26, 114.73, 113.16], atol=0.005)
+    status, out, _ = run(capsys, "reaction", "--offset", "0", "0", "-20")
+    assert "off the shoulder's by (0, 0, -20) mm" in out
+    force = next(line for line in out.splitlines() if line.startswith("shoulder force")).split()
+    assert float(force[-3]) == pytest.approx(11.8, abs=0.05)
+
+
+def test_certificate(capsys):
+    arguments = ["reaction", *POSE, "--compare", "minimal,elastic", "--side-force-limit", "5", "--certificate", *STIFF]
+    status, out, _ = run(capsys, *arguments)
+    assert status == 0
+    words = " ".join(out.split())
+    assert "minimal: Unique by equilibrium: f_1, f_2, f_3." in words
+    assert "Chosen by an optimiser: g_1, g_2, g_3, F_s x, F_s y, F_s z." in words
+    assert "g_1 -5.00 to 5.00 N" in words
+    assert "elastic: Unique by equilibrium: f_1, f_2, f_3. Determined by stiffness: g_1" in words
+    status, out, _ = run(capsys, *arguments, "--json")
+    assert "Determined by stiffness" in json.loads(out)["elastic"]["certificate"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--compare", "elastic"], "shoulder stiffness"),
+        (["--compare", "spherical,soft"], "soft"),
+        (["--compare", "spherical", "--side-force-limit", "5"], "--side-force-limit"),
+        (["--offset", "0", "0", "500"], "0.2 m"),
+        (["--guide", "-1", "2"], "bending_rigidity"),
+    ],
+)
+def test_questions_that_cannot_be_asked(capsys, arguments, message):
+    status, out, error = run(capsys, "reaction", *POSE, *arguments)
+    assert status == 2
+    assert out == ""
+    assert message in error

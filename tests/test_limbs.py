@@ -1,0 +1,504 @@
+"""Limb forces within limits: optimality, exhaustive answers, and verdicts that prove themselves."""
+
+import itertools
+
+import numpy as np
+import pytest
+from programs import KINDS, cost, random_pose, shoulder_force
+from scipy.optimize import linprog, nnls
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.reaction import GlenoidCone, Weights
+from exo_pin.reaction.choice import choose, force_scale
+from exo_pin.reaction.infeasible import shortfall
+from exo_pin.wrist.holding import holding
+
+DEGREES = {"degrees": True}
+PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
+
+
+def stationarity(pose, f, g):
+    """Distance of the cost's gradient from the cone of active constraints, by nonnegative least squares.
+
+    Shares nothing with the solver but the problem: constraints count as active by their slack alone.
+    """
+    scale = force_scale(pose)
+    z = np.concatenate([f, g[pose.upu]]) / scale
+    S, n = pose.shoulder_effect, len(f)
+    force = shoulder_force(pose, f, g) / scale
+    gradient = z.copy() if pose.goal is None else S.T @ pose.goal.T @ pose.goal @ force
+    if pose.goal is not None:
+        gradient[:n] += pose.tension * z[:n]
+    columns = [pose.moment_effect.T, -pose.moment_effect.T]
+    if pose.alone:
+        columns += [S.T, -S.T]
+    near = 1e-9
+    columns.append(np.eye(len(z))[:, z >= pose.high / scale - near])
+    columns.append(-np.eye(len(z))[:, z <= pose.low / scale + near])
+    rows = pose.side_rows()
+    columns.append(rows[rows @ z >= -near].T)
+    if pose.socket is not None:
+        columns.append((pose.socket.N @ S)[pose.socket.N @ force >= pose.socket.h / scale - near].T)
+    return nnls(np.hstack(columns), -gradient, maxiter=1000)[1]
+
+
+def violation(pose, f, g):
+    """Largest violation of any constraint over the forces in play."""
+    z, scale = np.concatenate([f, g[pose.upu]]), force_scale(pose)
+    force = shoulder_force(pose, f, g)
+    misses = [
+        np.abs(pose.state.moment_of_f @ f - pose.state.moment).max() / pose.radius,
+        (pose.low - z).max(),
+        (z - pose.high).max(),
+        (pose.side_rows() @ z).max(initial=0.0),
+    ]
+    if pose.alone:
+        misses.append(np.abs(force).max())
+    if pose.socket is not None and pose.socket.is_hard:
+        misses.append((pose.socket.N @ force - pose.socket.h).max())
+    return max(misses) / scale
+
+
+def test_ten_thousand_programs_of_every_kind_are_optimal_or_proven_infeasible():
+    rng = np.random.default_rng(50)
+    held = dict.fromkeys(KINDS, 0)
+    proven = dict.fromkeys(KINDS, 0)
+    for case in range(10_000):
+        kind = KINDS[case % len(KINDS)]
+        reachable = True if kind in ("hard_cone", "alone") and case % 3 else None
+        pose = random_pose(rng, kind, reachable=reachable)
+        missing = shortfall(pose)
+        if missing is not None:
+            proven[kind] += 1
+            assert missing.required > missing.available
+            assert missing.valid_up_to > 1e6  # N
+            continue
+        held[kind] += 1
+        answer = choose(pose)
+        assert answer.kkt <= 1e-8
+        assert answer.gap <= 1e-8 * force_scale(pose)
+        assert violation(pose, answer.f, answer.g) <= 1e-8
+        if kind != "soft_cone" and case % 7 == 0:
+            assert stationarity(pose, answer.f, answer.g) <= 1e-8 * max(1.0, pose.tension)
+    assert min(held.values()) >= 100, held
+    assert all(proven[kind] >= 50 for kind in KINDS), proven
+
+
+def exhaustive(pose):
+    """Least cost by trying every active set of limits and faces."""
+    scale, n = force_scale(pose), len(pose.f_low)
+    S, count = pose.shoulder_effect, n + pose.upu.size
+    low, high = pose.low / scale, pose.high / scale
+    E = np.eye(count) if pose.goal is None else np.vstack([pose.goal @ S, np.sqrt(pose.tension) * np.eye(n, count)])
+    d = np.zeros(count)
+    if pose.goal is not None:
+        d = np.concatenate([-pose.goal @ pose.state.shoulder / scale, np.zeros(n)])
+    A, b = pose.moment_effect, pose.state.moment / pose.radius / scale
+    C, c = np.zeros((0, count)), np.zeros(0)
+    if pose.socket is not None:
+        C = pose.socket.N @ S
+        c = (pose.socket.h - pose.socket.N @ pose.state.shoulder) / scale
+    faces = [subset for size in range(min(3, len(c)) + 1) for subset in itertools.combinations(range(len(c)), size)]
+    best = np.inf
+    for pattern in itertools.product((-1, 0, 1), repeat=count):
+        pattern = np.array(pattern)
+        bound = np.where(pattern < 0, low, np.where(pattern > 0, high, 0.0))
+        if not np.isfinite(bound).all():
+            continue
+        fixed = pattern != 0
+        for subset in faces:
+            rows = np.vstack([A, np.eye(count)[fixed], C[list(subset)]])
+            right = np.concatenate([b, bound[fixed], c[list(subset)]])
+            k = len(right)
+            K = np.block([[E.T @ E, rows.T], [rows, np.zeros((k, k))]])
+            z = np.linalg.lstsq(K, np.concatenate([E.T @ d, right]), rcond=1e-12)[0][:count]
+            miss = max(np.abs(A @ z - b).max(), (low - z).max(), (z - high).max(), (C @ z - c).max(initial=0.0))
+            if miss <= 1e-9:
+                best = min(best, float(((E @ z - d) ** 2).sum()))
+    return scale * np.sqrt(best)
+
+
+@pytest.mark.parametrize(
+    ("kind", "cases", "faces"),
+    [("pull", 60, None), ("range", 30, None), ("tight", 30, None), ("weights", 30, None), ("hard_cone", 12, 4)],
+)
+def test_least_shoulder_force_equals_an_exhaustive_answer(kind, cases, faces):
+    rng = np.random.default_rng(51)
+    done = 0
+    while done < cases:
+        pose = random_pose(rng, kind, n=4, faces=faces, reachable=True)
+        pose = pose._replace(upu=pose.upu[:1], g_low=pose.g_low[:1], g_high=pose.g_high[:1])
+        if kind == "hard_cone":
+            pose = pose._replace(upu=pose.upu[:0], g_low=pose.g_low[:0], g_high=pose.g_high[:0])
+        if shortfall(pose) is not None:
+            continue
+        done += 1
+        answer = choose(pose)
+        best = exhaustive(pose)
+        assert abs(np.sqrt(cost(pose, answer.f, answer.g)) - best) <= 1e-8 * force_scale(pose)
+
+
+def test_soft_cone_pays_for_what_it_leaves():
+    from programs import distance_to_cone
+
+    rng = np.random.default_rng(52)
+    for _ in range(15):
+        pose = random_pose(rng, "soft_cone", n=5, faces=8, reachable=True)
+
+        def total(f, g, pose=pose):
+            return cost(pose, f, g) + pose.socket.penalty * distance_to_cone(pose, shoulder_force(pose, f, g))
+
+        answer = choose(pose)
+        least = total(answer.f, answer.g)
+        n = 5
+        stress = np.linalg.svd(pose.state.moment_of_f)[2][3:]
+        for _ in range(20):
+            f = answer.f + stress.T @ rng.normal(size=2) * 10 ** rng.uniform(-3, 1)
+            g = np.zeros(n)
+            g[pose.upu] = np.clip(answer.g[pose.upu] + rng.normal(size=pose.upu.size), pose.g_low, pose.g_high)
+            if (f >= pose.f_low).all() and (f <= pose.f_high).all():
+                assert total(f, g) >= least * (1 - 1e-7) - 1e-9
+
+
+def supplied(pose, f, g, force):
+    """Wrench of limbs and shoulder on the arm, moments about O."""
+    closure = f @ pose.state.closure_of_f + g @ pose.state.closure_of_g
+    return closure + np.concatenate([force, np.zeros(3)])
+
+
+def needed(pose):
+    return np.concatenate([pose.state.shoulder, pose.state.moment])
+
+
+def test_farkas_directions_hold_without_the_solver():
+    """y·needed stands above y·supplied for all admissible forces: by the support of the limits, rays of the cone,
+    and a linear program of its own that finds the pose infeasible as well.
+    """
+    rng = np.random.default_rng(53)
+    found = dict.fromkeys(("range", "pull", "by_tension", "hard_cone", "alone"), 0)
+    while min(found.values()) < 40:
+        kind = min(found, key=found.get)
+        pose = random_pose(rng, kind, faces=12, reachable=False)
+        missing = shortfall(pose)
+        if missing is None:
+            continue
+        found[kind] += 1
+        y, scale = missing.direction, force_scale(pose)
+        n = len(pose.f_low)
+        per_f, per_g = pose.state.closure_of_f @ y, (pose.state.closure_of_g @ y)[pose.upu]
+        F_free = kind not in ("hard_cone", "alone")
+        if F_free:
+            np.testing.assert_array_equal(y[:3], 0)
+        if kind == "hard_cone":
+            N, h = pose.socket.N, pose.socket.h
+            apex = np.linalg.lstsq(N, h, rcond=None)[0]
+            np.testing.assert_allclose(N @ apex, h, atol=1e-9 * (1 + h.max()))
+            rays = np.cross(N, np.roll(N, -1, axis=0))
+            rays *= -np.sign(rays @ N.sum(axis=0))[:, None]
+            assert (N @ rays.T <= 1e-12).all()
+            assert (rays @ y[:3]).max() <= 1e-9
+            most = y[:3] @ apex
+        else:
+            most = 0.0
+        for gain, low, high in ((per_f, pose.f_low, pose.f_high), (per_g, pose.g_low, pose.g_high)):
+            for each, below, above in zip(gain, low, high, strict=True):
+                reach = above if each > 0 else below
+                if np.isinf(reach):
+                    assert abs(each) <= 1e-9
+                else:
+                    most += each * reach
+        assert y @ needed(pose) > most + 1e-12 * scale
+        np.testing.assert_allclose(y @ needed(pose), missing.required, rtol=1e-9, atol=1e-9 * scale)
+        np.testing.assert_allclose(most, missing.available, atol=1e-7 * scale)
+        # The closest forces keep every limit and miss exactly what is said.
+        assert (missing.f >= pose.f_low).all()
+        assert (missing.f <= pose.f_high).all()
+        force = missing.shoulder
+        miss = needed(pose) - supplied(pose, missing.f, missing.g, force)
+        np.testing.assert_allclose(miss, missing.missing, atol=1e-8 * scale)
+        # HiGHS agrees that nothing admissible balances.
+        u = pose.upu.size
+        T = np.hstack([pose.state.closure_of_f.T, pose.state.closure_of_g[pose.upu].T, np.eye(6, 3)])
+        shoulder = [(0, 0) if kind == "alone" else (None, None)] * 3
+        cone = {}
+        if kind == "hard_cone":
+            cone = {"A_ub": np.hstack([np.zeros((len(h), n + u)), N]), "b_ub": h}
+        elif kind == "by_tension":
+            cone = {"A_ub": np.hstack([pose.side_rows(), np.zeros((2 * u, 3))]), "b_ub": np.zeros(2 * u)}
+        limits = [*zip(pose.low, pose.high, strict=True), *shoulder]
+        answer = linprog(np.zeros(n + u + 3), A_eq=T, b_eq=needed(pose), bounds=limits, **cone)
+        if missing.required - missing.available > 1e-4 * scale:
+            assert answer.status == 2
+
+
+def test_relief_is_what_one_limit_must_give():
+    rng = np.random.default_rng(54)
+    finite = {"range": 0, "hard_cone": 0}
+    while min(finite.values()) < 30:
+        kind = min(finite, key=finite.get)
+        pose = random_pose(rng, kind, faces=8, reachable=False)
+        missing = shortfall(pose)
+        if missing is None:
+            continue
+        for i in range(len(pose.f_low)):
+            if missing.blocking[i] == 0:
+                assert np.isinf(missing.relief[i])
+                continue
+            side = "f_low" if missing.blocking[i] < 0 else "f_high"
+            sign = -1.0 if side == "f_low" else 1.0
+
+            def with_give(give, i=i, side=side, sign=sign, pose=pose):
+                limit = getattr(pose, side).copy()
+                limit[i] += sign * give
+                return shortfall(pose._replace(**{side: limit}))
+
+            if np.isinf(missing.relief[i]):
+                assert with_give(1e3 * force_scale(pose)) is not None
+            else:
+                finite[kind] += 1
+                slack = 1e-6 * force_scale(pose)
+                assert with_give(missing.relief[i] * (1 + 1e-6) + slack) is None
+                if 10 * slack < missing.relief[i] < 1e4 * force_scale(pose):
+                    assert with_give(missing.relief[i] * (1 - 1e-3) - slack) is not None
+
+
+def with_muscle(exo, pose, point, pull):
+    """The design with one more muscle that pulls along ``pull`` through ``point`` in that pose."""
+    along = pull / np.linalg.norm(pull)
+    R = pose.as_matrix()
+    base = np.vstack([exo.geometry.base_points, point + 0.15 * along])
+    platform = np.vstack([exo.geometry.platform_points, R.T @ (point - 0.15 * along)])
+    limbs = (*exo.limbs, ep.Limb("SPS"))
+    return exo.replace(geometry=ep.WristGeometry(base, platform), limbs=limbs)
+
+
+@pytest.mark.parametrize("cone", [None, GlenoidCone(muscle_compression=60.0), GlenoidCone()])
+def test_one_more_muscle_where_it_is_said_holds_the_pose(cone):
+    exo = ep.load("prototype").worn_by(PERSON)
+    poses = regular_poses(exo.mechanism, np.random.default_rng(55), 40, margin=0.05)
+    answer = exo.reaction(poses, actuator_bounds="pull", cone=cone)
+    evidence = answer.infeasibility
+    assert evidence.infeasible.sum() > 30
+    tried = 0
+    for k in np.flatnonzero(evidence.one_more_muscle):
+        point, pull = evidence.extra_muscle_point[k], evidence.extra_muscle_force[k]
+        if np.linalg.norm(point) > 1.0 or np.linalg.norm(point) < 0.02:
+            continue
+        tried += 1
+        grown = with_muscle(exo, poses[int(k)], point, pull)
+        # The very pull that is named balances the pose, up to rounding of the limits it must keep.
+        n = grown.mechanism.limb_count
+        again = grown.reaction(poses[int(k)], actuator_bounds=(np.full(n, -1e-6), np.inf), cone=cone)
+        assert again.status in ("ok", "near_singular")
+        lacking = wrist.holding(grown.mechanism, poses[int(k)], lower=-1e-6)
+        assert lacking.holdable
+    assert tried > 20
+
+
+def test_three_limbs_pull_only_agree_with_the_closed_form():
+    exo = ep.load("prototype").worn_by(PERSON)
+    poses = Rotation.random(300, np.random.default_rng(56))
+    answer = exo.reaction(poses, actuator_bounds="pull")
+    f = wrist.statics(exo.mechanism, poses).actuator_forces
+    np.testing.assert_array_equal(answer.status == "infeasible", (f < 0).any(axis=1))
+    held = answer.has_answer
+    np.testing.assert_allclose(answer.actuator_forces[held], f[held], rtol=1e-9)
+    assert np.isnan(answer.shoulder_force[~held]).all()
+    np.testing.assert_array_equal(answer.infeasibility.infeasible, ~held)
+    # Tension may be what is limited as well.
+    tight = exo.reaction(poses, actuator_bounds=(-50, 50))
+    np.testing.assert_array_equal(tight.status == "infeasible", (np.abs(f) > 50).any(axis=1))
+
+
+@pytest.mark.parametrize("n", [3, 4, 6])
+def test_exact_moment_set_agrees_with_the_program(n):
+    mechanism = random_mechanism(np.random.default_rng(57 + n), n)
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    poses = regular_poses(mechanism, np.random.default_rng(58), 150)
+    for lower, upper in ((0.0, np.inf), (2.0, 120.0), (-np.inf, 30.0)):
+        closed = holding(mechanism, poses, lower=lower, upper=upper)
+        answer = exo.reaction(poses, actuator_bounds=(lower, upper))
+        np.testing.assert_array_equal(closed.holdable, answer.has_answer)
+        if answer.infeasibility is None:
+            continue
+        bad = answer.infeasibility.infeasible
+        # The moment that is missing is at least the worst face's shortfall, and the reliefs are the same.
+        size = np.linalg.norm(answer.infeasibility.missing_wrench[bad][:, 3:], axis=1)
+        assert (size >= -closed.margin[bad] * (1 - 1e-9)).all()
+        for k in np.flatnonzero(bad):
+            f = answer.infeasibility.closest_actuator_forces[k]
+            J = exo.jacobian(poses[int(k)])
+            M = -J.T @ f  # on the arm
+            y = closed.direction[k]
+            # Tension's moment in the kernel's sense is b × s f, the opposite of what it puts on the arm.
+            reach = np.where(J @ y > 0, upper, lower)
+            gain = np.where(np.abs(J @ y) <= 1e-12, 0.0, J @ y)
+            assert np.isfinite(M).all()
+            assert (gain * np.where(gain == 0, 0.0, reach)).sum() < np.inf
+
+
+def test_margin_is_the_moment_that_is_held_besides():
+    mechanism = random_mechanism(np.random.default_rng(60), 6)
+    poses = regular_poses(mechanism, np.random.default_rng(61), 60)
+    closed = holding(mechanism, poses, lower=-30, upper=200)
+    rng = np.random.default_rng(62)
+    assert closed.holdable.sum() > 10
+    for k in np.flatnonzero(closed.holdable):
+        pose, margin = poses[int(k)], closed.margin[k]
+        axis = rng.normal(size=(50, 3))
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+        within = ep.Load(np.zeros((50, 3)), 0.999 * margin * axis)
+        same = Rotation.concatenate([pose] * 50)
+        assert holding(mechanism, same, load=within, lower=-30, upper=200).holdable.all()
+        beyond = ep.Load([0, 0, 0], 1.001 * margin * closed.direction[k])
+        assert not holding(mechanism, pose, load=beyond, lower=-30, upper=200).holdable
+
+
+def test_side_forces_within_chosen_tensions():
+    """|g_i| <= |f_i| with more than three limbs is convex once they only pull."""
+    mechanism = random_mechanism(np.random.default_rng(63), 5)
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    poses = regular_poses(mechanism, np.random.default_rng(64), 150)
+    with pytest.raises(ep.NonConvexBound, match="pull"):
+        exo.reaction(poses, split="minimal", constraint_bounds="actuator")
+    answer = exo.reaction(poses, split="minimal", constraint_bounds="actuator", actuator_bounds="pull")
+    held = answer.has_answer
+    assert held.sum() > 20
+    excess = np.abs(answer.constraint_forces[held]) - answer.actuator_forces[held]
+    assert (excess <= 1e-9 * np.abs(answer.actuator_forces[held]).max(axis=1, keepdims=True)).all()
+    without = exo.reaction(poses, split="minimal", constraint_bounds=(0, 0), actuator_bounds="pull")
+    assert (answer.magnitude[held] <= without.magnitude[held] * (1 + 1e-9)).all()
+    assert (answer.magnitude[held] < 0.9 * without.magnitude[held]).any()
+
+
+def test_weights_trade_shear_for_compression():
+    mechanism = random_mechanism(np.random.default_rng(65), 6, ["SPS"] * 6)
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    poses = regular_poses(mechanism, np.random.default_rng(66), 40)
+    cone = GlenoidCone(retroversion=0.1, inclination=-0.2)
+    plain = exo.reaction(poses, split="minimal", actuator_bounds=(1, 300))
+    equal = exo.reaction(poses, split="minimal", actuator_bounds=(1, 300), weights=Weights(glenoid=cone))
+    shear = exo.reaction(poses, split="minimal", actuator_bounds=(1, 300), weights=Weights(shear=25, glenoid=cone))
+    tense = exo.reaction(poses, split="minimal", actuator_bounds=(1, 300), weights=Weights(tension=0.1))
+    held = plain.has_answer
+    assert held.sum() > 5
+    np.testing.assert_allclose(equal.shoulder_force[held], plain.shoulder_force[held], atol=1e-6)
+
+    def sideways(answer):
+        return np.linalg.norm(cone.components(answer.shoulder_force[held])[:, 1:], axis=1)
+
+    assert (sideways(shear) <= sideways(plain) + 1e-9).all()
+    assert (sideways(shear) < 0.9 * sideways(plain)).any()
+    sizes = [np.linalg.norm(answer.actuator_forces[held], axis=1) for answer in (tense, plain)]
+    assert (sizes[0] <= sizes[1] + 1e-9).all()
+    assert tense.optimum.unique[held].all()
+    # Scaling all weights alike changes nothing.
+    alike = exo.reaction(poses, split="minimal", actuator_bounds=(1, 300), weights=Weights(7, 7))
+    np.testing.assert_allclose(alike.shoulder_force[held], plain.shoulder_force[held], atol=1e-6)
+
+
+@pytest.mark.parametrize("split", ["spherical", "minimal"])
+def test_right_shoulder_with_limits_and_socket_is_the_mirror_image(split):
+    from exo_pin.conventions import MIRROR, mirrored
+
+    left = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(67), 5, ["SPS"] * 5))
+    right = left.mirrored()
+    poses = regular_poses(left.mechanism, np.random.default_rng(68), 60)
+    options = {
+        "actuator_bounds": (0, 400),
+        "split": split,
+        "cone": GlenoidCone(retroversion=0.05, inclination=0.1, muscle_compression=150),
+    }
+    a, b = left.reaction(poses, **options), right.reaction(mirrored(poses), **options)
+    np.testing.assert_array_equal(a.status, b.status)
+    held = a.has_answer
+    assert 3 < held.sum() < 60
+    np.testing.assert_allclose(b.actuator_forces[held], a.actuator_forces[held], atol=1e-6)
+    np.testing.assert_allclose(b.shoulder_force[held], a.shoulder_force[held] @ MIRROR, atol=1e-6)
+    np.testing.assert_allclose(
+        b.infeasibility.missing_wrench[~held][:, :3],
+        a.infeasibility.missing_wrench[~held][:, :3] @ MIRROR,
+        atol=1e-6,
+    )
+
+
+def test_cables_and_wrist_at_a_pose_in_one_call(capsys):
+    """D.1 beside D.2: 3SPS+S and 3UPU of the same points."""
+    exo = ep.load("prototype").worn_by(PERSON)
+    cables = exo.replace(limbs=(ep.Limb("SPS"),) * 3)
+    pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
+    own, other = exo.reaction(pose), cables.reaction(pose, split="minimal")
+    np.testing.assert_allclose(own.shoulder_force, other.shoulder_force, atol=1e-9)
+    assert cables.reaction(pose, split="minimal").certificate.shoulder_force.all()
+    bounded = exo.reaction(pose, split="minimal", constraint_bounds=(-40, 40))
+    assert bounded.magnitude < other.magnitude
+
+
+def test_limits_from_actuators():
+    class Spring:
+        def __init__(self, longest):
+            self.longest = longest
+
+        def force_limits(self, length):
+            upper = np.where(length <= self.longest, 400.0 * length, np.nan)
+            return np.zeros_like(length), upper
+
+    class Refuses(Spring):
+        def force_limits(self, length):
+            if (length > self.longest).any():
+                raise ep.InvalidInput("too long")
+            return np.zeros_like(length), 400.0 * length
+
+    mechanism = random_mechanism(np.random.default_rng(69), 4)
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    poses = regular_poses(mechanism, np.random.default_rng(70), 200)
+    lengths = exo.inverse_kinematics(poses).lengths
+    longest = float(np.quantile(lengths, 0.9))
+    answer = exo.reaction(poses, actuator_bounds=Spring(longest))
+    np.testing.assert_array_equal(answer.status == "out_of_stroke", (lengths > longest).any(axis=1))
+    held = answer.has_answer
+    assert held.sum() > 5
+    assert (answer.actuator_forces[held] <= 400.0 * lengths[held] * (1 + 1e-12)).all()
+    assert (answer.actuator_forces[held] >= 0).all()
+    refused = exo.reaction(poses, actuator_bounds=[Refuses(longest)] * 4)
+    np.testing.assert_array_equal(refused.status, answer.status)
+    np.testing.assert_array_equal(refused.actuator_forces, answer.actuator_forces)
+    np.testing.assert_array_equal(exo.reaction(poses[0], actuator_bounds=Spring(0.0)).status, "out_of_stroke")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"actuator_bounds": "push"}, ep.UnknownName, "pull"),
+        ({"actuator_bounds": 3.0}, ep.InvalidInput, "force_limits"),
+        ({"actuator_bounds": (1, 0)}, ep.InfeasibleBounds, "limb index 0"),
+        ({"actuator_bounds": (np.nan, 1)}, ep.InvalidInput, "NaN"),
+        ({"actuator_bounds": (np.inf, np.inf)}, ep.InvalidInput, r"below \+inf"),
+        ({"actuator_bounds": ([0, 0], 1)}, ep.InvalidInput, "broadcast"),
+        ({"actuator_bounds": ("a", "b")}, ep.InvalidInput, "numbers"),
+        ({"cone": 0.5}, ep.InvalidInput, "GlenoidCone"),
+        ({"cone": GlenoidCone(), "split": "standalone"}, ep.InvalidInput, "standalone"),
+        ({"weights": Weights()}, ep.InvalidInput, "minimal"),
+        ({"weights": (1, 2), "split": "minimal"}, ep.InvalidInput, "Weights"),
+    ],
+)
+def test_limits_that_cannot_be_meant(arguments, error, message):
+    with pytest.raises(error, match=message):
+        ep.load("prototype").reaction(Rotation.identity(), **arguments)
+
+
+def test_an_infeasible_answer_explains_itself():
+    exo = ep.load("prototype").worn_by(PERSON)
+    answer = exo.reaction(ep.shoulder_rotation(30, 20, 0, **DEGREES), actuator_bounds="pull")
+    assert answer.status == "infeasible"
+    text = str(answer)
+    for part in ("cannot hold", "Limb 1 cannot go below 0.0 N", "One more muscle would do"):
+        assert part in text.replace("\n  ", " ")
+    assert '"blocking"' in answer.to_json()
+    stack = exo.reaction(ep.shoulder_rotation([30, 84], [20, 40], 0, **DEGREES), actuator_bounds="pull")
+    assert "cannot be held" in str(stack)
+    with pytest.raises(IndexError):
+        stack.infeasibility.explain(5)

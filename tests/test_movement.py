@@ -1,0 +1,252 @@
+"""Movements: derivatives on rotations against an analytic motion, files, histories; pressures and stiffness."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.reaction import Movement, read_movement, write_movement_reaction
+
+PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
+A, B = np.array([0.9, 0.0, 0.0]), np.array([0.0, 0.8, 0.3])
+
+
+def analytic(t):
+    """R = exp(A sin 1.3 t) exp(B cos 0.7 t), its ω and η."""
+    p, dp, ddp = np.sin(1.3 * t), 1.3 * np.cos(1.3 * t), -1.69 * np.sin(1.3 * t)
+    r, dr, ddr = np.cos(0.7 * t), -0.7 * np.sin(0.7 * t), -0.49 * np.cos(0.7 * t)
+    first = Rotation.from_rotvec(np.outer(p, A))
+    omega = np.outer(dp, A) + first.apply(np.outer(dr, B))
+    eta = np.outer(ddp, A) + first.apply(np.outer(ddr, B)) + np.cross(np.outer(dp, A), first.apply(np.outer(dr, B)))
+    return first * Rotation.from_rotvec(np.outer(r, B)), omega, eta
+
+
+def test_derivatives_converge_to_an_analytic_motion():
+    errors = []
+    for count in (101, 201, 401):
+        t = np.linspace(0, 4, count)
+        poses, omega, eta = analytic(t)
+        motion = Movement.from_samples(t, poses).motion
+        errors.append((np.abs(motion.angular_velocity - omega).max(), np.abs(motion.angular_acceleration - eta).max()))
+    errors = np.array(errors)
+    assert (errors[-1] < [1e-9, 1e-6]).all()
+    # Halving the step: fifth order for ω, fourth for η.
+    assert (errors[:-1] / errors[1:] > [28, 14]).all()
+
+
+def test_derivatives_do_not_know_euler_angles_the_sign_of_quaternions_or_even_spacing():
+    rng = np.random.default_rng(80)
+    t = np.sort(np.concatenate([np.linspace(0, 4, 200), rng.uniform(0, 4, 60)]))
+    turned = Rotation.random(rng=rng)
+    poses, omega, eta = analytic(t)
+    flipped = Rotation.from_quat((turned * poses).as_quat() * rng.choice([-1, 1], size=(len(t), 1)))
+    motion = Movement.from_samples(t, flipped).motion
+    np.testing.assert_allclose(motion.angular_velocity, turned.apply(omega), atol=1e-6)
+    np.testing.assert_allclose(motion.angular_acceleration, turned.apply(eta), atol=1e-3)
+    # A constant turn through 90° of abduction, where Euler angles jump.
+    sweep = Movement.from_samples(np.linspace(0, 1, 50), ep.shoulder_rotation(0, np.linspace(0, 3.1, 50), 0))
+    np.testing.assert_allclose(sweep.motion.angular_velocity, np.tile([3.1, 0, 0], (50, 1)), atol=1e-9)
+    np.testing.assert_allclose(sweep.motion.angular_acceleration, 0, atol=1e-6)
+    short = Movement.from_samples([0, 1, 2, 3], ep.shoulder_rotation(0, [0, 0.1, 0.2, 0.3], 0))
+    np.testing.assert_allclose(short.motion.angular_velocity[:, 0], 0.1, atol=1e-6)
+
+
+def test_smoothing_takes_noise_out():
+    rng = np.random.default_rng(81)
+    t = np.linspace(0, 4, 401)
+    poses, _, eta = analytic(t)
+    noise = np.radians(0.3)
+    noisy = Rotation.from_rotvec(noise * rng.normal(size=(401, 3))) * poses
+    rough, smooth = (
+        Movement.from_samples(t, noisy),
+        Movement.from_samples(t, noisy, smoothing=1.25 * noise * np.sqrt(3)),
+    )
+
+    def error(movement):
+        return np.sqrt(((movement.motion.angular_acceleration - eta) ** 2).mean())
+
+    assert error(rough) > 100
+    assert error(smooth) < 0.3
+    moved = np.sqrt(((smooth.orientations * noisy.inv()).magnitude() ** 2).mean())
+    assert moved < 1.05 * 1.25 * noise * np.sqrt(3)
+    assert np.sqrt(((smooth.orientations * poses.inv()).magnitude() ** 2).mean()) < 1.2 * noise
+
+
+def reach(count=60):
+    t = np.linspace(0, 1.2, count)
+    s = 10 * (t / 1.2) ** 3 - 15 * (t / 1.2) ** 4 + 6 * (t / 1.2) ** 5
+    return t, ep.shoulder_rotation(20 + 60 * s, 15 + 20 * s, 10 * s, degrees=True)
+
+
+def test_histories_along_a_movement():
+    exo = ep.load("prototype").worn_by(PERSON)
+    movement = Movement.from_samples(*reach())
+    answer = exo.follow(movement)
+    closed = wrist.dynamics(exo.mechanism, movement.orientations, movement.motion)
+    size = np.linalg.norm(closed.shoulder_force, axis=1)
+    np.testing.assert_allclose(answer.reaction.magnitude, size, rtol=1e-8)
+    assert answer.peak == pytest.approx(size.max())
+    assert answer.peak_time == movement.times[size.argmax()]
+    np.testing.assert_allclose(answer.impulse, np.trapezoid(size, movement.times))
+    np.testing.assert_allclose(answer.rms, np.sqrt(np.trapezoid(size**2, movement.times) / 1.2))
+    assert answer.fraction_not_holdable == 0.0
+    slow = exo.follow(movement, static=True)
+    assert slow.peak != answer.peak
+    pull = exo.follow(movement, actuator_bounds="pull")
+    np.testing.assert_array_equal(pull.reaction.status == "infeasible", (closed.actuator_forces < 0).any(axis=1))
+    assert pull.fraction_not_holdable == (closed.actuator_forces < 0).any(axis=1).mean()
+    assert "fraction not holdable" in str(pull)
+    # Too weak is not singular.
+    np.testing.assert_array_equal(pull.reaction.crossings(), answer.reaction.crossings())
+    if pull.fraction_not_holdable == 1.0:
+        assert np.isnan(pull.peak)
+        assert np.isnan(pull.rms)
+        assert pull.impulse == 0.0
+
+
+def test_movement_files(tmp_path, capsys):
+    exo = ep.load("prototype")
+    t, poses = reach(40)
+    movement = Movement.from_samples(t, poses)
+    for header, values in (
+        ("flexion_deg,abduction_deg,internal_rotation_deg", ep.shoulder_angles(poses, degrees=True)),
+        ("theta_x_rad,theta_y_rad,theta_z_rad", ep.thesis_angles(poses)),
+        ("qx,qy,qz,qw", poses.as_quat()),
+    ):
+        path = tmp_path / "movement.csv"
+        rows = "\n".join(",".join(map(repr, map(float, row))) for row in np.column_stack([t, values]))
+        path.write_text(f"# a reach\ntime_s,{header}\n{rows}\n\n")
+        back = read_movement(path)
+        np.testing.assert_allclose((back.orientations * poses.inv()).magnitude(), 0, atol=1e-12)
+        np.testing.assert_allclose(back.motion.angular_acceleration, movement.motion.angular_acceleration, atol=1e-8)
+    answer = exo.follow(movement, actuator_bounds="pull")
+    assert not answer.reaction.has_answer.all()
+    write_movement_reaction(answer, tmp_path / "out.csv", name="prototype")
+    lines = (tmp_path / "out.csv").read_text().splitlines()
+    assert lines[0].startswith("# prototype")
+    header = lines[1].split(",")
+    assert len(lines) == 42
+    first = lines[2].split(",")
+    assert first[header.index("status")] == answer.reaction.status[0]
+    cell = first[header.index("F_s_N")]
+    assert (cell == "") == (answer.reaction.status[0] == "infeasible")
+    write_movement_reaction(answer, tmp_path / "out.npz")
+    with np.load(tmp_path / "out.npz") as data:
+        np.testing.assert_array_equal(data["actuator_forces"], answer.reaction.actuator_forces)
+        np.testing.assert_array_equal(data["times"], t)
+        assert data["limb_wrenches"].shape == (40, 3, 6)
+        np.testing.assert_array_equal(data["status"], answer.reaction.status)
+    with pytest.raises(ep.InvalidInput, match=r"\.csv or \.npz"):
+        write_movement_reaction(answer, tmp_path / "out.txt")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["movement.csv", "out.csv", "out.npz"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "empty"),
+        ("time_s,a,b,c\n0,0,0,0\n", "expected one of the headers"),
+        ("time,qx,qy,qz,qw\n", "expected one of the headers"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,x,1\n", "line 3"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0\n", "line 3"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,nan,1\n", "line 3: expected finite"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,2\n", "unit quaternions"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n", "at least 4"),
+        ("time_s,qx,qy,qz,qw\n", "at least 4"),
+        ("time_s,qx,qy,qz,qw\n" + "0,0,0,0,1\n" * 5, "sample to sample"),
+        ("time_s,theta_x_deg,theta_y_deg,theta_z_deg\n0,0,0,0\n1,170,0,0\n2,0,0,0\n3,0,0,0\n", "120 degrees"),
+    ],
+)
+def test_movement_files_that_are_wrong(tmp_path, text, message):
+    path = tmp_path / "bad.csv"
+    path.write_text(text)
+    with pytest.raises(ep.FileFormatError, match=message):
+        read_movement(path)
+    with pytest.raises(ep.FileFormatError, match="cannot be read"):
+        read_movement(tmp_path / "none.csv")
+
+
+class McKibben:
+    """F = P c (3 (l/b)² - 1) with a dead length: linear in pressure, as Chou and Hannaford's law."""
+
+    def __init__(self, dead=0.05, braid=0.25, c=2.5e-4, supply=4e5):
+        self.dead, self.braid, self.c, self.supply = dead, braid, c, supply
+
+    def force(self, length, pressure):
+        return pressure * self.c * (3 * ((length - self.dead) / self.braid) ** 2 - 1)
+
+    def force_limits(self, length):
+        upper = self.force(length, self.supply)
+        return np.zeros_like(length), np.where(upper > 0, upper, np.nan)
+
+    def pressure_for(self, force, length):
+        return force / self.force(length, 1.0)
+
+    def stiffness(self, length, pressure):
+        return pressure * self.c * 6 * (length - self.dead) / self.braid**2
+
+
+def moment(exo, pose, muscles, pressures, load):
+    """Moment of muscles at given pressures, weight and load on the arm about O."""
+    state = exo.inverse_kinematics(pose)
+    f = np.array([m.force(x, p) for m, x, p in zip(muscles, state.lengths, pressures, strict=True)])
+    total = -(f[:, None] * np.cross(state.platform_points, state.directions)).sum(axis=0)
+    centre = pose.as_matrix() @ exo.arm.centre_of_mass
+    total = total + np.cross(centre, exo.arm.mass * exo.mechanism.gravity)
+    force, couple = np.asarray(load.force), np.asarray(load.moment)
+    at = pose.as_matrix() @ np.asarray(load.at)
+    if load.frame == "arm":
+        force, couple = pose.as_matrix() @ force, pose.as_matrix() @ couple
+    return total + couple + np.cross(at, force)
+
+
+@pytest.mark.parametrize("frame", ["base", "arm"])
+def test_pressures_hold_the_pose_and_its_stiffness_is_that_of_differences(frame):
+    exo = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6))
+    muscles = [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
+    poses = regular_poses(exo.mechanism, np.random.default_rng(83), 200)
+    load = ep.Load([1.0, -2.0, 3.0], [0.1, 0.2, -0.3], at=[0.0, 0.02, -0.2], frame=frame)
+    plan = exo.pressures(poses, muscles, load=load)
+    held = np.flatnonzero(plan.reaction.has_answer)
+    assert 10 < held.size < 200
+    assert (plan.pressures[held] >= -1e-6).all()
+    assert (plan.pressures_bar[held] <= 4 * (1 + 1e-12)).all()
+    assert np.isnan(plan.pressures[~plan.reaction.has_answer]).all()
+    assert np.isnan(plan.least_stiffness[~plan.reaction.has_answer]).all()
+    step = 1e-5  # central differences: rounding 1e-11, truncation 1e-10 of the moment
+    for k in held[:10]:
+        pose, pressures = poses[int(k)], plan.pressures[k]
+        largest = np.abs(plan.reaction.actuator_forces[k]).max()
+        np.testing.assert_allclose(moment(exo, pose, muscles, pressures, load), 0, atol=1e-9 * max(largest, 1))
+        K = np.empty((3, 3))
+        for axis in range(3):
+            turn = Rotation.from_rotvec(step * np.eye(3)[axis])
+            ahead = moment(exo, turn * pose, muscles, pressures, load)
+            behind = moment(exo, turn.inv() * pose, muscles, pressures, load)
+            K[:, axis] = -(ahead - behind) / (2 * step)
+        np.testing.assert_allclose(plan.stiffness[k], K, atol=1e-6 * np.abs(K).max())
+        symmetric = np.linalg.eigvalsh(0.5 * (K + K.T))[0]
+        assert plan.least_stiffness[k] == pytest.approx(symmetric, abs=1e-5 * np.abs(K).max())
+        assert plan.is_stable[k] == (symmetric > 0)
+    # Nothing weaker: forces within 0 to 4 bar give the same least shoulder force.
+    lengths = exo.inverse_kinematics(poses).lengths
+    upper = np.column_stack([m.force(lengths[:, i], 4e5) for i, m in enumerate(muscles)])
+    reachable = plan.reaction.status != "out_of_stroke"
+    plain = exo.reaction(
+        poses[reachable], load=load, split="minimal", actuator_bounds=(0, np.maximum(upper[reachable], 0))
+    )
+    np.testing.assert_allclose(plain.magnitude, plan.reaction.magnitude[reachable], atol=1e-7)
+
+
+def test_pressures_need_actuators_that_know_them():
+    exo = ep.load("prototype")
+    with pytest.raises(ep.InvalidInput, match="pressure_for"):
+        exo.pressures(Rotation.identity(), [object()] * 3)
+    with pytest.raises(ep.InvalidInput, match="3 actuators"):
+        exo.pressures(Rotation.identity(), [McKibben()] * 2)
+    with pytest.raises(ep.InvalidInput, match="cannot be given"):
+        exo.pressures(Rotation.identity(), McKibben(), actuator_bounds="pull")
+    with pytest.raises(ep.InvalidInput, match="Movement"):
+        exo.follow(Rotation.identity())

@@ -1,0 +1,358 @@
+"""The map over many poses against the query pose by pose, against free bodies, and against the way it is cut up."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.spatial.transform import Rotation
+from wrists import random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.reaction import reaction_map
+
+DEGREES = {"degrees": True}
+
+MECHANISMS = {
+    "prototype": lambda: ep.load("prototype").mechanism,
+    "worn-right": lambda: (
+        ep.load("prototype", side="right").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male")).mechanism
+    ),
+    "random-3-mixed": lambda: random_mechanism(np.random.default_rng(71), 3, ["SPS", "UPU", "SPS"]),
+    "random-3-cables": lambda: random_mechanism(np.random.default_rng(72), 3, ["SPS"] * 3),
+    "random-4": lambda: random_mechanism(np.random.default_rng(73), 4),
+    "random-5": lambda: random_mechanism(np.random.default_rng(74), 5, ["UPU", "SPS", "UPU", "SPS", "UPU"]),
+}
+
+
+def exo_of(name):
+    return ep.ShoulderExo.from_mechanism(MECHANISMS[name]())
+
+
+def questions(mechanism, rng, count):
+    """Splits with their bounds: none, infinite, two-sided, one-sided, equal, a stack of them, by actuator."""
+    n = mechanism.limb_count
+    yield "spherical", None
+    if mechanism.is_upu.sum() >= 3:
+        yield "standalone", None
+    yield "minimal", None
+    yield "minimal", (-np.inf, np.inf)
+    yield "minimal", (-5.0, 8.0)
+    yield "minimal", (np.full(n, -np.inf), np.linspace(0.5, 3, n))
+    yield "minimal", (2.0, 2.0)
+    yield "minimal", (-20 * rng.random((count, n)), 20 * rng.random((count, n)))
+    if n == 3:
+        yield "minimal", "actuator"
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_map_equals_the_query(name):
+    exo, rng = exo_of(name), np.random.default_rng(75)
+    count = 40
+    poses = regular_poses(exo.mechanism, rng, count)
+    vectors = rng.normal(size=(5, count, 3))
+    moving = ep.Motion(3 * vectors[0], vectors[1])
+    terms = [(None, None), (moving, ep.Load(10 * vectors[2], vectors[3], 0.1 * vectors[4], "arm"))]
+    for split, bounds in questions(exo.mechanism, rng, count):
+        for motion, load in terms:
+            own = exo.reaction_map(poses, motion, load, split, bounds)
+            other = exo.reaction(poses, motion, load, split, bounds)
+            assert (own.status == other.status).all()
+            assert own.trivial == other.trivial
+            size = np.abs(other.actuator_forces).max(axis=1) + np.abs(other.constraint_forces).max(axis=1) + 10
+            np.testing.assert_allclose(
+                (own.shoulder_force - other.shoulder_force) / size[:, None], 0, atol=1e-9, err_msg=f"{split} {bounds}"
+            )
+            np.testing.assert_allclose((own.magnitude - other.magnitude) / size, 0, atol=1e-9)
+            np.testing.assert_allclose(own.margin, other.margin, rtol=1e-12)
+            # With more open forces than directions ProxQP fixes which of the least ones it is to about 1e-9 only.
+            loose = split == "minimal" and bounds is not None and len(exo.limbs) > 3
+            for mine, theirs in (
+                (own.actuator_forces, other.actuator_forces),
+                (own.constraint_forces, other.constraint_forces),
+            ):
+                np.testing.assert_allclose((mine - theirs) / size[:, None], 0, atol=1e-6 if loose else 1e-9)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_map_shares_the_algebra_of_the_wrist(name):
+    exo, rng = exo_of(name), np.random.default_rng(76)
+    poses = Rotation.random(2000, rng)
+    motion = ep.Motion([1.0, -2, 0.5], rng.normal(size=(2000, 3)))
+    for split in ["spherical", "standalone"] if exo.mechanism.is_upu.sum() >= 3 else ["spherical"]:
+        own, closed = (
+            exo.reaction_map(poses, motion, split=split),
+            wrist.dynamics(exo.mechanism, poses, motion, split=split),
+        )
+        assert (own.status == closed.status).all()
+        # Quaternions go to matrices here and in SciPy, so rounding differs; the singular surface amplifies it.
+        size = (
+            1 + np.abs(closed.actuator_forces).max(axis=1) + np.abs(closed.constraint_forces).max(axis=1)
+        ) / closed.margin
+        for mine, theirs in (
+            (own.actuator_forces, closed.actuator_forces),
+            (own.shoulder_force, closed.shoulder_force),
+        ):
+            np.testing.assert_allclose((mine - theirs) / size[:, None], 0, atol=1e-13)
+
+
+def test_singular_and_folded_rows_spoil_no_other():
+    exo = ep.load("prototype")
+    geometry = exo.geometry
+    folded, _ = Rotation.align_vectors(geometry.base_points[:1].copy(), geometry.platform_points[:1].copy())
+    good = ep.thesis_rotation(40, -20, -30, **DEGREES)
+    singular = ep.thesis_rotation(90, 0, 0, **DEGREES)
+    near = ep.shoulder_rotation(0, 6.2089, 0, **DEGREES)
+    poses = Rotation.concatenate([good, singular, folded, near, good])
+    elasticity = ep.Elasticity.of(200.0, 100.0, 1e4)
+    for split, bounds in (("spherical", None), ("standalone", None), ("minimal", (-5.0, 5.0)), ("elastic", None)):
+        stiff = {"elasticity": elasticity} if split == "elastic" else {}
+        own = exo.reaction_map(poses, split=split, constraint_bounds=bounds, **stiff)
+        assert own.status.tolist() == ["ok", "singular", "folded", "near_singular", "ok"]
+        assert own.has_answer.tolist() == [True, False, False, True, True]
+        for array in (own.shoulder_force, own.actuator_forces, own.constraint_forces, own.magnitude):
+            assert np.isnan(array[1:3]).all()
+            assert np.isfinite(array[[0, 3, 4]]).all()
+            np.testing.assert_array_equal(array[0], array[4])
+        assert (own.status == exo.reaction(poses, split="spherical").status).all()
+
+
+def same(a, b):
+    for name in ("shoulder_force", "actuator_forces", "constraint_forces", "status_codes", "margin", "magnitude"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+
+
+@pytest.mark.parametrize("name", ["prototype", "random-5"])
+@pytest.mark.parametrize("split", ["spherical", "standalone", "minimal", "elastic"])
+def test_threads_and_chunks_do_not_change_a_bit(name, split):
+    exo, rng = exo_of(name), np.random.default_rng(77)
+    count, n = 5003, len(exo.limbs)
+    poses = Rotation.random(count, rng)
+    motion = ep.Motion(rng.normal(size=(count, 3)), rng.normal(size=3))
+    question = {"motion": motion, "load": ep.Load(rng.normal(size=(count, 3)), at=[0, 0, -0.3]), "split": split}
+    if split == "minimal":
+        question["constraint_bounds"] = (-10 * rng.random((count, n)), 10.0)
+    if split == "elastic":
+        question["elasticity"] = ep.Elasticity.of(200.0, 100.0, 1e4, limb_count=n)
+    whole = exo.reaction_map(poses, **question, chunk=10**6)
+    for threads, chunk in ((1, 100), (2, 1000), (3, 64), (2, 4999)):
+        same(whole, exo.reaction_map(poses, **question, threads=threads, chunk=chunk))
+    # A pose alone is the same as in a stack.
+    k = 4711
+    alone = question | {
+        "motion": ep.Motion(motion.angular_velocity[k], motion.angular_acceleration),
+        "load": ep.Load(question["load"].force[k], at=[0, 0, -0.3]),
+    }
+    if split == "minimal":
+        alone["constraint_bounds"] = (question["constraint_bounds"][0][k], 10.0)
+    np.testing.assert_array_equal(exo.reaction_map(poses[k], **alone).shoulder_force, whole.shoulder_force[k])
+
+
+def test_stacks_of_any_shape_broadcast_their_terms():
+    exo = ep.load("prototype")
+    poses = ep.shoulder_rotation(np.linspace(0, 60, 4)[:, None], np.linspace(10, 50, 3), 0, **DEGREES)
+    rng = np.random.default_rng(78)
+    load = ep.Load(rng.normal(size=(4, 1, 3)), moment=rng.normal(size=(3, 3)))
+    bounds = (-10 * rng.random((3, 3)), 10 * rng.random((4, 1, 1)))
+    own = exo.reaction_map(poses, None, load, "minimal", bounds, chunk=5)
+    other = exo.reaction(poses, None, load, "minimal", bounds)
+    assert own.shoulder_force.shape == (4, 3, 3)
+    assert own.status.shape == own.magnitude.shape == (4, 3)
+    np.testing.assert_allclose(own.shoulder_force, other.shoulder_force, atol=1e-8)
+    np.testing.assert_allclose(own.constraint_forces, other.constraint_forces, atol=1e-7)
+    assert exo.reaction_map(poses[:0]).shoulder_force.shape == (0, 3, 3)
+    single = exo.reaction_map(poses[0][0])
+    assert single.shoulder_force.shape == (3,)
+    assert single.magnitude.shape == ()
+
+
+def test_only_what_is_asked_is_kept():
+    exo, poses = ep.load("prototype"), Rotation.random(100, np.random.default_rng(79))
+    whole = exo.reaction_map(poses)
+    few = exo.reaction_map(poses, keep=("magnitude", "status"))
+    assert few.shoulder_force is few.actuator_forces is few.constraint_forces is few.margin is None
+    np.testing.assert_array_equal(few.magnitude, whole.magnitude)
+    np.testing.assert_array_equal(few.status, whole.status)
+    np.testing.assert_array_equal(exo.reaction_map(poses, keep="margin").margin, whole.margin)
+    assert exo.reaction_map(poses[:0], keep=["margin"]).magnitude is None
+    with pytest.raises(ep.InvalidInput, match="keep"):
+        _ = exo.reaction_map(poses, keep=["margin"]).has_answer
+
+
+@pytest.mark.parametrize("split", ["spherical", "minimal"])
+def test_memory_beside_the_answer_does_not_grow(split):
+    exo = ep.load("prototype")
+    # A load that is the same for every pose, and bounds that are, must not be spread out either.
+    question = {"split": split, "load": ep.Load([0, 0, -5.0]), "keep": ("magnitude", "status"), "chunk": 4096}
+    if split == "minimal":
+        question["constraint_bounds"] = (-5.0, np.array([4.0, 5, 6]))
+    exo.reaction_map(Rotation.random(10, 0), **question)
+    poses = Rotation.random(300_000, np.random.default_rng(80))
+    tracemalloc.start()
+    try:
+        own = exo.reaction_map(poses, **question)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    # Blocks are 4096 × 32 bytes, copied two or three times; all quaternions would be 9.6 MB.
+    assert peak - own.magnitude.nbytes - own.status_codes.nbytes < 1.5e6
+
+
+def test_progress_is_shown_only_when_asked_for(capsys):
+    exo, poses = ep.load("prototype"), Rotation.random(1000, np.random.default_rng(81))
+    exo.reaction_map(poses, chunk=100)
+    assert capsys.readouterr() == ("", "")
+    exo.reaction_map(poses, chunk=100, threads=2, progress=True)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "reaction map" in err
+
+
+def elastic(exo, poses, *stiffness, **question):
+    elasticity = ep.Elasticity.of(*stiffness, limb_count=len(exo.limbs))
+    return exo.reaction_map(poses, split="elastic", elasticity=elasticity, **question)
+
+
+def side_stiffnesses(exo, poses, EI, GJ):
+    """k_i by integrating the strain energy of a unit side force along the limb."""
+    state = exo.inverse_kinematics(poses)
+    k = np.empty(state.lengths.shape)
+    for index in np.ndindex(k.shape):
+        a, b, s = exo.geometry.base_points[index[1]], state.platform_points[index], state.directions[index]
+        # Distance along the limb from the foot of O's perpendicular is the arm of the unit force at O.
+        bending = quad(lambda t, EI=EI: t * t / EI, a @ s, b @ s)[0]
+        k[index] = 1 / (bending + state.reach[index] ** 2 * state.lengths[index] / GJ)
+    return k, state.normals
+
+
+@pytest.mark.parametrize("name", ["prototype", "random-4"])
+def test_elastic_split_is_the_one_of_least_energy(name):
+    exo, rng = exo_of(name), np.random.default_rng(82)
+    poses = regular_poses(exo.mechanism, rng, 30)
+    K = rng.normal(size=(3, 3)) * 100
+    K = K @ K.T
+    own, none = elastic(exo, poses, 300.0, 40.0, K), exo.reaction_map(poses)
+    k, X = side_stiffnesses(exo, poses, 300.0, 40.0)
+    assert (own.status == "ok").all()
+    np.testing.assert_array_equal(own.actuator_forces, none.actuator_forces)
+    for row in range(len(poses)):
+        N = -none.shoulder_force[row]
+        delta = np.linalg.solve(K + X[row].T @ np.diag(k[row]) @ X[row], N)
+        np.testing.assert_allclose(own.constraint_forces[row], k[row] * (X[row] @ delta), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(own.shoulder_force[row], -K @ delta, rtol=1e-8, atol=1e-8)
+        # The three forces on the arm sum to zero.
+        total = N - own.constraint_forces[row] @ X[row] + own.shoulder_force[row]
+        np.testing.assert_allclose(total, 0, atol=1e-10 * np.abs(N).max())
+        # No other split that balances stores less energy.
+        softness = np.linalg.inv(K)
+
+        def energy(g, row=row, softness=softness, N=N):
+            F = g @ X[row] - N
+            return 0.5 * (g**2 / k[row]).sum() + 0.5 * F @ softness @ F
+
+        least = energy(own.constraint_forces[row])
+        for _ in range(5):
+            assert energy(own.constraint_forces[row] + rng.normal(size=len(k[row]))) > least
+
+
+def test_elastic_limits():
+    exo, rng = ep.load("prototype"), np.random.default_rng(83)
+    poses = regular_poses(exo.mechanism, rng, 200, margin=0.05)
+    spherical, standalone = exo.reaction_map(poses), exo.reaction_map(poses, split="standalone")
+    scale = np.abs(standalone.constraint_forces).max()
+    soft_limbs, soft_joint = elastic(exo, poses, 3e-9, 3e-9, 1e4), elastic(exo, poses, 300.0, 300.0, 1e-9)
+    stiff_joint = elastic(exo, poses, 300.0, 300.0, 1e12)
+    for limit, known in ((soft_limbs, spherical), (soft_joint, standalone), (stiff_joint, spherical)):
+        np.testing.assert_allclose(limit.constraint_forces, known.constraint_forces, atol=1e-8 * scale)
+        np.testing.assert_allclose(limit.shoulder_force, known.shoulder_force, atol=1e-8 * scale)
+    # A bare muscle, and a guide that is not locked against twist, carry no side force at all.
+    for EI, GJ in ((0.0, 0.0), (300.0, 0.0), (0.0, 300.0)):
+        bare = elastic(exo, poses, EI, GJ, 1e4)
+        assert (bare.constraint_forces == 0).all()
+        np.testing.assert_allclose(bare.shoulder_force, spherical.shoulder_force, rtol=1e-12)
+    # Elastic universal joints are in series. SPS limbs have no side stiffness whatever their guides.
+    jointed = ep.Elasticity.of(300.0, 300.0, 1e4, joint_stiffness=1e5, joint_twist_stiffness=1e3)
+    series = exo.reaction_map(poses, split="elastic", elasticity=jointed)
+    k, X = side_stiffnesses(exo, poses, 300.0, 300.0)
+    radii = [np.linalg.norm(p, axis=-1) for p in (exo.geometry.base_points, exo.geometry.platform_points)]
+    # Each joint takes the force g across and, (D-18), the couple g times its distance from the centre.
+    k = 1 / (1 / k + 2 / 1e5 + (radii[0] ** 2 + radii[1] ** 2) / 1e3)
+    delta = -series.shoulder_force / 1e4
+    np.testing.assert_allclose(series.constraint_forces, k * np.einsum("kni,ki->kn", X, delta), rtol=1e-9, atol=1e-9)
+    cables = exo.replace(limbs=(ep.Limb("SPS"),) * 3)
+    assert (elastic(cables, poses, 300.0, 300.0, 1e4).constraint_forces == 0).all()
+    nothing = elastic(cables, poses, 300.0, 300.0, 0.0)
+    assert (nothing.status == "not_solved").all()
+    assert np.isnan(nothing.shoulder_force).all()
+
+
+def test_a_pose_that_is_not_finite_is_refused():
+    broken = Rotation.from_rotvec([[0.1, 0, 0], [np.nan, 0, 0], [0, 0.2, 0]])
+    with pytest.raises(ep.InvalidInput, match="finite"):
+        ep.load("prototype").reaction_map(broken)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"split": "fair"}, ep.UnknownName, "elastic, minimal, spherical, standalone"),
+        ({"constraint_bounds": (-1.0, 1.0)}, ep.InvalidInput, "minimal"),
+        ({"elasticity": ep.Elasticity.of(1.0, 1.0, 1.0)}, ep.InvalidInput, "elastic"),
+        ({"split": "elastic"}, ep.MissingData, "shoulder stiffness"),
+        ({"split": "elastic", "elasticity": ep.Elasticity.of(1.0, 1.0, 1.0, limb_count=4)}, ep.InvalidInput, "guides"),
+        ({"split": "minimal", "constraint_bounds": (1.0, -1.0)}, ep.InfeasibleBounds, "0, 1, 2"),
+        ({"split": "minimal", "constraint_bounds": ([0, 2, 0], [1, 1, 1])}, ep.InfeasibleBounds, "index 1$"),
+        ({"split": "minimal", "constraint_bounds": (np.zeros(4), 1.0)}, ep.InvalidInput, "broadcast"),
+        ({"load": [0, 0, 1]}, ep.InvalidInput, "Load"),
+        ({"motion": [0, 0, 1]}, ep.InvalidInput, "Motion"),
+        ({"load": ep.Load(np.zeros((3, 3)))}, ep.InvalidInput, "broadcast"),
+        ({"threads": 0}, ep.InvalidInput, "threads"),
+        ({"chunk": 1.5}, ep.InvalidInput, "chunk"),
+        ({"keep": ["ratio"]}, ep.UnknownName, "magnitude"),
+    ],
+)
+def test_bad_questions(arguments, error, message):
+    with pytest.raises(error, match=message):
+        ep.load("prototype").reaction_map(Rotation.random(2, 0), **arguments)
+
+
+def test_bad_mechanisms_and_stiffnesses():
+    exo, pose = ep.load("prototype"), Rotation.identity()
+    with pytest.raises(ep.InvalidInput, match="Rotation"):
+        exo.reaction_map(np.eye(3))
+    with pytest.raises(ep.InvalidInput, match="mass"):
+        exo.replace(limbs=(ep.Limb(base_body=ep.LimbBody.rod(0.1, 0.1, 0.01)),) * 3).reaction_map(pose)
+    with pytest.raises(ep.MissingData, match="arm mass"):
+        reaction_map(ep.load("scenario-one").mechanism, pose)
+    example = ep.load("appendix-d")
+    assert example.reaction_map(pose).status == "ok"
+    with pytest.raises(ep.MissingData, match="inertia"):
+        example.reaction_map(pose, ep.Motion([1, 0, 0], [0, 0, 0]))
+    with pytest.raises(ep.NonConvexBound):
+        exo_of("random-5").reaction_map(pose, split="minimal", constraint_bounds="actuator")
+    with pytest.raises(ep.InvalidInput, match="at least 3 UPU"):
+        exo_of("random-3-mixed").reaction_map(pose, split="standalone")
+    for stiffness in (
+        (-1.0, 1.0, 1.0),
+        (np.inf, 1.0, 1.0),
+        (1.0, np.nan, 1.0),
+        ([1.0, 2.0], 1.0, 1.0),
+        (1.0, 1.0, -1.0),
+    ):
+        with pytest.raises(ep.InvalidInput):
+            ep.Elasticity.of(*stiffness)
+    with pytest.raises(ep.InvalidInput, match="symmetric"):
+        ep.Elasticity.of(1.0, 1.0, [[1, 2, 0], [0, 1, 0], [0, 0, 1]])
+
+
+def test_elastic_of_the_design_is_that_of_the_query():
+    guide = ep.LimbGuide(40.0, 30.0, joint_stiffness=2e5, joint_twist_stiffness=3e3)
+    exo = ep.load("prototype").replace(
+        limbs=[ep.Limb(guide=guide), ep.Limb(), ep.Limb(guide=guide)], shoulder=ep.Shoulder(stiffness=2e4)
+    )
+    poses = regular_poses(exo.mechanism, np.random.default_rng(70), 50)
+    series, query = exo.reaction_map(poses, split="elastic"), exo.reaction(poses, split="elastic")
+    scale = np.abs(query.actuator_forces).max(axis=1)[:, None]
+    np.testing.assert_allclose(series.shoulder_force / scale, query.shoulder_force / scale, atol=1e-9)
+    np.testing.assert_allclose(series.constraint_forces / scale, query.constraint_forces / scale, atol=1e-9)

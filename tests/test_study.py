@@ -1,0 +1,243 @@
+"""Design studies: tables against single queries, every parameter, two processes, the command line."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.cli import main
+from exo_pin.study import PARAMETERS, StudyTable, adl_box, evaluate
+
+PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
+
+
+@pytest.fixture(scope="module")
+def prototype():
+    return ep.load("prototype")
+
+
+def test_what_three_pulling_muscles_of_the_prototype_hold(prototype):
+    """1.8 % of the 2° grid with the moving part alone: by the closed form's signs and by the exact moment set."""
+    poses = adl_box(2.0)
+    assert poses.shape == (56, 51, 53)
+    tensions = wrist.statics(prototype.mechanism, poses).actuator_forces
+    held = (tensions >= 0).all(axis=-1)
+    assert round(100 * held.mean(), 1) == 1.8
+    np.testing.assert_array_equal(wrist.holding(prototype.mechanism, poses).holdable, held)
+    assert evaluate(prototype, poses)["pull_only"] == held.mean()
+    rest = wrist.statics(prototype.mechanism, ep.shoulder_rotation(0, 0, 0)).actuator_forces
+    np.testing.assert_allclose(rest, [-1.3, -4.0, -6.2], atol=0.05)
+
+
+def test_box_of_daily_activities():
+    assert adl_box(4.0).shape == (28, 26, 27)
+    for side in ("left", "right"):
+        box = adl_box(10.0, side)
+        assert box.shape == (12, 11, 11)
+        for index, angles in {
+            (0, 0, 0): (110, -4, 85),
+            (11, 0, 0): (0, -4, 85),
+            (11, 10, 0): (0, 96, 85),
+            (3, 4, 10): (80, 36, -15),
+        }.items():
+            named = ep.shoulder_rotation(*angles, side=side, degrees=True)
+            np.testing.assert_allclose(box.as_matrix()[index], named.as_matrix(), atol=1e-12)
+    with pytest.raises(ep.InvalidInput, match="half a degree"):
+        adl_box(0.1)
+
+
+def test_a_sweep_is_its_single_queries(prototype):
+    exo, poses = prototype.worn_by(PERSON), adl_box(25.0)
+    table = ep.sweep(exo, {"r_A": [0.12, 0.14], "lean_forward": [0.0, 0.4]}, poses)
+    assert table.row_count == 4
+    for row in range(4):
+        geometry = exo.geometry.replace(r_A=table["r_A"][row])
+        angle = table["lean_forward"][row]
+        gravity = 9.81 * np.array([np.sin(angle), 0, -np.cos(angle)])  # leaning forward, down is forward of the trunk
+        design = exo.replace(geometry=geometry, gravity=gravity)
+        force = design.reaction(poses).magnitude
+        assert table["peak_F_s_N"][row] == pytest.approx(force.max(), rel=1e-6)
+        assert table["median_F_s_N"][row] == pytest.approx(np.median(force))
+        state = design.singularity(poses)
+        assert table["one_side"][row] == max((state.determinant > 0).mean(), (state.determinant < 0).mean())
+        pull = design.reaction(poses, actuator_bounds="pull")
+        assert table["pull_only"][row] == pull.has_answer.mean()
+    assert (table["error"] == "").all()
+
+
+def test_every_parameter_changes_what_it_names(prototype):
+    exo, poses = prototype.worn_by(PERSON), adl_box(40.0)
+    base = exo.geometry.circles
+    values = {
+        "r_A": (0.15, lambda e: e.geometry.circles.r_A == 0.15),
+        "r_B": (0.11, lambda e: e.geometry.circles.r_B == 0.11),
+        "h_A": (0.05, lambda e: e.geometry.circles.h_A == 0.05),
+        "h_B": (0.21, lambda e: e.geometry.circles.h_B == 0.21),
+        "alpha": (base.alpha_A + 0.1, None),
+        "alpha_A": (base.alpha_A + 0.1, None),
+        "alpha_B": (base.alpha_B - 0.1, None),
+        "arm": (PERSON, None),
+        "person": (ep.Arm.from_anthropometry(1.6, 55, "female"), None),
+        "payload": (2.0, None),
+        "limbs": ((ep.Limb("SPS"),) * 3, None),
+        "limb_kind": ("SPS", None),
+        "gravity": ([0.0, 9.81, 0.0], None),
+        "lean_forward": (0.3, None),
+        "lean_left": (0.3, None),
+    }
+    assert set(values) == set(PARAMETERS)
+    plain = evaluate(exo, poses)["median_F_s_N"]
+    for name, (value, _) in values.items():
+        table = ep.sweep(exo, {name: [value]}, poses, payload_at=[0, 0, -0.6])
+        assert table["error"][0] == ""
+        if name not in ("limbs", "limb_kind"):
+            assert table["median_F_s_N"][0] != plain
+    one = ep.sweep(exo, {"alpha_A[2]": [1.2], "alpha[1]": [0.6]}, poses)
+    angles = np.array(base.alpha_A)
+    angles[1], angles[0] = 1.2, 0.6
+    platform = np.array(base.alpha_B)
+    platform[0] = 0.6
+    other = exo.replace(geometry=exo.geometry.replace(alpha_A=angles, alpha_B=platform))
+    assert one["median_F_s_N"][0] == pytest.approx(evaluate(other, poses)["median_F_s_N"])
+    payload = ep.sweep(exo, {"payload": [2.0]}, poses, payload_at=[0, 0, -0.6])["median_F_s_N"][0]
+    load = ep.Load([0, 0, -2 * 9.81], at=[0, 0, -0.6])
+    assert payload == pytest.approx(np.median(exo.reaction(poses, load=load).magnitude))
+    left = ep.sweep(exo, {"lean_left": [np.pi / 2]}, poses)["median_F_s_N"][0]
+    towards = exo.replace(gravity=[0, 9.81, 0])  # lying on the left side, down is to the left
+    assert left == pytest.approx(evaluate(towards, poses)["median_F_s_N"])
+
+
+def test_a_bad_design_marks_its_own_row(prototype):
+    table = ep.sweep(prototype, {"r_A": [-1.0, 0.1363, np.nan]}, adl_box(50.0))
+    assert [bool(text) for text in table["error"]] == [True, False, True]
+    assert np.isnan(table["median_F_s_N"][[0, 2]]).all()
+    assert table["median_F_s_N"][1] == evaluate(prototype, adl_box(50.0))["median_F_s_N"]
+
+
+def test_queries_with_limits_and_compare(prototype):
+    exo, poses = prototype.worn_by(PERSON), adl_box(30.0)
+    other = exo.replace(limbs=(ep.Limb("SPS"),) * 3, name="cables")
+    table = exo.compare(other, poses, actuator_bounds="pull")
+    assert list(table["design"]) == ["prototype", "cables"]
+    assert table["holdable"][0] == table["pull_only"][0] == table["pull_only"][1]
+    free = exo.compare(other, poses, split="minimal")
+    assert free["peak_F_s_N"][0] < 1e-5 < free["median_F_s_N"][1]
+    assert 0 <= table["reach"][0] < 0.1
+    assert np.isnan(table["reach"][1])  # strokes of the cables are not known
+
+
+def test_tables(prototype, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    table = ep.sweep(prototype, {"alpha": [np.radians([30, 60, 120]), np.radians([20, 60, 130])]}, adl_box(50.0))
+    assert list(table)[:3] == ["alpha_1", "alpha_2", "alpha_3"]
+    frame = table.to_pandas()
+    assert isinstance(frame, pandas.DataFrame)
+    assert frame.shape == (2, len(table))
+    table.to_csv(tmp_path / "table.csv")
+    back = pandas.read_csv(tmp_path / "table.csv")
+    np.testing.assert_array_equal(back["peak_F_s_N"], table["peak_F_s_N"])
+    assert str(table).splitlines()[0].split()[:2] == ["alpha_1", "alpha_2"]
+    with pytest.raises(ep.UnknownName, match="peak_F_s_N"):
+        table["peak"]
+    with pytest.raises(ValueError, match="read-only"):
+        table["alpha_1"][0] = 0.0
+    assert str(StudyTable([])) == ""
+
+
+def test_pandas_is_optional(prototype, monkeypatch):
+    from exo_pin.errors import MissingExtra
+
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingExtra, match=r"exo_pin\[study\]"):
+        StudyTable([{"a": 1.0}]).to_pandas()
+
+
+def test_two_processes_give_the_same_table(prototype):
+    parameters = {"r_A": [0.12, 0.13, 0.14], "limb_kind": ["UPU", "SPS"]}
+    poses = adl_box(50.0)
+    one, two = (ep.sweep(prototype, parameters, poses, jobs=jobs) for jobs in (1, 2))
+    for name in one:
+        np.testing.assert_array_equal(one[name], two[name])
+    with pytest.raises(ep.InvalidInput, match="second process"):
+        ep.sweep(prototype, parameters, poses, jobs=2, actuator_bounds=type("Local", (), {"force_limits": 0})())
+
+
+@pytest.mark.parametrize(
+    ("parameters", "options", "message"),
+    [
+        ({"radius": [1]}, {}, "alpha_A"),
+        ({}, {}, "map names"),
+        ({"r_A": []}, {}, "sequence of values"),
+        ({"r_A": 0.1}, {}, "sequence of values"),
+        ({"limb_kind": "UPU"}, {}, "sequence of values"),
+        ({"payload": [1.0]}, {}, "payload_at"),
+        ({"r_A": [0.1]}, {"jobs": 3}, "jobs"),
+        ({"r_A": [0.1]}, {"split": "fair"}, "spherical"),
+    ],
+)
+def test_studies_that_cannot_be_meant(prototype, parameters, options, message):
+    with pytest.raises(ep.InvalidInput, match=message):
+        ep.sweep(prototype, parameters, adl_box(50.0), **options)
+
+
+def run(capsys, *arguments):
+    status = main(list(arguments))
+    return status, *capsys.readouterr()
+
+
+def test_sweep_on_the_command_line(capsys, tmp_path, prototype):
+    path = tmp_path / "table.csv"
+    vary = ["--vary", "r_A_mm=120:140:2", "--vary", "lean_forward_deg=0,30"]
+    status, out, _ = run(capsys, "sweep", "prototype", *vary, "--step", "40", "--out", str(path))
+    assert status == 0
+    table = ep.sweep(prototype, {"r_A": [0.12, 0.14], "lean_forward": np.radians([0, 30])}, adl_box(40.0))
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    column = rows[0].index("median_F_s_N")
+    np.testing.assert_allclose([float(row[column]) for row in rows[1:]], table["median_F_s_N"], rtol=1e-12)
+    assert out.splitlines()[-1] == str(path)
+    status, out, _ = run(capsys, "sweep", "--vary", "limb_kind=UPU,SPS", "--step", "50", "--pull", "--split", "minimal")
+    assert status == 0
+    for bad, message in (
+        (["--vary", "r_A"], "NAME=VALUES"),
+        (["--vary", "r_A=a"], "numbers"),
+        (["--vary", "q=1"], "alpha_A"),
+        (["--vary", "r_A=1:2:0.5"], "COUNT"),
+        (["--vary", "r_A=0.1", "--step", "0"], "step"),
+        (["--vary", "r_A=0.1", "--out", "table.txt"], ".csv"),
+    ):
+        status, out, err = run(capsys, "sweep", *bad)
+        assert (status, out) == (2, "")
+        assert message in err
+
+
+def test_movement_on_the_command_line(capsys, tmp_path, prototype):
+    t = np.linspace(0, 1, 30)
+    path, out_path = tmp_path / "reach.csv", tmp_path / "forces.csv"
+    rows = "\n".join(f"{a!r},{20 + 30 * a!r},{10 + 20 * a!r},0.0" for a in t.tolist())
+    path.write_text(f"time_s,flexion_deg,abduction_deg,internal_rotation_deg\n{rows}\n")
+    arguments = ["reaction", "--trajectory", str(path), "--out", str(out_path), "--person", "1.75,75,male"]
+    status, out, _ = run(capsys, *arguments)
+    assert status == 0
+    answer = prototype.worn_by(PERSON).follow(ep.read_movement(path))
+    assert f"{answer.peak:.4g}" in out
+    assert out.splitlines()[-1] == str(out_path)
+    assert len(out_path.read_text().splitlines()) == 32
+    status, out, _ = run(capsys, *arguments, "--pull", "--split", "minimal", "--side-force-limit", "30", "--static")
+    assert status == 0
+    assert "infeasible" in out
+    status, out, _ = run(capsys, "reaction", "--flexion", "30", "--abduction", "20", "--pull")
+    assert status == 0
+    assert "One more muscle" in out
+    for bad, message in (
+        (["--trajectory", str(path), "--flexion", "3"], "poses of its own"),
+        (["--trajectory", str(path), "--json"], "--json"),
+        (["--trajectory", str(path), "--out", "x.txt"], ".csv or .npz"),
+        (["--trajectory", str(tmp_path / "none.csv")], "cannot be read"),
+        (["--out", "x.csv"], "--trajectory"),
+        (["--tension", "5"], "MIN,MAX"),
+    ):
+        status, out, err = run(capsys, "reaction", *bad)
+        assert (status, out) == (2, "")
+        assert message in err

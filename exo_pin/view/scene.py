@@ -254,8 +254,8 @@ class Scene(Additions, Pages):
             From the bottom of the picture to the top, degrees.
         """
         outward = 1.0 if self._exo.side == "left" else -1.0
-        look = np.array([0.0, 0.02 * outward, -0.05]) if target is None else as_finite("target", target, (3,))
-        default = look + np.array([1.15, 1.10 * outward, 0.32])
+        look = np.array([0.0, 0.02 * outward, -0.06]) if target is None else as_finite("target", target, (3,))
+        default = look + np.array([1.30, 1.25 * outward, 0.36])
         eye = default if position is None else as_finite("position", position, (3,))
         if float(np.linalg.norm(eye - look)) < 1e-6:
             raise InvalidInput("expected the camera to stand away from where it looks")

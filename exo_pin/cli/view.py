@@ -87,8 +87,8 @@ def _view(options: argparse.Namespace) -> int:
 
 
 def _serve(scene: Scene, options: argparse.Namespace, path: tuple[Rotation, np.ndarray] | None) -> int:
-    print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
     try:
+        print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
         if options.open:
             webbrowser.open(scene.url)
         if path is not None:

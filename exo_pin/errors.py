@@ -9,6 +9,8 @@ from typing import Any
 
 __all__ = [
     "BeyondLimits",
+    "BrowserFailed",
+    "BrowserNotFound",
     "ExoPinError",
     "FileFormatError",
     "InfeasibleBounds",
@@ -85,6 +87,37 @@ class MissingExtra(ExoPinError, ImportError):
     def __init__(self, extra: str, package: str) -> None:
         self.extra = extra
         super().__init__(f"this needs {package}: pip install 'exo_pin[{extra}]'")
+
+
+class BrowserNotFound(ExoPinError, RuntimeError):
+    """A still picture needs a browser that draws without a screen, and there is none.
+
+    Attributes
+    ----------
+    programs : tuple of str
+        What was looked for.
+    """
+
+    def __init__(self, programs: Iterable[str], variable: str) -> None:
+        self.programs = tuple(programs)
+        super().__init__(
+            f"a still picture needs a headless browser, and none of these is there: {', '.join(self.programs)}. "
+            f"Install one (Debian: chromium) or name it in {variable}; save_html and --html need none"
+        )
+
+
+class BrowserFailed(ExoPinError, RuntimeError):
+    """A browser did not draw a scene.
+
+    Attributes
+    ----------
+    program : str
+        The browser.
+    """
+
+    def __init__(self, program: str, reason: str) -> None:
+        self.program = program
+        super().__init__(f"{program}: {reason}")
 
 
 class FileFormatError(InvalidInput):

@@ -55,6 +55,7 @@ from .validation import FloatArray
 
 if TYPE_CHECKING:
     from .study import StudyTable
+    from .view import Scene
 
 __all__ = ["ShoulderExo", "load"]
 
@@ -545,6 +546,23 @@ class ShoulderExo(Questions):
             elasticity,
             progress,
         )
+
+    def view(self, **options: Any) -> Scene:
+        """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
+
+        Parameters
+        ----------
+        **options
+            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``.
+
+        Returns
+        -------
+        Scene
+            At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
+        """
+        from .view import Scene
+
+        return Scene(self, **options)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

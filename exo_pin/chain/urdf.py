@@ -91,7 +91,8 @@ def mechanism_urdf(
     document = Document(f"{mechanism.name}-{part}", _head(mechanism, part, assumed))
     limbs = [] if part == "shoulder" else [_Limb(mechanism, index) for index in range(mechanism.limb_count)]
     arm_points = mechanism.geometry.platform_points
-    document.link("arm", _arm_body(mechanism.arm, arm_points, assumed, document), arm_visuals(arm_points, bool(limbs)))
+    looks = arm_visuals(arm_points, bool(limbs), mechanism.geometry.platform_axis)
+    document.link("arm", _arm_body(mechanism.arm, arm_points, assumed, document), looks)
     closures = [Closure("shoulder", "spherical", "arm", "universe")] if part == "floating" else []
     first_upu = next((limb.name for limb in limbs if limb.is_upu), None)
     for limb in limbs:
@@ -159,6 +160,8 @@ class _Limb:
         self.neutral = geometry.neutral
         self.a_world = geometry.base_points[index]
         self.a = self.neutral.as_matrix().T @ self.a_world
+        base_axis = geometry.base_axis
+        self.ring_axis = None if base_axis is None else self.neutral.as_matrix().T @ base_axis
         self.b = geometry.platform_points[index]
         reach_a, reach_b = float(np.linalg.norm(self.a)), float(np.linalg.norm(self.b))
         self.length = float(np.linalg.norm(self.b - self.a))
@@ -205,7 +208,7 @@ class _Limb:
     def write(self, document: Document, assumed: AssumedMasses | None, ring: list[FloatArray]) -> None:
         """Add the limb's links and joints."""
         name, limb = self.name, self.limb
-        looks = limb_visuals(self.s, self.length, self.a, ring)
+        looks = limb_visuals(self.s, self.length, self.a, ring, self.ring_axis)
         cross = None if assumed is None else assumed.cross_body()
         platform_half, base_half = limb.platform_body, limb.base_body
         if assumed is not None:

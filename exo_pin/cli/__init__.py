@@ -9,11 +9,11 @@ from typing import NoReturn
 
 from .. import __version__
 from ..errors import ExoPinError
-from . import designs, kinematics, mobility, muscles, reactions, source, studies
+from . import designs, kinematics, mobility, muscles, reactions, source, studies, view
 
 __all__ = ["main"]
 
-_GROUPS = (reactions, studies, kinematics, designs, mobility, muscles, source)
+_GROUPS = (reactions, studies, kinematics, designs, mobility, muscles, view, source)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

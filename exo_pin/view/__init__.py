@@ -1,1 +1,45 @@
-"""Pictures of mechanisms and their forces."""
+"""Seeing it: the scene in three dimensions by Meshcat, and plots by matplotlib (:mod:`exo_pin.view.plots`)."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .additions import glenoid_axis
+    from .browser import Browser, find_browser
+    from .human import human_urdf
+    from .recording import Recording
+    from .scene import Scene
+    from .sliders import Sliders
+
+__all__ = [
+    "LIMB_STYLES",
+    "Browser",
+    "Recording",
+    "Scene",
+    "Sliders",
+    "find_browser",
+    "glenoid_axis",
+    "human_urdf",
+]
+
+#: How limbs can be drawn.
+LIMB_STYLES = ("rods", "muscles")
+
+# Meshcat takes half a second to import, which a table or a plot need not wait for.
+_HOMES = {
+    "Browser": "browser",
+    "Recording": "recording",
+    "Scene": "scene",
+    "Sliders": "sliders",
+    "find_browser": "browser",
+    "glenoid_axis": "additions",
+    "human_urdf": "human",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,121 @@
+"""``exo-pin view``: the design in three dimensions, live, as a page or as a picture."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from ..conventions import shoulder_rotation
+from ..errors import InvalidInput
+from ..validation import as_positive
+from ..view import LIMB_STYLES
+from .options import add_design, add_person, add_pose, design, pose
+
+if TYPE_CHECKING:
+    from ..view import Scene
+
+__all__ = ["add_commands"]
+
+_FRAMES_A_SECOND = 30
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser(
+        "view",
+        help="the design on a person, with its forces, in three dimensions",
+        description="Without --html or --png a live page is served on this machine until Ctrl-C.",
+    )
+    add_design(parser)
+    add_pose(parser)
+    add_person(parser)
+    parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
+    parser.add_argument("--no-human", action="store_true", help="draw no person")
+    parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
+    parser.add_argument("--ghost", metavar="F,A,I", help="a second pose as a ghost: three angles, degrees")
+    parser.add_argument(
+        "--to",
+        metavar="F,A,I",
+        help="move from the pose to these three angles, degrees; forces are those at rest in every pose",
+    )
+    parser.add_argument("--seconds", type=float, default=3.0, metavar="S", help="how long that takes (default 3)")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
+    parser.add_argument("--png", type=Path, metavar="FILE", help="write a still picture; needs a headless browser")
+    parser.add_argument("--size", default="1280x800", metavar="WxH", help="of the picture (default 1280x800)")
+    parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
+    parser.add_argument("--open", action="store_true", help="open the live page in a browser")
+    parser.set_defaults(run=_view)
+
+
+def _view(options: argparse.Namespace) -> int:
+    from ..view import Scene
+
+    exo = design(options)
+    start = pose(options, exo.side)
+    size = _size(options.size)
+    elbow = float(np.radians(options.elbow_flexion))
+    scene = Scene(exo, human=False if options.no_human else None, limbs=options.limbs, elbow_flexion=elbow)
+    scene.show(start)
+    if options.cone:
+        scene.glenoid_cone()
+    if options.ghost is not None:
+        scene.ghost(_angles("--ghost", options.ghost, exo.side))
+    for message in scene.messages:
+        print(message)
+    path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
+    if options.html is None and options.png is None:
+        return _serve(scene, options, path)
+    if options.png is not None:
+        scene.save_png(options.png, size)
+        print(options.png)
+    if options.html is not None:
+        if path is None:
+            scene.save_html(options.html)
+        else:
+            scene.record(*path).save(options.html)
+        print(options.html)
+    return 0
+
+
+def _serve(scene: Scene, options: argparse.Namespace, path: tuple[Rotation, np.ndarray] | None) -> int:
+    print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
+    try:
+        if options.open:
+            webbrowser.open(scene.url)
+        if path is not None:
+            scene.play(*path)
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        scene.close()
+    return 0
+
+
+def _angles(option: str, text: str, side: str) -> Rotation:
+    try:
+        flexion, abduction, internal = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InvalidInput(f"expected {option} FLEXION,ABDUCTION,INTERNAL in degrees, got {text!r}") from None
+    return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
+
+
+def _path(start: Rotation, end: Rotation, seconds: float) -> tuple[Rotation, np.ndarray]:
+    """The shortest turn from one pose to another, at an even pace."""
+    duration = as_positive("--seconds", seconds)
+    times = np.linspace(0.0, duration, max(round(duration * _FRAMES_A_SECOND), 1) + 1)
+    return Slerp([0.0, duration], Rotation.concatenate([start, end]))(times), times
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.split("x"))
+    except ValueError:
+        raise InvalidInput(f"expected --size WIDTHxHEIGHT in pixels, got {text!r}") from None
+    return width, height

@@ -1,0 +1,84 @@
+"""Colours: Okabe and Ito's palette, and a scale that also reads in grey."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..validation import FloatArray
+
+__all__ = [
+    "BLACK",
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "PURPLE",
+    "RED",
+    "SKY",
+    "hexadecimal",
+    "number",
+    "scale_colours",
+]
+
+#: Okabe and Ito's palette, safe for colour-blind readers.
+BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#D55E00",
+    "#56B4E9",
+    "#CC79A7",
+    "#000000",
+)
+GREY = "#6E7781"
+
+#: The cividis scale at equal steps, dark blue to yellow; lightness rises all the way.
+_CIVIDIS = np.array(
+    [
+        (0, 34, 78),
+        (18, 53, 112),
+        (59, 73, 108),
+        (87, 93, 109),
+        (112, 113, 115),
+        (138, 134, 120),
+        (165, 156, 116),
+        (195, 179, 105),
+        (225, 204, 85),
+        (254, 232, 56),
+    ],
+    dtype=float,
+)
+
+
+def number(colour: str) -> int:
+    """A ``#RRGGBB`` colour as three.js wants it."""
+    return int(colour[1:], 16)
+
+
+def hexadecimal(rgb: FloatArray) -> str:
+    """``#RRGGBB`` of a colour of shape (3,) in 0 to 1."""
+    return "#" + "".join(f"{round(255 * float(part)):02X}" for part in rgb)
+
+
+def scale_colours(values: FloatArray, low: float, high: float) -> FloatArray:
+    """Colours of values on a scale.
+
+    Parameters
+    ----------
+    values : ndarray
+        Shape (...). NaN becomes light grey.
+    low, high : float
+        Ends of the scale; values beyond take the colour of the end.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., 3), red, green, blue in 0 to 1.
+    """
+    values = np.asarray(values, dtype=float)
+    span = high - low if high > low else 1.0
+    place = np.clip(np.nan_to_num((values - low) / span), 0.0, 1.0) * (len(_CIVIDIS) - 1)
+    steps = np.arange(len(_CIVIDIS))
+    colours = np.stack([np.interp(place, steps, _CIVIDIS[:, part]) for part in range(3)], axis=-1) / 255.0
+    colours[np.isnan(values)] = 0.85
+    return np.asarray(colours)

@@ -1,0 +1,88 @@
+"""Where a scene goes: a live page, a file, a still picture, a notebook cell."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+from ..design.files import write_bytes, write_text
+from .browser import Browser
+from .page import static_page
+from .panels import notebook_cell
+from .stage import Stage
+
+__all__ = ["Pages"]
+
+
+class Pages:
+    """Ways to look at a scene; base of :class:`Scene`."""
+
+    _stage: Stage
+
+    def serve(self, port: int | None = None) -> str:
+        """Open the live page on 127.0.0.1 and return its address.
+
+        Parameters
+        ----------
+        port : int, optional
+            First port to try, 7000 if left out; a used port moves on to the next, 0 takes any free one.
+        """
+        return self._stage.serve(port)
+
+    @property
+    def url(self) -> str:
+        """Address of the live page, which is started if need be."""
+        return self._stage.serve()
+
+    def close(self) -> None:
+        """Stop the live page."""
+        self._stage.close()
+
+    def html(self) -> str:
+        """The scene as it is now, as one page that opens without a network and can be turned about."""
+        return static_page(self._stage.snapshot())
+
+    def save_html(self, path: str | PathLike[str]) -> None:
+        """Write :meth:`html` to a file, whole or not at all."""
+        write_text(path, self.html())
+
+    def save_png(
+        self, path: str | PathLike[str], size: tuple[int, int] = (1280, 800), browser: str | None = None
+    ) -> None:
+        """Write a still picture, through a headless browser.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+        size : (int, int)
+            Width and height, pixels.
+        browser : str, optional
+            Program of a Chromium-like browser; searched for if left out (see :func:`exo_pin.view.find_browser`).
+
+        Raises
+        ------
+        BrowserNotFound
+            If there is none.
+        BrowserFailed
+            If it cannot draw the scene.
+        """
+        with Browser(size, browser) as window:
+            picture = window.picture(self.html())
+        write_bytes(path, picture)
+
+    def cell(self, height: int = 520) -> Any:
+        """The live page in a notebook cell.
+
+        The cell is a frame that shows a port of the machine where Python runs. With a notebook server elsewhere, the
+        port has to be forwarded as well (``ssh -L 7000:127.0.0.1:7000``); :meth:`static_cell` needs no port.
+        """
+        return notebook_cell(f'src="{self.url}"', height)
+
+    def static_cell(self, height: int = 520) -> Any:
+        """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
+        return notebook_cell(f'srcdoc="{self.escaped()}"', height)
+
+    def escaped(self) -> str:
+        """:meth:`html` as the value of an attribute."""
+        return self.html().replace("&", "&amp;").replace('"', "&quot;")

@@ -6,7 +6,6 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .additions import glenoid_axis
     from .browser import Browser, find_browser
     from .human import human_urdf
     from .recording import Recording
@@ -20,7 +19,6 @@ __all__ = [
     "Scene",
     "Sliders",
     "find_browser",
-    "glenoid_axis",
     "human_urdf",
 ]
 
@@ -34,7 +32,6 @@ _HOMES = {
     "Scene": "scene",
     "Sliders": "sliders",
     "find_browser": "browser",
-    "glenoid_axis": "additions",
     "human_urdf": "human",
 }
 

@@ -8,34 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..conventions import as_side
 from ..errors import InvalidInput, UnknownName
 from ..exo import ShoulderExo
-from ..validation import FloatArray, as_finite, as_positive, as_unit_vector
+from ..reaction import GlenoidCone
+from ..validation import FloatArray, as_finite, as_positive
 from .colours import SKY, hexadecimal, scale_colours
 from .shapes import flat_material, frustum
 from .stage import Stage
 from .viewer import mg
 
-__all__ = ["Additions", "bar", "glenoid_axis"]
-
-
-def glenoid_axis(side: str, retroversion: float = 1.0, inclination: float = 7.1) -> FloatArray:
-    """Outward normal of the glenoid, base frame, shape (3,): the direction in which it presses on the humerus.
-
-    Parameters
-    ----------
-    side : {"left", "right"}
-        Side of the body.
-    retroversion, inclination : float
-        Degrees backward and upward from straight out to the side. The means of 410 shoulders (doi
-        10.1016/j.jse.2014.02.020) for the first and of the bony glenoid (PMC12925909) for the second; they stand
-        about the scapula, which here is taken to lie along the body's axes.
-    """
-    outward = 1.0 if as_side(side) == "left" else -1.0
-    back, up = np.radians([retroversion, inclination])
-    axis = np.array([-np.sin(back) * np.cos(up), outward * np.cos(back) * np.cos(up), np.sin(up)])
-    return as_unit_vector("glenoid axis", axis)
+__all__ = ["Additions", "bar"]
 
 
 class Additions(ABC):
@@ -117,44 +99,30 @@ class Additions(ABC):
         material = mg.MeshLambertMaterial(color=0xFFFFFF, vertexColors=True, opacity=as_positive("opacity", opacity))
         self._added(name).set_object(mg.TriangularMeshGeometry(where, corners, colours), material)
 
-    def glenoid_cone(
-        self,
-        axis: ArrayLike | None = None,
-        shear_up: float = 0.61,
-        shear_forward: float = 0.34,
-        length: float = 0.12,
-    ) -> None:
-        """Draw the cone that the shoulder reaction should stay in, apex at O.
+    def glenoid_cone(self, cone: GlenoidCone | None = None, length: float = 0.12) -> None:
+        """Draw the cone that the shoulder reaction should stay in, to the scale of the arrows.
 
-        The socket presses the head of the humerus outward. A reaction within the cone needs no more shear than the
-        socket's rim holds: (F_up / 0.61)² + (F_forward / 0.34)² <= F_compression², the ellipse that published models
-        use. It tells of the exoskeleton's share alone: the muscles of the shoulder compress it as well.
+        While the arrow of F_s ends in the cone, the socket keeps the head of the humerus.
 
         Parameters
         ----------
-        axis : array_like, optional
-            Shape (3,), outward normal of the socket, base frame; :func:`glenoid_axis` if left out.
-        shear_up, shear_forward : float
-            Largest shear per compression, upward or downward and forward or backward.
+        cone : GlenoidCone, optional
+            Which; the default one if left out. Compression by the person's own muscles moves its apex from O into
+            the body, by as much as their arrow would be long.
         length : float
-            Along the axis, m.
+            Of the drawn part along its axis, m.
         """
-        direction = glenoid_axis(self.exo.side) if axis is None else as_unit_vector("axis", axis)
-        up = np.array([0.0, 0.0, 1.0]) - direction[2] * direction
-        if np.linalg.norm(up) < 1e-6:
-            raise InvalidInput("expected axis to point to the side, not up or down")
-        up /= np.linalg.norm(up)
+        socket = GlenoidCone() if cone is None else cone
+        outward, superior, anterior = socket.axes(self.exo.side)
         long = as_positive("length", length)
         placed = np.eye(4)
-        widths = as_positive("shear_forward", shear_forward), as_positive("shear_up", shear_up)
-        placed[:3, :3] = np.column_stack(
-            [widths[0] * long * np.cross(up, direction), widths[1] * long * up, long * direction]
-        )
+        placed[:3, :3] = long * np.column_stack([socket.anterior * anterior, socket.superior * superior, outward])
+        placed[:3, 3] = -self.metres_per_newton * socket.muscle_compression * outward
         node = self._stage.viewer["additions/glenoid cone"]
         with self._stage.update():
             node.set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))
             node.set_transform(placed)
-            self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s in here: socket stable"}
+            self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}
             self._write_legend()
 
     def remove(self, name: str) -> None:
@@ -198,6 +166,11 @@ class Additions(ABC):
     @abstractmethod
     def exo(self) -> ShoulderExo:
         """The design that is drawn."""
+
+    @property
+    @abstractmethod
+    def metres_per_newton(self) -> float:
+        """Scale of the arrows, m/N."""
 
     @abstractmethod
     def _write_legend(self) -> None:

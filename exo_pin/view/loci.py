@@ -18,7 +18,8 @@ from ..design.ranges import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ..exo import ShoulderExo
 from ..validation import FloatArray, as_rotation
 from ..wrist import loci, region
-from .plots import BLACK, SKY, _pyplot
+from .colours import BLACK, SKY
+from .style import pyplot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,7 +60,7 @@ def determinant_map(
     -------
     matplotlib.axes.Axes
     """
-    plt = _pyplot()
+    plt = pyplot()
     if ax is None:
         _, ax = plt.subplots(figsize=(7.5, 6.0), layout="constrained")
     assert ax is not None
@@ -158,7 +159,7 @@ def tilt_torsion_map(
     PolarAxes
     """
     if ax is None:
-        ax = _pyplot().figure(figsize=(6.5, 6), layout="constrained").add_subplot(projection="polar")
+        ax = pyplot().figure(figsize=(6.5, 6), layout="constrained").add_subplot(projection="polar")
     piece = loci.tilt_torsion_slice(exo.geometry, torsion, largest_tilt, step, exo.side)
     rest = region.side_of_rest(exo.geometry)
     _shaded(ax, np.radians(piece.x), piece.y, piece.determinant.T, rest)
@@ -204,7 +205,7 @@ def locus_surface(
     -------
     Axes3D
     """
-    plt = _pyplot()
+    plt = pyplot()
     from matplotlib.colors import LightSource
 
     if ax is None:
@@ -260,7 +261,7 @@ def locus_picture(exo: ShoulderExo, orientation: Rotation | None = None) -> Figu
     orientation : Rotation, optional
         A single pose whose internal rotation the map is cut at; rest if left out. It is marked.
     """
-    plt = _pyplot()
+    plt = pyplot()
     figure = plt.figure(figsize=(13.5, 6.4), layout="constrained")
     pose = Rotation.identity() if orientation is None else as_rotation("orientation", orientation)
     flexion, abduction, internal = shoulder_angles(pose, exo.side, degrees=True)

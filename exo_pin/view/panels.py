@@ -24,6 +24,7 @@ _STATUS = {
     "near_singular": "near a singular pose: limb forces far above the load",
     "singular": "singular pose: no equilibrium, no forces",
     "folded": "a limb points at the shoulder centre: no forces",
+    "infeasible": "cannot be held within the limits: no forces",
     "not_solved": "not solved: no forces",
 }
 
@@ -37,7 +38,7 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
         size = float(np.linalg.norm(forces.shoulder))
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
         if forces.status != "ok":
-            remarks.append({"text": _STATUS[forces.status], "warn": True})
+            remarks.append({"text": _STATUS.get(forces.status, forces.status), "warn": True})
         if forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
         remarks.append({"text": _SPLITS.get(forces.split, f"split “{forces.split}”"), "warn": False})

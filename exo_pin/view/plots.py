@@ -1,4 +1,4 @@
-"""Plots with matplotlib: the mechanism with its forces, and the shoulder force over the range of motion.
+"""Plots with matplotlib: the mechanism, forces along a motion, methods side by side, maps over the range of motion.
 
 One style for all: colours of the Okabe-Ito palette (safe for colour-blind readers) with line styles and labels that
 tell things apart in grey as well, and units on every axis.
@@ -13,42 +13,36 @@ from scipy.spatial.transform import Rotation
 
 from .. import wrist
 from ..conventions import shoulder_angles, shoulder_rotation
-from ..errors import MissingExtra
 from ..exo import ShoulderExo
 from ..reaction.answer import STANDARD_GRAVITY
 from ..validation import FloatArray, as_rotation
+from .charts import force_history, method_bars, tension_history
+from .colours import BLACK, BLUE, GREEN, ORANGE, RED
+from .loci import determinant_map
+from .style import pyplot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
+__all__ = [
+    "determinant_map",
+    "draw_mechanism",
+    "force_history",
+    "method_bars",
+    "overview",
+    "shoulder_force_map",
+    "tension_history",
+    "use_file_backend",
+]
 
-#: Okabe and Ito's palette.
-BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#D55E00",
-    "#56B4E9",
-    "#CC79A7",
-    "#000000",
-)
 #: Length of an arrow, m per N.
 _METRES_PER_NEWTON = 0.002
 
 
-def _pyplot() -> Any:
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        raise MissingExtra("plot", "matplotlib") from error
-    return plt
-
-
 def use_file_backend() -> None:
     """Draw to files only, so that no screen is needed."""
-    _pyplot().switch_backend("agg")
+    pyplot().switch_backend("agg")
 
 
 def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> Any:
@@ -68,7 +62,7 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     Axes3D
     """
     if ax is None:
-        ax = _pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
+        ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
     pose = as_rotation("orientation", orientation)
     answer = exo.reaction(pose)
     arm = exo.mechanism.require_arm("a drawing of forces")
@@ -152,7 +146,7 @@ def shoulder_force_map(
     -------
     matplotlib.axes.Axes
     """
-    plt = _pyplot()
+    plt = pyplot()
     from matplotlib.colors import LogNorm
 
     if ax is None:
@@ -192,7 +186,7 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
     orientation : Rotation
         A single pose.
     """
-    plt = _pyplot()
+    plt = pyplot()
     figure = plt.figure(figsize=(12, 5.2), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
     left.view_init(elev=14, azim=58)

@@ -15,7 +15,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import errors
-from exo_pin.view import Scene, Sliders, find_browser, glenoid_axis, human_urdf
+from exo_pin.reaction import GlenoidCone
+from exo_pin.view import Scene, Sliders, find_browser, human_urdf
 from exo_pin.view import human as human_module
 from exo_pin.view.colours import scale_colours
 from exo_pin.view.forces import LONGEST, nice_step
@@ -291,13 +292,13 @@ def test_points_surface_and_cone_come_and_go(exo):
     scene.glenoid_cone()
     bars = panel(scene, "legend")["bars"]
     assert [(bar["label"], bar["low"], bar["high"]) for bar in bars] == [("det X, 1", "0", "3"), ("force, N", "0", "4")]
-    cone = place(scene, "/meshcat/additions/glenoid cone")
-    axis = cone[:3, 2] / np.linalg.norm(cone[:3, 2])
-    np.testing.assert_allclose(axis, glenoid_axis("left"), atol=1e-12)
-    assert axis[1] > 0.98
-    # Width over length is the largest shear: more upward than forward.
-    assert np.linalg.norm(cone[:3, 1]) / np.linalg.norm(cone[:3, 2]) == pytest.approx(0.61)
-    assert np.linalg.norm(cone[:3, 0]) / np.linalg.norm(cone[:3, 2]) == pytest.approx(0.34)
+    # On its rim, the model says that all shear that the socket allows is in use.
+    cone = GlenoidCone(inclination=0.12, muscle_compression=100.0)
+    scene.glenoid_cone(cone)
+    drawn = place(scene, "/meshcat/additions/glenoid cone")
+    for turn in np.linspace(0.0, 6.0, 7):
+        rim = (drawn @ [np.cos(turn), np.sin(turn), 1.0, 1.0])[:3]
+        assert cone.utilisation(rim / scene.metres_per_newton) == pytest.approx(1.0)
     for name in ("cloud", "face", "glenoid cone"):
         scene.remove(name)
     assert panel(scene, "legend")["bars"] == []
@@ -370,7 +371,7 @@ def test_playing_takes_its_time(exo):
         (lambda s: s.points("a", np.zeros((1, 3)), [np.nan], "x"), errors.InvalidInput, "finite value"),
         (lambda s: s.surface("a", np.eye(3), [[0, 1, 3]], [1, 2, 3], "x"), errors.InvalidInput, "vertices 0 to 2"),
         (lambda s: s.surface("a", np.eye(3), [[0, 1.0, 2]], [1, 2, 3], "x"), errors.InvalidInput, "whole numbers"),
-        (lambda s: s.glenoid_cone(axis=[0, 0, 1]), errors.InvalidInput, "to the side"),
+        (lambda s: s.glenoid_cone(length=0.0), errors.InvalidInput, "length"),
         (lambda s: s.camera(position=[0, 0, 0], target=[0, 0, 0]), errors.InvalidInput, "away from"),
         (lambda s: s.camera(field_of_view=200), errors.InvalidInput, "below 180"),
         (lambda s: s.serve("7000"), errors.InvalidInput, "port"),

@@ -1,0 +1,119 @@
+"""Plots of answers: what is drawn is what was answered."""
+
+import matplotlib
+
+matplotlib.use("agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin import errors
+from exo_pin.view import plots
+
+TIMES = np.linspace(0.0, 1.0, 41)
+
+
+@pytest.fixture(scope="module")
+def exo():
+    return ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
+
+
+@pytest.fixture(scope="module")
+def crossing(exo):
+    """Straight up: det X changes its sign on the way."""
+    return exo.reaction(ep.shoulder_rotation(90 * TIMES, 0, 0, degrees=True))
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+def lines(ax):
+    return {line.get_label(): line for line in ax.get_lines()}
+
+
+def test_force_history_shows_the_answer_with_units(crossing):
+    ax = plots.force_history(TIMES, crossing)
+    drawn = lines(ax)
+    np.testing.assert_array_equal(drawn["|F_s|"].get_ydata(), crossing.magnitude)
+    for part, name in enumerate(("F_s x forward", "F_s y left", "F_s z up")):
+        np.testing.assert_array_equal(drawn[name].get_ydata(), crossing.shoulder_force[:, part])
+    assert len({str(line.get_linestyle()) + str(line._dash_pattern) for line in drawn.values()}) > 3
+    assert ax.get_xlabel() == "time, s"
+    assert ax.get_ylabel().endswith(", N")
+    (percent,) = (child for child in ax.child_axes if "%" in child.get_ylabel())
+    ax.figure.canvas.draw()
+    np.testing.assert_allclose(
+        np.array(percent.get_ylim()), np.array(ax.get_ylim()) * 100 / crossing.body_weight, rtol=1e-9
+    )
+    places = [after for (after,) in crossing.crossings()]
+    assert len(places) == 1
+    dotted = [line for line in ax.get_lines() if line.get_linestyle() == ":" and len(set(line.get_xdata())) == 1]
+    assert [line.get_xdata()[0] for line in dotted] == [(TIMES[places[0]] + TIMES[places[0] + 1]) / 2]
+
+
+def test_tension_history_marks_what_is_beyond_limits(crossing):
+    ax = plots.tension_history(TIMES, crossing, limits=(0.0, 200.0))
+    drawn = lines(ax)
+    for i in range(3):
+        force = crossing.actuator_forces[:, i]
+        np.testing.assert_array_equal(drawn[f"limb {i + 1}"].get_ydata(), force)
+        beyond = (force < 0) | (force > 200)
+        assert beyond.any()
+        np.testing.assert_array_equal(drawn[f"limb {i + 1} beyond limits"].get_xdata(), TIMES[beyond])
+    own = plots.tension_history(TIMES, crossing, limits=([-1e9, -1e9, -1e9], [1e9, 2e9, 3e9]))
+    assert not any("beyond" in label for label in lines(own))
+    assert not any("limits" in label for label in lines(plots.tension_history(TIMES, crossing)))
+
+
+def test_bars_are_hatched_where_equilibrium_does_not_determine(exo):
+    pose = ep.shoulder_rotation(60, 30, 0, degrees=True)
+    answers = [exo.reaction(pose), exo.reaction(pose, split="minimal", constraint_bounds=(-80, 80))]
+    ax = plots.method_bars(answers)
+    bars = [container for container in ax.containers if len(container) == 7]
+    assert len(bars) == 2
+    for answer, group in zip(answers, bars, strict=True):
+        heights = [bar.get_height() for bar in group]
+        np.testing.assert_allclose(heights[0], answer.magnitude)
+        np.testing.assert_allclose(heights[1:4], answer.actuator_forces)
+        np.testing.assert_allclose(heights[4:], answer.constraint_forces)
+        assert [bool(bar.get_hatch()) for bar in group] == [True, False, False, False, True, True, True]
+    assert ax.get_ylabel() == "force, N"
+    # Three cables: equilibrium determines everything, nothing is hatched.
+    cables = exo.replace(limbs=[ep.Limb("SPS")] * 3)
+    sure = plots.method_bars([cables.reaction(pose)])
+    assert not any(bar.get_hatch() for group in sure.containers if len(group) == 7 for bar in group)
+
+
+def test_determinant_map_is_one_of_the_plots(exo):
+    ax = plots.determinant_map(exo, step=5.0)
+    assert "°" in ax.get_xlabel()
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_pictures_can_be_saved(crossing, tmp_path, suffix):
+    ax = plots.force_history(TIMES, crossing)
+    target = tmp_path / f"picture.{suffix}"
+    ax.figure.savefig(target)
+    assert target.stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda r: plots.force_history(TIMES[:-1], r), "a pose for every time"),
+        (lambda r: plots.force_history(TIMES[::-1], r), "rise"),
+        (lambda r: plots.tension_history(TIMES, r, limits=([0, 0], [1, 1])), "broadcast"),
+        (lambda r: plots.tension_history(TIMES, r, limits=(5.0, 1.0)), "lower <= upper"),
+        (lambda r: plots.tension_history(TIMES, r, limits=(0.0, np.nan)), "lower <= upper"),
+        (lambda r: plots.method_bars([r]), "single pose"),
+        (lambda r: plots.method_bars([]), "1 to 5"),
+    ],
+)
+def test_bad_input_is_refused(crossing, draw, message):
+    with pytest.raises(errors.InvalidInput, match=message):
+        draw(crossing)

@@ -77,6 +77,7 @@ class Scene(Additions, Pages):
         Additions.__init__(self, Stage())
         self._style, self._asked_scale = limbs, metres_per_newton
         self._notes: list[str] = []
+        self._asides: list[str] = []
         self._human: Human | None = None
         self._ghost: MechanismPicture | None = None
         self._orientation = Rotation.identity()
@@ -164,6 +165,7 @@ class Scene(Additions, Pages):
             )
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
+        self._aside(query)
         self._draw(pose, None if answer is None else PoseForces.of(answer, ()), pressure)
         return answer
 
@@ -190,6 +192,7 @@ class Scene(Additions, Pages):
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
         answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
+        self._aside(query)
         start = time.monotonic()
         for index in self._frames(poses, answer, air):
             pause = start + float(stamps[index] - stamps[0]) - time.monotonic()
@@ -209,6 +212,7 @@ class Scene(Additions, Pages):
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
         answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
+        self._aside(query)
         taker = FrameTaker(self._stage)
         for _ in self._frames(poses, answer, air):
             taker.take()
@@ -267,7 +271,7 @@ class Scene(Additions, Pages):
         self._stage.set_panel("legend", legend)
 
     def _draw(self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None) -> None:
-        notes = list(self._notes)
+        notes = [*self._notes, *self._asides]
         with self._stage.update():
             self._orientation = pose
             try:
@@ -334,6 +338,11 @@ class Scene(Additions, Pages):
                 None if pressures is None else pressures[index],
             )
             yield index
+
+    def _aside(self, query: dict[str, Any]) -> None:
+        """Say what a query counts and the drawing does not show."""
+        offset = query.get("centre_offset") is not None
+        self._asides = ["forces with the centre offset, drawing without it"] if offset else []
 
     def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         values = as_finite("pressures", pressures, (self._exo.geometry.limb_count,), stack=True)

@@ -1,6 +1,6 @@
 """Run notebooks from top to bottom, each in a fresh kernel: python notebooks/run.py [NOTEBOOK ...]
 
-Ends with status 1 if a cell fails or a notebook takes longer than a minute. Needs the extra ``notebooks``.
+Ends with status 1 if a cell fails, and prints how long each notebook took. Needs the extra ``notebooks``.
 """
 
 import sys
@@ -11,7 +11,8 @@ import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError, CellTimeoutError
 
-SECONDS = 60
+#: After which a cell counts as hung, s; a whole notebook takes a few.
+SECONDS = 600
 
 
 def run(path: Path) -> str | None:
@@ -25,9 +26,8 @@ def run(path: Path) -> str | None:
         client.execute()
     except (CellExecutionError, CellTimeoutError) as error:
         return str(error)
-    spent = time.monotonic() - start
-    print(f"{path.name}: {spent:.1f} s", flush=True)
-    return None if spent <= SECONDS else f"took {spent:.0f} s, more than {SECONDS}"
+    print(f"{path.name}: {time.monotonic() - start:.1f} s", flush=True)
+    return None
 
 
 def main() -> int:

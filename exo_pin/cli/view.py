@@ -37,6 +37,7 @@ def add_commands(commands: Any) -> None:
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
     parser.add_argument("--no-human", action="store_true", help="draw no person")
+    parser.add_argument("--scale", type=float, metavar="N", help="newtons that 10 cm of an arrow stand for")
     parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
     parser.add_argument("--ghost", metavar="F,A,I", help="a second pose as a ghost: three angles, degrees")
     parser.add_argument(
@@ -60,7 +61,9 @@ def _view(options: argparse.Namespace) -> int:
     start = pose(options, exo.side)
     size = _size(options.size)
     elbow = float(np.radians(options.elbow_flexion))
-    scene = Scene(exo, human=False if options.no_human else None, limbs=options.limbs, elbow_flexion=elbow)
+    scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
+    human = False if options.no_human else None
+    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow)
     scene.show(start)
     if options.cone:
         scene.glenoid_cone()
@@ -84,8 +87,8 @@ def _view(options: argparse.Namespace) -> int:
 
 
 def _serve(scene: Scene, options: argparse.Namespace, path: tuple[Rotation, np.ndarray] | None) -> int:
-    print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
     try:
+        print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
         if options.open:
             webbrowser.open(scene.url)
         if path is not None:

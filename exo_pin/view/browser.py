@@ -106,14 +106,19 @@ class Browser:
         # A sandbox needs a user that root is not.
         root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
         command = [self._program, *_OPTIONS, *root, f"--user-data-dir={self._folder / 'profile'}", "about:blank"]
-        self._process = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-        )
+        self._socket: WebSocketClientConnection | None = None
+        self._process: subprocess.Popen[bytes] | None = None
         try:
-            self._socket: WebSocketClientConnection = self._run(self._connect())
+            self._process = subprocess.Popen(
+                command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+            )
+            self._socket = self._run(self._connect(self._process))
             self._command(
                 "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
             )
+        except OSError as error:
+            self.close()
+            raise BrowserFailed(self._program, f"it does not start: {error}") from error
         except BaseException:
             self.close()
             raise
@@ -168,7 +173,7 @@ class Browser:
 
     def close(self) -> None:
         """End the browser and remove its files."""
-        if self._process.poll() is None:
+        if self._process is not None and self._process.poll() is None:
             self._process.terminate()
             try:
                 self._process.wait(10)
@@ -182,13 +187,13 @@ class Browser:
     def _run(self, job: Any) -> Any:
         return self._pool.submit(self._loop.run_until_complete, job).result()
 
-    async def _connect(self) -> WebSocketClientConnection:
+    async def _connect(self, process: subprocess.Popen[bytes]) -> WebSocketClientConnection:
         """Wait for the port that the browser has chosen, and take hold of its page."""
         told = self._folder / "profile" / "DevToolsActivePort"
         end = time.monotonic() + self._timeout
         while not (told.is_file() and len(told.read_text().splitlines()) >= 2):
-            if self._process.poll() is not None:
-                raise BrowserFailed(self._program, f"it ended with status {self._process.returncode}")
+            if process.poll() is not None:
+                raise BrowserFailed(self._program, f"it ended with status {process.returncode}")
             if time.monotonic() > end:
                 raise BrowserFailed(self._program, f"it did not start within {self._timeout:g} s")
             await asyncio.sleep(0.05)
@@ -202,6 +207,7 @@ class Browser:
         )
 
     def _command(self, method: str, **parameters: Any) -> dict[str, Any]:
+        assert self._socket is not None
         return self._run(self._ask(self._socket, method, parameters))
 
     async def _ask(self, socket: WebSocketClientConnection, method: str, parameters: dict[str, Any]) -> dict[str, Any]:
@@ -209,7 +215,10 @@ class Browser:
         number = self._number
         await socket.write_message(json.dumps({"id": number, "method": method, "params": parameters}))
         while True:
-            text = await asyncio.wait_for(socket.read_message(), self._timeout)
+            try:
+                text = await asyncio.wait_for(socket.read_message(), self._timeout)
+            except TimeoutError:
+                raise BrowserFailed(self._program, f"no answer to {method} within {self._timeout:g} s") from None
             if text is None:
                 raise BrowserFailed(self._program, "it closed the connection")
             answer = json.loads(text)

@@ -69,6 +69,8 @@ class Scene(Additions, Pages):
         metres_per_newton: float | None = None,
         elbow_flexion: float = 0.0,
     ) -> None:
+        if not isinstance(exo, ShoulderExo):
+            raise InvalidInput(f"expected a ShoulderExo, got {type(exo).__name__}")
         if limbs not in LIMB_STYLES:
             raise UnknownName("limb style", limbs, LIMB_STYLES)
         if metres_per_newton is not None:
@@ -82,6 +84,7 @@ class Scene(Additions, Pages):
         self._ghost: MechanismPicture | None = None
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
+        self._asked: dict[str, Any] = {}
         with self._stage.update():
             self._background()
             if human is not False:
@@ -123,6 +126,8 @@ class Scene(Additions, Pages):
     def replace_exo(self, exo: ShoulderExo) -> None:
         """Draw another design of the same side, in the same pose; the forces are those of the new one.
 
+        They are asked for as in the last :meth:`show`, but for pressures, which belong to a design.
+
         Raises
         ------
         InvalidInput
@@ -134,7 +139,7 @@ class Scene(Additions, Pages):
             # Numbers can be compared only if the arrows keep their scale.
             self._asked_scale = self._arrows.scale
             self._set_exo(exo)
-            self.show(self._orientation)
+            self.show(self._orientation, **self._asked)
 
     def show(
         self,
@@ -158,13 +163,10 @@ class Scene(Additions, Pages):
         Reaction or None
             What is drawn; None for a design without an arm.
         """
-        pose = as_rotation("orientation", orientation)
-        if pose.shape != ():
-            raise InvalidInput(
-                f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks"
-            )
+        pose = _single(orientation)
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
+        self._asked = query
         self._aside(query)
         self._draw(pose, None if answer is None else PoseForces.of(answer, ()), pressure)
         return answer
@@ -228,7 +230,7 @@ class Scene(Additions, Pages):
         exo : ShoulderExo, optional
             Its design; the one of the scene if left out.
         """
-        pose = self._orientation if orientation is None else as_rotation("orientation", orientation)
+        pose = self._orientation if orientation is None else _single(orientation)
         design = self._exo if exo is None else exo
         with self._stage.update():
             if self._ghost is None or self._ghost.mechanism is not design.mechanism:
@@ -254,8 +256,8 @@ class Scene(Additions, Pages):
             From the bottom of the picture to the top, degrees.
         """
         outward = 1.0 if self._exo.side == "left" else -1.0
-        look = np.array([0.0, 0.02 * outward, -0.05]) if target is None else as_finite("target", target, (3,))
-        default = look + np.array([1.15, 1.10 * outward, 0.32])
+        look = np.array([0.0, 0.02 * outward, -0.06]) if target is None else as_finite("target", target, (3,))
+        default = look + np.array([1.30, 1.25 * outward, 0.36])
         eye = default if position is None else as_finite("position", position, (3,))
         if float(np.linalg.norm(eye - look)) < 1e-6:
             raise InvalidInput("expected the camera to stand away from where it looks")
@@ -300,11 +302,9 @@ class Scene(Additions, Pages):
         self._picture.colour_muscles(colours)
 
     def _set_exo(self, exo: ShoulderExo) -> None:
+        muscles, with_arm = self._style == "muscles", self._human is None
+        self._picture = MechanismPicture(self._stage, exo.mechanism, "exo", muscles=muscles, with_arm=with_arm)
         self._exo = exo
-        muscles = self._style == "muscles"
-        self._picture = MechanismPicture(
-            self._stage, exo.mechanism, "exo", muscles=muscles, with_arm=self._human is None
-        )
         self._arrows = ForcePicture(self._stage, exo, self._asked_scale)
         # As long as the longest arrow.
         self._tension_top = nice_step(LONGEST / self._arrows.scale)
@@ -349,3 +349,10 @@ class Scene(Additions, Pages):
         if values.shape[:-1] != shape:
             raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
         return values
+
+
+def _single(orientation: Rotation) -> Rotation:
+    pose = as_rotation("orientation", orientation)
+    if pose.shape != ():
+        raise InvalidInput(f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks")
+    return pose

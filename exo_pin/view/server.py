@@ -114,7 +114,7 @@ class Server:
     def close(self) -> None:
         """Stop serving."""
         if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._stop)
+            asyncio.run_coroutine_threadsafe(self._stop(), self._loop)
             self._thread.join()
 
     def _send(self, commands: bytes) -> None:
@@ -124,12 +124,14 @@ class Server:
             except WebSocketClosedError:  # left, and not yet forgotten
                 self._lookers.discard(looker)
 
-    def _stop(self) -> None:
+    async def _stop(self) -> None:
         self._http.stop()
         for looker in list(self._lookers):
             looker.close()
-        # One more turn of the loop, so that the browsers are told.
-        self._loop.call_later(0.05, self._loop.stop)
+        # Another turn of the loop, so that the browsers are told; connections that they keep would never answer again.
+        await asyncio.sleep(0.05)
+        await self._http.close_all_connections()
+        self._loop.stop()
 
 
 def _free_socket(first: int) -> socket.socket:

@@ -103,20 +103,20 @@ class Stage:
         matrix : ndarray
             Shape (4, 4), homogeneous, may scale.
         """
-        node = self._nodes.setdefault(path, _Node())
-        if node.matrix is not None and np.abs(node.matrix - matrix).max() <= _SAME_PLACE:
+        node = self._nodes.get(path)
+        if node is not None and node.matrix is not None and np.abs(node.matrix - matrix).max() <= _SAME_PLACE:
             return
-        self.changes.transforms[path] = node.matrix = np.array(matrix)
         self._apply({"type": "set_transform", "path": path, "matrix": matrix.T.ravel().tolist()})
+        self.changes.transforms[path] = self._nodes[path].matrix = np.array(matrix)
 
     def set_colour(self, path: str, colour: ArrayLike) -> None:
         """Colour a node and all below it, (red, green, blue, alpha) in 0 to 1, unless it has that colour."""
         rgba = tuple(np.asarray(colour, dtype=float).tolist())
-        node = self._nodes.setdefault(path, _Node())
-        if node.colour == rgba:
+        node = self._nodes.get(path)
+        if node is not None and node.colour == rgba:
             return
-        self.changes.colours[path] = node.colour = rgba
         self._apply({"type": "set_property", "path": path, "property": "color", "value": list(rgba)})
+        self.changes.colours[path] = self._nodes[path].colour = rgba
 
     def set_property(self, path: str, name: str, value: Any) -> None:
         """Set a property of a node in three.js; Meshcat's own way there turns the name into small letters."""
@@ -174,7 +174,10 @@ class Stage:
         return self._serial
 
     def _apply(self, data: dict[str, Any]) -> None:
-        """Remember a command and pass it on."""
+        """Remember a command and pass it on.
+
+        The server's thread reads what is remembered, so nothing is added or taken away outside of the lock.
+        """
         kind, path = data["type"], data["path"]
         packed = _packed(data)
         with self._lock:

@@ -153,6 +153,23 @@ def test_live_page_follows_the_pose(browser):
         scene.close()
 
 
+def test_an_old_page_starts_afresh_with_a_new_server(browser):
+    first, second = make_scene(human=False), Scene(ep.load("scenario-one"), human=False)
+    first.points("cloud", [[0.3, 0.3, 0.3]], [1.0], "old")
+    try:
+        url = first.serve(0)
+        browser.open(url)
+        browser.evaluate("window.old = true")
+        first.close()
+        assert second.serve(int(url.split(":")[2].strip("/"))) == url
+        browser.wait_for("window.old === undefined && document.body && document.body.dataset.state === 'drawn'")
+        assert "Scenario One" in browser.evaluate("document.getElementById('title').textContent")
+        assert "old" not in browser.evaluate("document.getElementById('legend').textContent")
+    finally:
+        first.close()
+        second.close()
+
+
 def test_shoulder_is_inside_the_rings_and_no_limb_in_the_chest_at_rest(browser):
     try:
         scene = make_scene(human=True)

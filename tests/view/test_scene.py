@@ -6,6 +6,7 @@ import socket
 import struct
 import time
 import urllib.request
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -22,6 +23,7 @@ from exo_pin.view.colours import scale_colours
 from exo_pin.view.forces import LONGEST, nice_step
 from exo_pin.view.page import viewer_script
 
+URDF = Path(__file__).parents[2] / "urdf"
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 
 
@@ -285,6 +287,29 @@ def test_another_design_and_a_ghost_take_its_place(exo):
         scene.replace_exo(exo.mirrored())
 
 
+def test_another_design_is_asked_the_same_question(exo):
+    scene = Scene(exo, human=False)
+    query = {"split": "minimal", "constraint_bounds": (-50, 50), "load": ep.Load([0.0, 0.0, -10.0], at=(0, 0, -0.3))}
+    scene.show(pose(60, 30, 0), **query)
+    wider = exo.replace(geometry=exo.geometry.replace(r_A=0.15))
+    scene.replace_exo(wider)
+    expected = wider.reaction(pose(60, 30, 0), **query).magnitude
+    assert panel(scene, "numbers")["values"][0]["value"] == f"{expected:.1f} N"
+    # A design that cannot be drawn leaves everything as it is.
+    before = commands(scene)
+    with pytest.raises(errors.NotAWrist):
+        scene.replace_exo(ep.load(URDF / "dummy-shoulder.urdf"))
+    assert commands(scene) == before
+
+
+def test_a_centre_offset_is_told(exo):
+    scene = Scene(exo, human=False)
+    scene.show(pose(60, 30, 0), centre_offset=[0.0, 0.0, 0.01])
+    assert any("centre offset" in note["text"] for note in panel(scene, "numbers")["notes"])
+    scene.show(pose(60, 30, 0))
+    assert not any("centre offset" in note["text"] for note in panel(scene, "numbers")["notes"])
+
+
 def test_points_surface_and_cone_come_and_go(exo):
     scene = Scene(exo, human=False)
     scene.points("cloud", np.zeros((4, 3)), [0.0, 1.0, np.nan, 3.0], "det X, 1")
@@ -362,6 +387,8 @@ def test_playing_takes_its_time(exo):
     ("act", "kind", "message"),
     [
         (lambda s: s.show(pose([0, 1], 0, 0)), errors.InvalidInput, "single pose"),
+        (lambda s: s.ghost(pose([0, 1], 0, 0)), errors.InvalidInput, "single pose"),
+        (lambda s: Scene("prototype"), errors.InvalidInput, "ShoulderExo"),
         (lambda s: s.show([0, 0, 0]), errors.InvalidInput, "scipy Rotation"),
         (lambda s: s.show(pose(0, 0, 0), pressures=[1, 2]), errors.InvalidInput, "pressures"),
         (lambda s: s.record(pose([0, 1], 0, 0), [0.0]), errors.InvalidInput, "a time for every pose"),

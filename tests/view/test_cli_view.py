@@ -1,0 +1,88 @@
+"""``exo-pin view``: what it writes, serves and refuses."""
+
+import signal
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+
+from exo_pin.cli import main
+from exo_pin.view import human as human_module
+
+BARE = ["view", "--no-human", "--flexion", "30"]
+
+
+def run(capsys, *arguments):
+    status = main([*arguments])
+    return status, *capsys.readouterr()
+
+
+def test_a_page_is_written(capsys, tmp_path):
+    target = tmp_path / "scene.html"
+    options = ["--limbs", "muscles", "--cone", "--ghost", "0,0,0", "--person", "1.75,75,male", "--html", str(target)]
+    status, out, _ = run(capsys, *BARE, *options)
+    assert status == 0
+    assert out.split() == [str(target)]
+    text = target.read_text()
+    assert text.startswith("<!DOCTYPE html>")
+    assert 'src="' not in text.split("<script>")[0]
+    assert "play(JSON" not in text
+
+
+def test_a_motion_is_written(capsys, tmp_path):
+    target = tmp_path / "motion.html"
+    status, _, _ = run(capsys, *BARE, "--to", "60,20,0", "--seconds", "0.2", "--html", str(target))
+    assert status == 0
+    assert "play(JSON" in target.read_text()
+
+
+def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(human_module, "_shares", lambda: iter(()))
+    status, out, _ = run(capsys, "view", "--html", str(tmp_path / "scene.html"))
+    assert status == 0
+    assert "exo_pin[human]" in out.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["view", "prototyp"], "did you mean 'prototype'"),
+        ([*BARE, "--ghost", "1,2"], "--ghost FLEXION,ABDUCTION,INTERNAL"),
+        ([*BARE, "--to", "a,b,c", "--html", "x.html"], "--to FLEXION"),
+        ([*BARE, "--to", "1,2,3", "--seconds", "0", "--html", "x.html"], "--seconds"),
+        ([*BARE, "--png", "x.png", "--size", "big"], "--size"),
+        ([*BARE, "--html", "/proc/none/x.html"], "cannot write"),
+        ([*BARE, "--port", "70000"], "65535"),
+        ([*BARE, "--scale", "0"], "--scale"),
+    ],
+)
+def test_a_question_that_cannot_be_asked_is_one_line_and_status_2(capsys, arguments, message):
+    status, out, err = run(capsys, *arguments)
+    assert status == 2
+    assert out == ""
+    assert err.startswith("exo-pin: ")
+    assert err.count("\n") == 1
+    assert message in err
+
+
+def test_without_a_browser_a_picture_is_refused_in_one_line(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("EXO_PIN_BROWSER", "no-such-browser")
+    status, _, err = run(capsys, *BARE, "--png", str(tmp_path / "x.png"))
+    assert status == 2
+    assert "no-such-browser" in err
+    assert not (tmp_path / "x.png").exists()
+
+
+def test_the_live_page_is_served_until_it_is_interrupted():
+    command = [sys.executable, "-m", "exo_pin.cli", *BARE, "--port", "0", "--to", "31,0,0", "--seconds", "0.1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            address = process.stdout.readline().split()[0]
+            with urllib.request.urlopen(address, timeout=10) as answer:
+                assert b"viewer.js" in answer.read()
+            process.send_signal(signal.SIGINT)
+            assert process.wait(20) == 0
+            assert process.stderr.read() == ""
+        finally:
+            process.kill()

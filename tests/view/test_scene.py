@@ -302,14 +302,6 @@ def test_another_design_is_asked_the_same_question(exo):
     assert commands(scene) == before
 
 
-def test_a_centre_offset_is_told(exo):
-    scene = Scene(exo, human=False)
-    scene.show(pose(60, 30, 0), centre_offset=[0.0, 0.0, 0.01])
-    assert any("centre offset" in note["text"] for note in panel(scene, "numbers")["notes"])
-    scene.show(pose(60, 30, 0))
-    assert not any("centre offset" in note["text"] for note in panel(scene, "numbers")["notes"])
-
-
 def test_points_surface_and_cone_come_and_go(exo):
     scene = Scene(exo, human=False)
     scene.points("cloud", np.zeros((4, 3)), [0.0, 1.0, np.nan, 3.0], "det X, 1")

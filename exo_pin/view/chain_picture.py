@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
@@ -51,8 +52,10 @@ class ChainPicture:
     ----------
     notes : list of str
         What could not be drawn, and why.
+    corners : ndarray
+        Shape (k, 3), m: joints, closures and corners of the boxes about the visuals at ``q``.
     size : float
-        Diagonal of the box about its joints and closures at ``q``, m.
+        Diagonal of the box about all of these, m.
     """
 
     def __init__(
@@ -65,9 +68,9 @@ class ChainPicture:
     ) -> None:
         self._stage, self._chain, self._root = stage, chain, root
         self.notes: list[str] = []
-        points = self.points(q)
-        self.size = max(float(np.linalg.norm(np.ptp(points, axis=0))), 1e-3)
         shapes = self._visuals(urdf)
+        self.corners = np.vstack([self.points(q), _boxes(chain.model, shapes, q)])
+        self.size = max(float(np.linalg.norm(np.ptp(self.corners, axis=0))), 1e-3)
         drawn = {shape.parentJoint for shape in shapes.geometryObjects}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
@@ -181,6 +184,20 @@ class ChainPicture:
     def _mark(self, closure: Closure) -> str:
         index = [item.name for item in self._chain.closures].index(closure.name)
         return f"/meshcat/closures/{self._root}_{index}"
+
+
+def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:
+    """Corners of the boxes about all shapes at q, shape (k, 3), m."""
+    data, placed = model.createData(), shapes.createData()
+    pin.updateGeometryPlacements(model, data, shapes, placed, q)
+    corners = np.array(list(itertools.product((0, 1), repeat=3)), dtype=bool)
+    found = [np.zeros((0, 3))]
+    for shape, place in zip(shapes.geometryObjects, placed.oMg, strict=True):
+        shape.geometry.computeLocalAABB()
+        box = shape.geometry.aabb_local
+        local = np.where(corners, np.asarray(box.max_).ravel(), np.asarray(box.min_).ravel()) * shape.meshScale
+        found.append(local @ place.rotation.T + place.translation)
+    return np.vstack(found)
 
 
 def _axis(closure: Closure, frame: pin.SE3) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..errors import InvalidInput, LoopNotClosed, MissingExtra, UnknownName
+from ..errors import InvalidInput, LoopNotClosed, MissingExtra, NotAWrist, UnknownName
 from ..exo import ShoulderExo
 from ..reaction import Reaction
 from ..validation import FloatArray, as_finite, as_positive, as_rotation
@@ -82,6 +82,7 @@ class Scene(Socket, Playing, Pages):
         self._human: Human | None = None
         self._ghost: MechanismPicture | None = None
         self._offset: Offset | None = None
+        self._massive: list[str] = []
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: dict[str, Any] = {}
@@ -112,7 +113,7 @@ class Scene(Socket, Playing, Pages):
     @property
     def messages(self) -> tuple[str, ...]:
         """What could not be drawn, and why."""
-        return tuple(self._notes)
+        return (*self._notes, *self._massive)
 
     @property
     def metres_per_newton(self) -> float:
@@ -199,7 +200,7 @@ class Scene(Socket, Playing, Pages):
     def _draw(
         self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
     ) -> None:
-        notes = list(self._notes)
+        notes = [*self._notes, *self._massive]
         with self._stage.update():
             self._orientation = pose
             self._place(offset)
@@ -247,10 +248,10 @@ class Scene(Socket, Playing, Pages):
 
     def _set_exo(self, exo: ShoulderExo) -> None:
         # Asked first, so that a design that cannot be drawn leaves everything as it is.
-        _ = exo.mechanism
-        self._exo, self._offset = exo, None
+        self._exo, self._massive = _drawable(exo)
+        self._offset = None
         self._draw_mechanism()
-        self._arrows = ForcePicture(self._stage, exo, self._asked_scale)
+        self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
         # As long as the longest arrow.
         self._tension_top = nice_step(LONGEST / self._arrows.scale)
         self._write_legend()
@@ -259,6 +260,15 @@ class Scene(Socket, Playing, Pages):
         outward = 1.0 if self._exo.side == "left" else -1.0
         target = np.array([0.0, 0.02 * outward, -0.06])
         return target + np.array([1.30, 1.25 * outward, 0.36]), target
+
+
+def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
+    """The design, without masses that a wrist's record cannot hold, and what to say about that."""
+    try:
+        _ = exo.mechanism
+    except NotAWrist as error:
+        return exo.without_masses(), [f"no forces: {error.reason}"]
+    return exo, []
 
 
 def _same(one: Offset | None, other: Offset | None) -> bool:

@@ -577,8 +577,8 @@ class ShoulderExo(Questions):
         Parameters
         ----------
         **options
-            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``;
-            or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
+            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
+            ``stature``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
 
         Returns
         -------

@@ -83,7 +83,9 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
-    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow)
+    # The person's height stands first; what is written there has been read as a person by now.
+    tall = None if options.person is None else float(options.person.split(",")[0])
+    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow, stature=tall)
     scene.show(start)
     if options.cone:
         scene.glenoid_cone()

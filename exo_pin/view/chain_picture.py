@@ -195,7 +195,7 @@ def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:
     for shape, place in zip(shapes.geometryObjects, placed.oMg, strict=True):
         shape.geometry.computeLocalAABB()
         box = shape.geometry.aabb_local
-        local = np.where(corners, np.asarray(box.max_).ravel(), np.asarray(box.min_).ravel()) * shape.meshScale
+        local = np.where(corners, np.asarray(box.max_).ravel(), np.asarray(box.min_).ravel())
         found.append(local @ place.rotation.T + place.translation)
     return np.vstack(found)
 

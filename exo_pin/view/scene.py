@@ -52,6 +52,9 @@ class Scene(Socket, Playing, Pages):
         The arrows' scale; one that suits the arm's weight if left out.
     elbow_flexion : float
         Of the human figure, rad. For the picture only.
+    stature : float, optional
+        Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. An arm does not tell how
+        tall its person is. For the picture only.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Scene(Socket, Playing, Pages):
         limbs: str = "rods",
         metres_per_newton: float | None = None,
         elbow_flexion: float = 0.0,
+        stature: float | None = None,
     ) -> None:
         if not isinstance(exo, ShoulderExo):
             raise InvalidInput(f"expected a ShoulderExo, got {type(exo).__name__}")
@@ -76,6 +80,7 @@ class Scene(Socket, Playing, Pages):
         if metres_per_newton is not None:
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
+        tall = None if stature is None else as_positive("stature", stature)
         Socket.__init__(self, Stage())
         self._style, self._asked_scale = limbs, metres_per_newton
         self._notes: list[str] = []
@@ -91,7 +96,7 @@ class Scene(Socket, Playing, Pages):
             self._stage.plain()
             if human is not False:
                 try:
-                    self._human = Human(self._stage, exo.side, elbow_flexion=elbow)
+                    self._human = Human(self._stage, exo.side, elbow_flexion=elbow, stature=tall)
                 except MissingExtra as error:
                     if human:
                         raise
@@ -258,8 +263,8 @@ class Scene(Socket, Playing, Pages):
 
     def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
         outward = 1.0 if self._exo.side == "left" else -1.0
-        target = np.array([0.0, 0.02 * outward, -0.06])
-        return target + np.array([1.30, 1.25 * outward, 0.36]), target
+        target = np.array([0.12, 0.0, -0.05])
+        return target + np.array([0.80, 1.45 * outward, 0.46]), target
 
 
 def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:

@@ -211,6 +211,25 @@ def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
     np.testing.assert_allclose(across, [0.0, -0.42 if side == "left" else 0.42, 0.0], atol=1e-9)
 
 
+@needs_human
+def test_the_figure_is_as_tall_as_it_is_told(exo):
+    """Scaled about the shoulder: head above O and the other shoulder across the body, in proportion."""
+    places = {}
+    for stature in (None, 1.60, 1.92):
+        scene = Scene(exo, human=True, stature=stature)
+        scene.show(pose(60, 30, 0))
+        root = place(scene, "/meshcat/human")
+        names = ("left_upperarm_0", "right_upperarm_0", "middle_head_0", "left_foot_0", "left_hand_0")
+        places[stature] = [(root @ place(scene, f"/meshcat/human/visuals/{name}"))[:3, 3] for name in names]
+        np.testing.assert_allclose(places[stature][0], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.array(places[1.92]), 1.2 * np.array(places[1.60]), atol=1e-12)
+    np.testing.assert_allclose(np.array(places[1.60]), 1.60 / 1.787 * np.array(places[None]), atol=1e-12)
+    # The soles' joint to the crown, roughly: a person of 1.6 m has about 1.4 m between ankle and head's middle.
+    assert 1.2 < places[1.60][2][2] - places[1.60][3][2] < 1.6
+    with pytest.raises(errors.InvalidInput, match="stature"):
+        Scene(exo, stature=-1.7)
+
+
 def test_without_the_human_figure_there_is_a_message(exo, no_human):
     scene = Scene(exo)
     assert any("exo_pin[human]" in message for message in scene.messages)

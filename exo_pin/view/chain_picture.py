@@ -52,10 +52,8 @@ class ChainPicture:
     ----------
     notes : list of str
         What could not be drawn, and why.
-    corners : ndarray
-        Shape (k, 3), m: joints, closures and corners of the boxes about the visuals at ``q``.
     size : float
-        Diagonal of the box about all of these, m.
+        Diagonal of the box about all of it at ``q``, m.
     """
 
     def __init__(
@@ -69,8 +67,8 @@ class ChainPicture:
         self._stage, self._chain, self._root = stage, chain, root
         self.notes: list[str] = []
         shapes = self._visuals(urdf)
-        self.corners = np.vstack([self.points(q), _boxes(chain.model, shapes, q)])
-        self.size = max(float(np.linalg.norm(np.ptp(self.corners, axis=0))), 1e-3)
+        self._looks = shapes
+        self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
         drawn = {shape.parentJoint for shape in shapes.geometryObjects}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
@@ -109,11 +107,11 @@ class ChainPicture:
         frames = self._chain.placements(q)
         return {name: frames[name].translation for name in self._chain.model.names[1:] if name in frames}
 
-    def points(self, q: FloatArray) -> FloatArray:
-        """Joints, closures and links' origins, shape (k, 3), m."""
+    def corners(self, q: FloatArray) -> FloatArray:
+        """Joints, closures, links' origins and corners of the boxes about what is drawn, shape (k, 3), m."""
         frames = [place.translation for place in self._chain.placements(q).values()]
         closures = [frame.translation for pair in self.closure_frames(q) for frame in pair]
-        return np.array([*frames, *closures])
+        return np.vstack([*frames, *closures, _boxes(self._chain.model, self._looks, q)])
 
     def _visuals(self, urdf: str | PathLike[str] | None) -> Any:
         """The URDF's own visuals; none, and a note, where they cannot be read."""

@@ -29,8 +29,10 @@ _MOST_LABELS = 9
 #: The camera's field of view that the default distance goes with, how much more than the chain it shows, and
 #: how far aside of it, of its size, it looks.
 _HALF_VIEW, _ROOM, _ASIDE = np.radians(16.0), 1.35, 0.18
+#: A point farther from the camera's line than this share of half its view has left the picture.
+_EDGE = 1.2
 #: A chain that is thinner than this share of its size is looked at from its flat side.
-_FLAT = 0.02
+_FLAT = 0.08
 
 
 class ChainScene(Additions, Pages):
@@ -74,6 +76,7 @@ class ChainScene(Additions, Pages):
         with self._stage.update():
             self._stage.plain()
             self._picture = ChainPicture(self._stage, chain, urdf, start)
+            self._q = start
             self.camera()
             self._write_legend()
             self.show(start)
@@ -96,6 +99,8 @@ class ChainScene(Additions, Pages):
     def show(self, q: ArrayLike) -> None:
         """Draw a configuration as it is, closed or not; the page says how far its loops stand open.
 
+        The camera follows if it would leave the picture, unless :meth:`camera` has placed it.
+
         Parameters
         ----------
         q : array_like
@@ -103,7 +108,17 @@ class ChainScene(Additions, Pages):
         """
         configuration = self._checked(q)
         self._freedoms = self._count(configuration)
-        self._draw(configuration)
+        with self._stage.update():
+            self._draw(configuration)
+            if not self._aimed and not self._in_view():
+                self.camera()
+
+    def camera(
+        self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
+    ) -> None:
+        """Place the camera; see :meth:`exo_pin.view.Scene.camera`. Left out: where all of the chain is seen."""
+        super().camera(position, target, field_of_view)
+        self._aimed = position is not None or target is not None
 
     def move(self, joints: Mapping[str, ArrayLike]) -> FloatArray:
         """Put joints where they are asked to be, and close the loops with the others.
@@ -223,7 +238,7 @@ class ChainScene(Additions, Pages):
         self._stage.set_panel("legend", legend)
 
     def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
-        points = self._picture.corners
+        points = self._picture.corners(self._q)
         target = (points.min(axis=0) + points.max(axis=0)) / 2
         spread, axes = np.linalg.eigh(np.cov(points.T))
         towards = np.array([1.3, 1.25, 0.7])
@@ -237,6 +252,15 @@ class ChainScene(Additions, Pages):
         target = target - _ASIDE * self._picture.size * right / np.linalg.norm(right)
         away = _ROOM * self._picture.size / 2 / np.sin(_HALF_VIEW)
         return target + away * towards, target
+
+    def _in_view(self) -> bool:
+        """Whether all of it is near enough to the line that the camera looks along."""
+        camera = self._stage.panel("camera")
+        eye, target = np.array(camera["position"]), np.array(camera["target"])
+        away = self._picture.corners(self._q) - eye
+        depth = away @ (target - eye) / np.linalg.norm(target - eye)
+        aside = np.sqrt(np.maximum((away * away).sum(axis=-1) - depth**2, 0.0))
+        return bool((aside < depth * np.tan(_EDGE * np.radians(camera["angle"] / 2))).all())
 
     def _start(self) -> FloatArray:
         try:

@@ -201,19 +201,40 @@ def test_a_distance_closure_is_a_line():
         assert f"{closure.name}: {closure.distance:g} m apart" in [item["text"] for item in panel(scene, "labels")]
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_all_of_it_is_in_the_picture(name):
-    """The camera sees every joint: within the picture's cone about the line it looks along."""
-    named = ROBOTS[name]()
-    scene = ChainScene(named.chain(), q=named.q)
+def seen(scene, points, aspect=1.4):
+    """Which points a picture of that width over height holds; a pinhole camera, z upwards."""
     camera = panel(scene, "camera")
     eye, target = np.array(camera["position"]), np.array(camera["target"])
     ahead = (target - eye) / np.linalg.norm(target - eye)
-    for point in scene._picture.corners:
-        away = point - eye
-        depth = away @ ahead
-        upward = abs((away - depth * ahead)[2]) if abs(ahead[2]) < 0.9 else np.linalg.norm(away - depth * ahead) / 1.5
-        assert upward < depth * np.tan(np.radians(camera["angle"] / 2))
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    up, away, edge = np.cross(right, ahead), points - eye, np.tan(np.radians(camera["angle"] / 2))
+    depth = away @ ahead
+    return (np.abs(away @ up) < edge * depth) & (np.abs(away @ right) < aspect * edge * depth)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_all_of_it_is_in_the_picture(name):
+    named = ROBOTS[name]()
+    scene = ChainScene(named.chain(), q=named.q)
+    joints = [place.translation for place in named.chain().placements(named.q).values()]
+    assert seen(scene, np.array(joints)).all()
+
+
+def test_the_camera_follows_what_would_leave_the_picture_unless_it_was_placed():
+    named = four_bar()
+    scene = ChainScene(named.chain(), q=named.q)
+    first = panel(scene, "camera")
+    scene.move({"crank_hinge": named.q[0] + 0.05})
+    assert panel(scene, "camera") == first
+    scene.show([-1.5, -0.1, -2.5])
+    joints = [place.translation for place in named.chain().placements(scene.q).values()]
+    assert panel(scene, "camera") != first
+    assert seen(scene, np.array(joints)).all()
+    scene.camera(position=[0.0, 0.0, 3.0], target=[0.1, 0.1, 0.0])
+    placed = panel(scene, "camera")
+    scene.show(named.q)
+    assert panel(scene, "camera") == placed
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,8 @@ MECHANISMS = {
 def test_pinocchio_equals_the_closed_form(name):
     mechanism = MECHANISMS[name]()
     rng = np.random.default_rng(23)
-    poses = regular_poses(mechanism, rng, 60)
+    poses = regular_poses(mechanism, rng, 200)
+    assert len(poses) == 200
     motion, load = random_terms(rng, len(poses))
     splits = ["spherical", "standalone"] if mechanism.is_upu.sum() >= 3 else ["spherical"]
     for split in splits:
@@ -476,6 +477,37 @@ def test_folded_cable_beside_others_is_answered():
     heavy = exo_of(heavy_limbs(cables.mechanism, rng)).reaction(poses)
     assert (heavy.status == "ok").all()
     assert heavy.residual.max() < 1e-9
+
+
+@pytest.mark.parametrize("split", ["spherical", "minimal", "elastic", "standalone"])
+def test_folded_cable_beside_upu_limbs_is_answered(split):
+    """It has no side force and needs no plane, so the UPU limbs hold the pose, by every way of asking."""
+    rng = np.random.default_rng(69)
+    base = rng.normal(size=(5, 3)) * 0.1 + [0, -0.1, 0.05]
+    platform = rng.normal(size=(5, 3)) * 0.08 + [0, 0.02, -0.2]
+    base[0], platform[0] = [0, 0, -0.1], [0, 0, -0.2]
+    guide = ep.LimbGuide(50.0, 30.0)
+    kinds = [ep.Limb("SPS")] + [ep.Limb(guide=guide)] * 3 + [ep.Limb("SPS")]
+    geometry = ep.WristGeometry(base, platform, neutral=Rotation.from_rotvec([0.3, 0.2, 0.1]))
+    exo = ep.ShoulderExo(geometry, random_mechanism(rng, 3).arm, kinds, ep.Shoulder(stiffness=2e4))
+    folded, beside = Rotation.identity(), Rotation.from_rotvec([1e-6, -2e-6, 0])
+    bounds = (-5.0, 8.0) if split == "minimal" else None
+    answer, near = (exo.reaction(pose, split=split, constraint_bounds=bounds) for pose in (folded, beside))
+    assert answer.status == near.status == "ok"
+    assert answer.residual < 1e-9
+    mapped = exo.reaction_map(folded, split=split, constraint_bounds=bounds)
+    off = exo.reaction(folded, split=split, constraint_bounds=bounds, centre_offset=np.zeros(3))
+    assert mapped.status == off.status == "ok"
+    for other, tolerance in ((mapped, 1e-7), (off, 1e-7), (near, 1e-2)):
+        np.testing.assert_allclose(answer.shoulder_force, other.shoulder_force, atol=tolerance)
+    if split in ("spherical", "elastic"):
+        assert answer.actuator_forces[0] == pytest.approx(0, abs=1e-9)
+    assert exo.singularity(folded).kind == "regular"
+    # A UPU limb in the same place has no plane, and nobody can say which way it pushes.
+    stiff = exo.replace(limbs=(ep.Limb(guide=guide), *kinds[1:]))
+    assert stiff.reaction(folded, split=split, constraint_bounds=bounds).status == "folded"
+    assert stiff.reaction_map(folded, split=split, constraint_bounds=bounds).status == "folded"
+    assert stiff.singularity(folded).kind == "folded"
 
 
 def test_tension_of_heavy_limbs_is_what_the_slide_carries():

@@ -287,8 +287,8 @@ def map_any(
         lane = np.uint64(i % _LANES)
         if lane == 0:
             _fill_block(q, i, terms, w)
-        folded = fill_limbs(_pose(w, lane), base, device.platform, b, s, X, length, reach)
-        status, margin = pose_status(X, reach, folded, radius, u > 0)
+        fill_limbs(_pose(w, lane), base, device.platform, b, s, X, length, reach)
+        status, margin = pose_status(X, reach, upu, radius)
         if status < SINGULAR:
             F = (w[_FX + lane], w[_FY + lane], w[_FZ + lane])
             M = (w[_MX + lane], w[_MY + lane], w[_MZ + lane])

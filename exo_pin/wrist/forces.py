@@ -214,7 +214,7 @@ def classify(mechanism: Mechanism, matrices: FloatArray) -> tuple[NDArray[np.int
         matrices,
         geometry.base_points,
         geometry.platform_points,
-        bool(mechanism.is_upu.any()),
+        np.flatnonzero(mechanism.is_upu),
         status,
         margin,
         determinant,

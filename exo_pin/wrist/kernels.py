@@ -127,27 +127,32 @@ def largest_radius(platform: Any) -> float:
 
 
 @_compile
-def pose_status(X: Any, reach: Any, folded: int, radius: float, needs_planes: bool) -> tuple[int, float]:
+def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
     """Status code and margin of a pose whose limbs are known.
 
-    ``needs_planes`` is whether a folded limb spoils the pose (a UPU limb needs its X_i). With three limbs any does.
+    A folded limb (h = 0) spoils the pose if it is one of the UPU limbs, whose indices are ``upu``: they need their X_i.
+    An SPS limb only loses its moment arm, which leaves enough to hold the pose unless there are three limbs.
     """
     margin = _margin(X, reach, radius)
-    return status_code(folded > 0 and (needs_planes or X.shape[0] == 3), margin), margin
+    spoiled = False
+    if X.shape[0] == 3:
+        spoiled = reach[0] == 0.0 or reach[1] == 0.0 or reach[2] == 0.0
+    else:
+        for k in range(upu.shape[0]):
+            spoiled |= reach[upu[k]] == 0.0
+    return status_code(spoiled, margin), margin
 
 
 @_compile
-def classify_stack(
-    R: Any, base: Any, platform: Any, needs_planes: bool, status: Any, margin: Any, determinant: Any
-) -> None:
+def classify_stack(R: Any, base: Any, platform: Any, upu: Any, status: Any, margin: Any, determinant: Any) -> None:
     """Fill status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of a stack of poses."""
     n = base.shape[0]
     b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     length, reach = np.empty(n), np.empty(n)
     radius = largest_radius(platform)
     for k in range(R.shape[0]):
-        folded = limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        status[k], margin[k] = pose_status(X, reach, folded, radius, needs_planes)
+        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        status[k], margin[k] = pose_status(X, reach, upu, radius)
         determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if n == 3 else np.nan
 
 
@@ -315,8 +320,8 @@ def force_stack(
     N, G, c, z = np.empty((n, n - 3)), np.empty((3, n - 3 + u)), np.empty(3), np.empty(n - 3 + u)
     radius = largest_radius(platform)
     for k in range(R.shape[0]):
-        folded = limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        status[k], margin[k] = pose_status(X, reach, folded, radius, u > 0)
+        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        status[k], margin[k] = pose_status(X, reach, upu, radius)
         if status[k] < SINGULAR:
             spherical_forces(s, X, reach, vector(F, k), vector(M, k), f[k], shoulder[k], Q, U)
             g[k, :] = 0.0

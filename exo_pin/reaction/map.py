@@ -16,7 +16,7 @@ from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput, UnknownName
 from ..progress import track
 from ..validation import FloatArray, as_rotation
-from ..wrist.forces import STATUS
+from ..wrist.forces import STATUS, require_standalone
 from ..wrist.formulas import SINGULAR
 from ..wrist.stacks import Rows, require_massless
 from . import map_kernels
@@ -119,8 +119,8 @@ def reaction_map(
         raise InvalidInput(f'elasticity belongs to split="elastic", got split={split!r}')
     require_massless(mechanism)
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
-    if split == "standalone" and upu.size < 3:
-        raise InvalidInput(f"a wrist without a shoulder needs at least 3 UPU limbs to hold its centre, got {upu.size}")
+    if split == "standalone":
+        require_standalone(mechanism)
     poses = _Poses(orientations)
     terms = _TermRows(mechanism, motion, load, poses.shape)
     bounds = SideForceBounds(constraint_bounds, poses.shape, n)
@@ -146,7 +146,8 @@ def reaction_map(
         name: array.reshape((*poses.shape, *array.shape[1:])) if name in wanted else None
         for name, array in zip(_KEEP, outputs, strict=True)
     }
-    trivial = split == "minimal" and bounds.is_free and upu.size >= 3
+    # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
+    trivial = split == "minimal" and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     return ReactionMap(
         shoulder_force=kept["shoulder_force"],
         actuator_forces=kept["actuator_forces"],

@@ -14,7 +14,17 @@ from scipy.spatial.transform import Rotation
 
 from .errors import InvalidInput, UnknownName
 
-__all__ = ["as_choice", "as_finite", "as_inertia", "as_positive", "as_real", "as_rotation", "as_unit_vector", "frozen"]
+__all__ = [
+    "ReadOnly",
+    "as_choice",
+    "as_finite",
+    "as_inertia",
+    "as_positive",
+    "as_real",
+    "as_rotation",
+    "as_unit_vector",
+    "frozen",
+]
 
 #: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
 LARGEST = 1e12
@@ -28,6 +38,15 @@ def frozen(array: FloatArray) -> FloatArray:
     """Return ``array`` with writing switched off."""
     array.setflags(write=False)
     return array
+
+
+class ReadOnly:
+    """For frozen records of results: arrays with writing switched off, so that an answer stays what was computed."""
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
 
 def _describe(shape: tuple[int | None, ...]) -> str:

@@ -1,5 +1,6 @@
 """The reaction query, through Pinocchio and ProxSuite, against the closed form and against exhaustive answers."""
 
+import dataclasses
 import itertools
 import json
 
@@ -425,6 +426,35 @@ def test_answers_print_and_turn_into_json(prototype):
     assert "with an answer" in str(stack)
     for part in ("poses", "crossings"):
         assert part in str(prototype.reaction(Rotation.random(0)))
+
+
+def arrays_of(record):
+    """All arrays of a record and of the records in it, by name."""
+    for name, value in vars(record).items():
+        if isinstance(value, np.ndarray):
+            yield name, value
+        elif dataclasses.is_dataclass(value):
+            yield from arrays_of(value)
+
+
+def test_answers_are_read_only(prototype):
+    poses = ep.shoulder_rotation([10, 60], 30, 0, **DEGREES)
+    pulling = prototype.reaction(poses, actuator_bounds="pull")
+    assert pulling.infeasibility is not None
+    by_stiffness = prototype.replace(shoulder=ep.Shoulder(stiffness=2e4)).reaction(poses, split="elastic")
+    records = [
+        pulling,
+        by_stiffness,
+        pulling.certificate.components,
+        prototype.reaction_map(poses),
+        wrist.statics(prototype.mechanism, poses),
+    ]
+    for record in records:
+        named = list(arrays_of(record))
+        assert len(named) >= 5
+        assert [name for name, array in named if array.flags.writeable] == []
+    with pytest.raises(ValueError, match="read-only"):
+        by_stiffness.shoulder_force[0] = 0.0
 
 
 @pytest.mark.parametrize(

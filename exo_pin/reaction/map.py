@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput, UnknownName
 from ..progress import track
-from ..validation import FloatArray, as_rotation
+from ..validation import FloatArray, ReadOnly, as_rotation
 from ..wrist.forces import STATUS, require_standalone
 from ..wrist.formulas import SINGULAR
 from ..wrist.stacks import Rows, require_massless
@@ -41,7 +41,7 @@ _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "ma
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionMap:
+class ReactionMap(ReadOnly):
     """Forces over a stack of poses of shape (...), massless limbs; None where it was not kept.
 
     Base frame; rows without an answer are NaN, and ``status`` says why.

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
-from ..validation import FloatArray, as_choice
+from ..validation import FloatArray, ReadOnly, as_choice
 from .kernels import arm_load, classify_stack, force_stack
 from .stacks import as_query, require_massless
 
@@ -24,7 +24,7 @@ Split = Literal["spherical", "standalone"]
 
 
 @dataclass(frozen=True, eq=False)
-class WristForces:
+class WristForces(ReadOnly):
     """Forces in a pose or a stack of poses of shape (...). Rows without an answer are NaN and say why.
 
     Attributes

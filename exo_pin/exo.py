@@ -223,7 +223,10 @@ class ShoulderExo(Questions):
         return ShoulderExo.from_mechanism(self.mechanism.mirrored())
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the design as a TOML file that :func:`load` reads back bit for bit."""
+        """Write the design as a TOML file that :func:`load` reads back bit for bit.
+
+        Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+        """
         write_mechanism(self.mechanism, path)
 
     def to_urdf(

@@ -36,12 +36,15 @@ class Questions:
         motion: Motion | None = None,
         load: Load | None = None,
         centre: ArrayLike = (0.0, 0.0, 0.0),
+        separately: bool = False,
     ) -> WorstCase:
         """Largest |F_s| over all centre offsets within ``radius``, m, and whether the device turns singular there.
 
+        Base and cuff are off together, or each by itself with ``separately``.
+
         See :func:`exo_pin.reaction.worst_offset.worst_offset`.
         """
-        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre)
+        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre, separately)
 
     def worst_clearance(
         self,

@@ -1,4 +1,4 @@
-"""The largest shoulder force over a ball of centre offsets.
+"""The largest shoulder force over a ball of centre offsets, or over one of base and one of cuff.
 
 The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
 the tensions then grow without bound, and so does the shoulder force. Between two offsets on either side of the
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +31,7 @@ __all__ = ["worst_offset"]
 #: An offset beyond this, m, is taken for millimetres.
 _FARTHEST = 0.2
 _SPLITS = ("spherical", "elastic")
-#: 2^m points of a Sobol sequence within the ball, and as many on its surface.
+#: 2^m points of a Sobol sequence within the ball, and as many on its surface; of two balls 2^(m + 2).
 _SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.
 _STEP = 1e-5
@@ -46,8 +47,9 @@ def worst_offset(
     motion: Motion | None = None,
     load: Load | None = None,
     centre: ArrayLike = (0.0, 0.0, 0.0),
+    separately: bool = False,
 ) -> WorstCase:
-    """Largest |F_s| over all offsets of base and cuff together within a ball.
+    """Largest |F_s| over all centre offsets within a ball.
 
     Parameters
     ----------
@@ -63,12 +65,16 @@ def worst_offset(
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like
         Centre of the ball, shape (3,), m, where an offset is known.
+    separately : bool
+        Whether base and cuff are off independently of each other, each within the ball. They are off together if left
+        out: the wearer's centre is not known, and the device fits itself.
 
     Returns
     -------
     WorstCase
-        By search: 256 points of a Sobol sequence, then sequential quadratic programming from the best. With more than
-        three limbs a singular configuration has no sign to betray it, and is found only if the search runs into it.
+        By search: 256 points of a Sobol sequence (1281 for base and cuff separately), then sequential quadratic
+        programming from the best. With more than three limbs a singular configuration has no sign to betray it, and is
+        found only if the search runs into it.
 
     Raises
     ------
@@ -89,10 +95,11 @@ def worst_offset(
     given = loaded(mechanism, orientation, motion, load)
     count = len(given.force)
     magnitude, nominal = np.full(count, np.nan), np.full(count, np.nan)
-    force, at = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
+    balls = 2 if separately else 1
+    force, at = np.full((count, 3), np.nan), np.full((count, balls, 3), np.nan)
     codes, within = np.full(count, STATUS.index("not_solved"), dtype=np.int8), np.zeros(count, dtype=bool)
     for row in range(count):
-        ball = _Ball(mechanism, given, row, middle, size, stiffness)
+        ball = _Balls(mechanism, given, row, middle, size, stiffness, balls)
         codes[row] = ball.code
         if ball.code == STATUS.index("folded"):
             continue
@@ -102,10 +109,10 @@ def worst_offset(
             continue
         singular = ball.singular()
         if singular is not None:
-            magnitude[row], at[row], within[row] = np.inf, middle + size * singular, True
+            magnitude[row], at[row], within[row] = np.inf, middle + size * singular.reshape(-1, 3), True
             continue
         x, force[row], code = ball.largest()
-        at[row], codes[row] = middle + size * x, code
+        at[row], codes[row] = middle + size * x.reshape(-1, 3), code
         magnitude[row] = np.linalg.norm(force[row]) if code != STATUS.index("singular") else np.inf
         within[row] = code == STATUS.index("singular")
     shape = given.query.shape
@@ -114,7 +121,7 @@ def worst_offset(
         (size,),
         magnitude.reshape(shape),
         force.reshape(*shape, 3),
-        at.reshape(*shape, 3),
+        at.reshape(*shape, balls, 3) if separately else at.reshape(*shape, 3),
         nominal.reshape(shape),
         status_names(codes, within, shape),
         False,
@@ -122,19 +129,22 @@ def worst_offset(
 
 
 @functools.cache
-def _points() -> FloatArray:
-    """The centre, points within the unit ball and on its surface, shape (k, 3)."""
-    u = qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER)
-    height, turn = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
+def _points(balls: int) -> FloatArray:
+    """The centre, points within unit balls and on their surfaces, shape (k, 3 balls)."""
+    u = qmc.Sobol(3 * balls, scramble=False).random_base2(_SOBOL_POWER + 2 * (balls - 1)).reshape(-1, balls, 3)
+    height, turn = 2.0 * u[..., 1] - 1.0, 2.0 * np.pi * u[..., 2]
     ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
-    sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
-    points = np.concatenate([np.zeros((1, 3)), np.cbrt(u[:, :1]) * sphere, sphere])
+    sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
+    points = np.concatenate([np.zeros((1, balls, 3)), np.cbrt(u[..., :1]) * sphere, sphere]).reshape(-1, 3 * balls)
+    if balls > 1:
+        # What they can do together they can do separately, so the search begins no worse.
+        points = np.concatenate([points, np.tile(_points(1)[1:], balls)])
     points.setflags(write=False)
     return points
 
 
-class _Ball:
-    """The offsets of one pose in units of the radius, x with |x| <= 1."""
+class _Balls:
+    """The offsets of one pose in radii: x of base and cuff together, or of base and then of cuff, each |x| <= 1."""
 
     def __init__(
         self,
@@ -144,11 +154,13 @@ class _Ball:
         middle: FloatArray,
         size: float,
         stiffness: FloatArray | None,
+        balls: int,
     ) -> None:
         self.mechanism, self.given, self.row = mechanism, given, row
         self.middle, self.size, self.stiffness = middle, size, stiffness
         self.signed = mechanism.limb_count == 3
-        self.x = _points()
+        self.inside = [_inside(slice(3 * ball, 3 * ball + 3)) for ball in range(balls)]
+        self.x = _points(balls)
         self.force, self.sign, self.codes = self._evaluate(self.x)
         self.code = self.codes[0]
         self.nominal = float(np.linalg.norm(self.force[0]))
@@ -157,8 +169,8 @@ class _Ball:
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
         """F_s, the determinant of the equilibrium equations, and status codes, at a stack of points."""
-        offsets = self.middle + self.size * x
-        state = self.given.one(self.row, len(x)).displaced(self.mechanism, offsets, offsets)
+        base, cuff = self.middle + self.size * x[:, :3], self.middle + self.size * x[:, -3:]
+        state = self.given.one(self.row, len(x)).displaced(self.mechanism, base, cuff)
         force = state.shoulder
         sign: FloatArray = np.full(len(x), np.nan)
         if self.signed:
@@ -184,7 +196,7 @@ class _Ball:
     def singular(self) -> FloatArray | None:
         """The point nearest to the centre, of those found, at which the forces grow without bound."""
         if self.code == STATUS.index("singular"):
-            return np.zeros(3)
+            return np.zeros(self.x.shape[1])
         if not self.signed:
             return None
         relative = self.sign / self.unit
@@ -206,10 +218,10 @@ class _Ball:
             start,
             jac=True,
             method="SLSQP",
-            constraints=_INSIDE,
+            constraints=self.inside,
             options={"maxiter": 40, "ftol": 1e-9},
         )
-        x = _into_ball(answer.x)
+        x = _into_balls(answer.x)
         return x if self._evaluate(x[None])[1][0] / self.unit <= 0.0 else None
 
     def _nearest(self, start: FloatArray) -> FloatArray:
@@ -225,7 +237,7 @@ class _Ball:
         )  # fmt: skip
         x = np.asarray(answer.x)
         near = abs(self._evaluate(x[None])[1][0] / self.unit) < 1e-8 and x @ x <= start @ start
-        return x if near else start
+        return x if near and np.linalg.norm(x.reshape(-1, 3), axis=1).max() <= 1.0 else start
 
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows on the way to a point: without a moment in the lost direction it would not."""
@@ -253,10 +265,10 @@ class _Ball:
                 self.x[start],
                 jac=True,
                 method="SLSQP",
-                constraints=_INSIDE,
+                constraints=self.inside,
                 options={"maxiter": 60, "ftol": 1e-12},
             )
-            x = _into_ball(np.asarray(answer.x))
+            x = _into_balls(np.asarray(answer.x))
             force, _, codes = self._evaluate(x[None])
             if codes[0] == STATUS.index("singular"):
                 return x, np.full(3, np.nan), int(codes[0])
@@ -267,14 +279,23 @@ class _Ball:
 
     def _slope(self, x: FloatArray, of: Callable[[FloatArray, FloatArray], FloatArray]) -> tuple[float, FloatArray]:
         """A function of F_s and determinant, and its gradient by central differences in one stack."""
-        steps = np.concatenate([np.zeros((1, 3)), _STEP * np.eye(3), -_STEP * np.eye(3)])
-        force, sign, _ = self._evaluate(x + steps)
+        n, steps = len(x), _STEP * np.eye(len(x))
+        force, sign, _ = self._evaluate(x + np.concatenate([np.zeros((1, n)), steps, -steps]))
         values = np.nan_to_num(of(force, sign))
-        return float(values[0]), (values[1:4] - values[4:]) / (2.0 * _STEP)
+        return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2.0 * _STEP)
 
 
-_INSIDE = [{"type": "ineq", "fun": lambda x: 1.0 - x @ x, "jac": lambda x: -2.0 * x}]
+def _inside(part: slice) -> dict[str, Any]:
+    """SLSQP's constraint that a part of x stays in its unit ball."""
+
+    def slope(x: FloatArray) -> FloatArray:
+        row = np.zeros_like(x)
+        row[part] = -2.0 * x[part]
+        return row
+
+    return {"type": "ineq", "fun": lambda x: 1.0 - x[part] @ x[part], "jac": slope}
 
 
-def _into_ball(x: FloatArray) -> FloatArray:
-    return np.asarray(x / max(1.0, float(np.linalg.norm(x))))
+def _into_balls(x: FloatArray) -> FloatArray:
+    parts = x.reshape(-1, 3)
+    return np.asarray(parts / np.maximum(1.0, np.linalg.norm(parts, axis=1, keepdims=True))).ravel()

@@ -10,7 +10,8 @@ from ..design import Arm, Mechanism
 from ..errors import SolverFailed
 from ..validation import FloatArray
 from ..wrist.forces import STATUS, classify
-from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN, arm_load
+from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN
+from ..wrist.loads import arm_load
 from ..wrist.side import side_wrenches
 from ..wrist.stacks import Query
 from .bounds import SideForceBounds

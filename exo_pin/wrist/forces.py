@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
 from ..validation import FloatArray, ReadOnly, as_choice
-from .kernels import arm_load, classify_stack, force_stack
+from .kernels import classify_stack, force_stack
+from .loads import arm_load
 from .stacks import as_query, require_massless
 
 __all__ = ["STATUS", "WristForces", "classify", "dynamics", "require_standalone", "statics"]

@@ -25,7 +25,8 @@ from ..design import Load, Mechanism, Motion
 from ..errors import InfeasibleBounds, InvalidInput
 from ..validation import LARGEST, FloatArray
 from .forces import STATUS, classify
-from .kernels import SINGULAR, arm_load, limb_stack
+from .kernels import SINGULAR, limb_stack
+from .loads import arm_load
 from .stacks import as_query, require_massless
 
 __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]

@@ -21,16 +21,13 @@ from .formulas import (
     SINGULAR,
     SINGULAR_MARGIN,
     along_normals,
-    applied_load,
     gram,
-    inertia_load,
     limb,
     matrix,
     second_invariant,
     status_code,
     triple,
     vector,
-    weight_load,
 )
 from .linear import complete_basis, least_norm, orthonormalise
 
@@ -44,8 +41,6 @@ __all__ = [
     "SINGULAR",
     "SINGULAR_MARGIN",
     "add_open",
-    "applied_stack",
-    "arm_load",
     "classify_stack",
     "fill_limbs",
     "force_stack",
@@ -240,51 +235,6 @@ def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
 
 
 @_compile
-def arm_load(
-    R: Any,
-    mass: float,
-    centre: Any,
-    inertia: Any,
-    gravity: Any,
-    velocity: Any,
-    acceleration: Any,
-    force: Any,
-    moment: Any,
-    F: Any,
-    M: Any,
-) -> None:
-    """Add weight and inertia to the load on the arm: what limbs and shoulder together must carry.
-
-    F = force + m (g - a_C) and M = moment + C × m g - (I η + ω × I ω), base frame, moments about O; see
-    :func:`exo_pin.wrist.formulas.inertia_load`.
-
-    Parameters
-    ----------
-    R, velocity, acceleration, force, moment, F, M : ndarray
-        Stacks, shapes (N, 3, 3) and (N, 3); F and M are written.
-    mass, centre, inertia, gravity : float or ndarray
-        Of the arm: kg, m in {O_B}, kg m² about O in {O_B}; m/s² in the base frame.
-    """
-    c, I, g = vector(centre.reshape(1, 3), 0), matrix(inertia), vector(gravity.reshape(1, 3), 0)  # noqa: E741
-    for k in range(R.shape[0]):
-        pose = matrix(R[k])
-        C, W, MW = weight_load(pose, mass, c, g)
-        FI, MI = inertia_load(pose, mass, C, I, vector(velocity, k), vector(acceleration, k))
-        for j in range(3):
-            F[k, j] = force[k, j] + W[j] + FI[j]
-            M[k, j] = moment[k, j] + MW[j] + MI[j]
-
-
-@_compile
-def applied_stack(R: Any, force: Any, couple: Any, at: Any, in_arm: bool, F: Any, M: Any) -> None:
-    """:func:`exo_pin.wrist.formulas.applied_load` over a stack: F and M, shape (N, 3), are written."""
-    for k in range(R.shape[0]):
-        F_k, M_k = applied_load(matrix(R[k]), vector(force, k), vector(couple, k), vector(at, k), in_arm)
-        for j in range(3):
-            F[k, j], M[k, j] = F_k[j], M_k[j]
-
-
-@_compile
 def force_stack(
     R: Any,
     base: Any,
@@ -304,7 +254,7 @@ def force_stack(
     Parameters
     ----------
     R, F, M : ndarray
-        Stacks (N, 3, 3), (N, 3), (N, 3): poses, and what limbs and shoulder carry (:func:`arm_load`).
+        Stacks (N, 3, 3), (N, 3), (N, 3): poses, and what limbs and shoulder carry (:mod:`.loads`).
     base, platform : ndarray
         Shape (n, 3).
     upu : ndarray of int

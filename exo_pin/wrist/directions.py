@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .assembly import turn
 from .from_angles import wrapped
 from .from_lengths import twist_roots, unit_directions
 from .kernels import limb_vectors
+from .polish import turn
 from .rates import joint_rows
 from .solutions import quaternion
 

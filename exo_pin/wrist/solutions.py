@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .assembly import CONTINUUM, assemble, margin_of, turn
+from .assembly import CONTINUUM, assemble
 from .formulas import cross
+from .polish import margin_of, turn
 
 __all__ = ["quaternion", "rotation", "solve", "write_modes"]
 

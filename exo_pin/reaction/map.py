@@ -21,7 +21,9 @@ from ..wrist.formulas import SINGULAR
 from ..wrist.stacks import Rows, require_massless
 from . import map_kernels
 from .bounds import ConstraintBounds, SideForceBounds
-from .map_kernels import BY_ACTUATOR, GIVEN, Device, Outputs, Terms
+from .map_blocks import Device, Outputs, Terms
+from .map_kernels import BY_ACTUATOR, GIVEN
+from .map_three import map_three
 from .stiffness import Elasticity
 
 __all__ = ["CHUNK", "MapSplit", "ReactionMap", "reaction_map"]
@@ -134,7 +136,7 @@ def reaction_map(
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
         if n == 3 and split in ("spherical", "standalone"):
-            map_kernels.map_three(rows, device, terms.block(start, stop), split == "standalone", out)
+            map_three(rows, device, terms.block(start, stop), split == "standalone", out)
         else:
             lower, upper = bounds.block(start, stop)
             map_kernels.map_any(rows, device, terms.block(start, stop), _CODES[split], kind, lower, upper, out)

@@ -15,8 +15,8 @@ from ..errors import InvalidInput
 from ..validation import FloatArray, as_positive
 from ..wrist.forces import STATUS
 from ..wrist.stacks import Query, as_query, require_massless
-from .answer import arm_loads
 from .elastic import Displaced, as_offset
+from .loads import arm_loads
 
 __all__ = ["Loaded", "WorstCase", "loaded", "status_names", "worst_stiffness"]
 

@@ -6,11 +6,13 @@ from .closures import ROOT_JOINTS, TYPES, Closure, Closures, ClosureType, LimbRo
 from .export import published_urdf, write_published_urdf, write_urdf
 from .files import read_closures, write_closures
 from .forces import TreeForces
+from .inverse_dynamics import PULL, PUSH
 from .kinematics import Split
 from .margins import Margins
 from .masses import AssumedMasses
 from .mobility import Mobility
 from .model import ClosedChain
+from .reactions import ClosedForces, JointReaction
 from .recognition import Recognised, wrist_of
 from .structure import CLOSED
 from .urdf import PARTS, dummy_shoulder_urdf, mechanism_urdf
@@ -18,13 +20,17 @@ from .urdf import PARTS, dummy_shoulder_urdf, mechanism_urdf
 __all__ = [
     "CLOSED",
     "PARTS",
+    "PULL",
+    "PUSH",
     "ROOT_JOINTS",
     "TYPES",
     "AssumedMasses",
     "ClosedChain",
+    "ClosedForces",
     "Closure",
     "ClosureType",
     "Closures",
+    "JointReaction",
     "LimbRole",
     "Margins",
     "Mobility",

@@ -13,6 +13,7 @@ from ..validation import FloatArray
 from .closures import Closures
 from .files import closures_text, write_files
 from .forces import Forces
+from .inverse_dynamics import InverseDynamics
 from .loading import load_model
 from .mjcf_reading import read_mjcf
 from .mjcf_writing import mjcf_text
@@ -26,7 +27,7 @@ from .urdf_writing import urdf_text
 __all__ = ["ClosedChain"]
 
 
-class ClosedChain(MobilityQueries, Paths, Motions, Forces):
+class ClosedChain(MobilityQueries, Paths, Motions, Forces, InverseDynamics):
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a

@@ -65,7 +65,8 @@ class Structure:
     def characteristic_length(self) -> float:
         """Length that weighs metres against radians, m.
 
-        The root mean square of the distances between neighbouring joints and closures on their links.
+        The root mean square of the distances between the joints and closures of each body, the world included. It
+        depends neither on where the loops are cut nor on the root.
         """
         return self._topology.length
 

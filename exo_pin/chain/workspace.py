@@ -31,8 +31,8 @@ class Workspace:
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
         Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
-    gap, jacobian, jacobian_rate, drift, move
-        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,).
+    gap, jacobian, jacobian_rate, drift, move, unit
+        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
     """
 
     def __init__(self, model: pin.Model, topology: Topology) -> None:
@@ -55,6 +55,7 @@ class Workspace:
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move = np.zeros(model.nv)
         self.wrenches = np.zeros((len(topology.kinds), 6))
+        self.unit = np.zeros((rows, 6))
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""
@@ -78,6 +79,12 @@ class Workspace:
             self.gap,
             self.jacobian,
         )
+
+    def unit_wrenches(self) -> FloatArray:
+        """Fill ``unit``, what multipliers of one put on the bodies of frames a; the poses must be there."""
+        top = self._topology
+        kernels.unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        return self.unit
 
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""

@@ -14,14 +14,17 @@ __all__ = [
     "ExoPinError",
     "FileFormatError",
     "InfeasibleBounds",
+    "InfeasibleForces",
     "InvalidInput",
     "LoopNotClosed",
+    "MasslessMotion",
     "MissingData",
     "MissingExtra",
     "NonConvexBound",
     "NotAWrist",
     "SolverFailed",
     "UndeterminedMotion",
+    "UndrivenMotion",
     "UnknownName",
 ]
 
@@ -193,6 +196,68 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
         super().__init__(
             f"the given joints leave {self.free} freedom{'s' if self.free > 1 else ''} of the chain open at this "
             "configuration: give more joints, or keep away from the singularity"
+        )
+
+
+class UndrivenMotion(ExoPinError, RuntimeError):
+    """The actuators and closures cannot make the motion, whatever they give.
+
+    Attributes
+    ----------
+    q : ndarray
+        Shape (nq,), the configuration.
+    missing : ndarray
+        Shape (nv,), the generalised force that nothing makes, N and N m.
+    joints : tuple of str
+        Joints of which a generalised force is missing, the largest first.
+    """
+
+    def __init__(self, q: Any, missing: Any, joints: Iterable[str]) -> None:
+        self.q = q
+        self.missing = missing
+        self.joints = tuple(joints)
+        super().__init__(
+            f"no actuator makes this motion: a generalised force of {float(abs(missing).max()):.3g} (N, N m) is "
+            f"missing in {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''}; name more actuators, "
+            "or ask forward_dynamics how the chain moves"
+        )
+
+
+class InfeasibleForces(ExoPinError, RuntimeError):
+    """No forces within the bounds make the motion.
+
+    Attributes
+    ----------
+    excess : float
+        How far, N or N m, the bounds would have to give at least if all gave alike.
+    bounds : tuple of str
+        The bounds that stand in each other's way.
+    """
+
+    def __init__(self, excess: float, bounds: Iterable[str]) -> None:
+        self.excess = float(excess)
+        self.bounds = tuple(bounds)
+        super().__init__(
+            f"no forces within the bounds make this motion: {', '.join(self.bounds)} would have to give "
+            f"{self.excess:.3g} (N, N m)"
+        )
+
+
+class MasslessMotion(ExoPinError, ValueError):
+    """Some motion of the chain moves no mass, so no acceleration follows from forces.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Joints that move in it, the most moved first.
+    """
+
+    def __init__(self, joints: Iterable[str]) -> None:
+        self.joints = tuple(joints)
+        super().__init__(
+            f"moving {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} moves no mass, so no "
+            "acceleration follows from the forces: give the links mass (of a wrist's limbs, as Limb.base_body and "
+            "Limb.platform_body), or take these joints out"
         )
 
 

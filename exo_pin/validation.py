@@ -6,7 +6,7 @@ Each function returns a read-only float64 copy, so that what was checked is what
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,9 +32,10 @@ LARGEST = 1e12
 SMALLEST = 1e-15
 
 FloatArray = NDArray[np.float64]
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
-def frozen(array: FloatArray) -> FloatArray:
+def frozen(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
     """Return ``array`` with writing switched off."""
     array.setflags(write=False)
     return array

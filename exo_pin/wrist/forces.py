@@ -13,7 +13,7 @@ from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
 from ..validation import FloatArray, ReadOnly, as_choice
 from .kernels import classify_stack, force_stack
-from .loads import arm_load
+from .loads import carried
 from .stacks import as_query, require_massless
 
 __all__ = ["STATUS", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
@@ -130,23 +130,8 @@ def _balance(
         require_standalone(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
     query = as_query(orientation, motion, load)
-    # An arm at rest feels no inertia, so an unknown one does not enter.
-    inertia = arm.inertia_about_origin if motion is not None else np.zeros((3, 3))
     count = len(query.matrices)
-    F, M = np.empty((count, 3)), np.empty((count, 3))
-    arm_load(
-        query.matrices,
-        arm.mass,
-        arm.centre_of_mass,
-        inertia,
-        mechanism.gravity,
-        query.velocity,
-        query.acceleration,
-        query.force,
-        query.moment,
-        F,
-        M,
-    )
+    F, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
     f, g, shoulder = np.empty((count, n)), np.empty((count, n)), np.empty((count, 3))
     status, margin = np.empty(count, dtype=np.int8), np.empty(count)
     geometry = mechanism.geometry

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numba import njit
 
+from ..design import Arm
+from ..validation import FloatArray
 from .formulas import applied_load, inertia_load, matrix, vector, weight_load
 
-__all__ = ["applied_stack", "arm_load"]
+if TYPE_CHECKING:
+    from .stacks import Query
+
+__all__ = ["applied_stack", "arm_load", "carried"]
 
 _compile = njit(cache=True, error_model="numpy", nogil=True)
 
@@ -56,3 +62,27 @@ def applied_stack(R: Any, force: Any, couple: Any, at: Any, in_arm: bool, F: Any
         F_k, M_k = applied_load(matrix(R[k]), vector(force, k), vector(couple, k), vector(at, k), in_arm)
         for j in range(3):
             F[k, j], M[k, j] = F_k[j], M_k[j]
+
+
+def carried(
+    body: Arm, gravity: FloatArray, query: Query, force: FloatArray, moment: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Force and moment about O, shape (N, 3) each: weight and inertia of a body that turns with the arm, and a load.
+
+    A body at rest feels no inertia, so an unknown one does not enter: nothing asks for motion without it.
+    """
+    total_force, total_moment = np.empty_like(force), np.empty_like(moment)
+    arm_load(
+        query.matrices,
+        body.mass,
+        body.centre_of_mass,
+        np.zeros((3, 3)) if body.inertia is None else body.inertia_about_origin,
+        gravity,
+        query.velocity,
+        query.acceleration,
+        force,
+        moment,
+        total_force,
+        total_moment,
+    )
+    return total_force, total_moment

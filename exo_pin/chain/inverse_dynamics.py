@@ -163,8 +163,12 @@ def solved(
     start, stresses, sharpness = solutions(balance, passive)
     # Efforts are tau - Jᵀ λ.
     effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
+    # What is determined must not be moved by the rounding of a self-stress, however far the program goes along it.
+    unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)
+    unique = passive | (np.abs(slope * unit[:, None]).max(axis=1, initial=0.0) <= sharpness)
+    slope[unique] = 0.0
     bounds = _effort_bounds(chain, driven, effort, slope, effort_bounds)
-    bounds += _reaction_bounds(balance, start, stresses, reaction_bounds)
+    bounds += _reaction_bounds(balance, start, (stresses, sharpness), reaction_bounds)
     aims = _objective(balance, driven, (effort, slope), (start, stresses), objective)
     space = Space(_metric(balance, start, stresses, metric), bounds)
     z = share(space, aims)
@@ -174,8 +178,6 @@ def solved(
     tau[passive] = 0.0
     if applied is not None:
         tau += applied
-    unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)
-    unique = passive | (np.abs(slope * unit[:, None]).max(axis=1, initial=0.0) <= sharpness)
     return ClosedForces(
         frozen(tau),
         frozen(multipliers),
@@ -321,20 +323,21 @@ def _effort_limits(chain: Structure, driven: np.ndarray) -> dict[str, Range]:
 
 
 def _reaction_bounds(
-    balance: Balance, start: FloatArray, stresses: FloatArray, given: Mapping[str, Range] | None
+    balance: Balance,
+    start: FloatArray,
+    open_part: tuple[FloatArray, float],
+    given: Mapping[str, Range] | None,
 ) -> list[Bound]:
+    stresses, sharpness = open_part
+    unit = np.array([1.0] * 3 + [1.0 / balance.chain.characteristic_length] * 3)[:, None]
     found: list[Bound] = []
     for name, limits in (given or {}).items():
         wrench, own, _ = _of(balance, name)
         told = wrench.told(*own)
+        effect = told.effect @ stresses
+        effect[np.abs(effect * unit).max(axis=1, initial=0.0) <= sharpness] = 0.0
         names = [f"{part} of {name}" for part in ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")]
-        found += bounds_of(
-            names,
-            told.constant + told.effect @ start,
-            told.effect @ stresses,
-            limits,
-            f"reaction_bounds[{name!r}]",
-        )
+        found += bounds_of(names, told.constant + told.effect @ start, effect, limits, f"reaction_bounds[{name!r}]")
     return found
 
 

@@ -5,23 +5,12 @@ import json
 import pytest
 from mechanisms import four_bar, stewart
 
-from exo_pin.chain import write_closures
 from exo_pin.cli import main
 
 
 def run(capsys, *arguments):
     status = main([str(argument) for argument in arguments])
     return status, *capsys.readouterr()
-
-
-@pytest.fixture
-def robot(tmp_path):
-    def written(named):
-        (tmp_path / "mine.urdf").write_text(named.urdf)
-        write_closures(named.closures, tmp_path / "mine.closures.toml")
-        return tmp_path / "mine.urdf"
-
-    return written
 
 
 def test_forces_of_a_preset_on_a_person(capsys):

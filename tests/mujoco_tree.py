@@ -167,3 +167,43 @@ class MujocoTree:
     def transmitted(self, joint):
         """What a joint's parent side puts on its child side, about the joint, in the child's axes, shape (6,)."""
         return np.concatenate([self.data.sensor(f"{what} {joint}").data for what in ("force", "torque")])
+
+
+class MujocoLoops(MujocoTree):
+    """The tree with its spherical and rigid closures as MuJoCo's own connects and welds, of impedance d.
+
+    MuJoCo's equalities are springs: to the constraint's inertia A a compliance R = A (1 - d)/d is added, so that
+    every acceleration and force is a smooth function of 1 - d, and right at 1 - d = 0.
+    """
+
+    KINDS = {"spherical": mujoco.mjtEq.mjEQ_CONNECT, "rigid": mujoco.mjtEq.mjEQ_WELD}
+
+    def __init__(self, named, gravity, d):
+        closures = named.closures
+        spec = spec_of(named.urdf, closures.root, gravity)
+        for closure in closures.closures:
+            ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
+            sites = []
+            for letter, (frame, place) in zip("ab", ends, strict=True):
+                body = spec.worldbody if frame == "universe" else spec.body(frame) or spec.worldbody
+                x, y, z, w = place.quaternion
+                sites.append(f"{closure.name} {letter}")
+                body.add_site(name=sites[-1], pos=place.translation, quat=[w, x, y, z])
+            equality = spec.add_equality(name=closure.name, type=self.KINDS[closure.type], name1=sites[0], name2=sites[1])
+            equality.objtype = mujoco.mjtObj.mjOBJ_SITE
+            equality.solimp, equality.solref = [d, d, 1.0, 0.5, 1.0], [0.1, 1.0]
+        spec.option.solver, spec.option.iterations, spec.option.tolerance = mujoco.mjtSolver.mjSOL_NEWTON, 50, 0.0
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT)
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+
+    def forward(self, chain, tau):
+        """Acceleration that efforts make, in MuJoCo's order; sensors are up to date."""
+        data = self.data
+        for name in list(chain.model.names)[1:]:
+            joint, own = self.model.joint(name), chain.velocity_slice(name)
+            if joint.type[0] != mujoco.mjtJoint.mjJNT_FREE:
+                dof = int(joint.dofadr[0])
+                data.qfrc_applied[dof : dof + own.stop - own.start] = tau[own]
+        mujoco.mj_forward(self.model, data)
+        return data.qacc.copy()

@@ -15,7 +15,7 @@ from ..validation import FloatArray, as_finite
 from .balance_kernels import tree_wrenches, wrenches_of
 from .structure import Structure
 
-__all__ = ["Balance", "Wrench", "balance_of", "put_on"]
+__all__ = ["Balance", "Wrench", "axes_and_point", "balance_of", "put_on", "refuse_opening"]
 
 #: A motion may open the loops by so much of its own size: what dependent_motion and projections leave, and typing.
 _OPENING = 1e-6
@@ -158,7 +158,7 @@ def balance_of(
     moves = [item is not None and bool(item.any()) for item in (v, a)]
     v, a = still if v is None else v, still if a is None else a
     if keeps_closed and any(moves):
-        _refuse_opening(chain, q, v, a)
+        refuse_opening(chain, q, v, a)
     work.external[:] = 0.0
     put_on(chain, external)
     tau = np.array(pin.rnea(model, work.data, q, v, a, work.external_vector))
@@ -167,7 +167,8 @@ def balance_of(
     return Balance(chain, q, tau, work.jacobian.copy(), gap, poses, tree, work.unit_wrenches().copy())
 
 
-def _refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray) -> None:
+def refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray | None) -> None:
+    """Raise if a motion opens the loops; the chain must be linearised. Without ``a`` only v is looked at."""
     work, top = chain._workspace, chain._topology
     column = np.where(top.metres, top.length, 1.0)
     speed = float(np.abs(v / column).max(initial=0.0))
@@ -177,6 +178,8 @@ def _refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArra
             f"the velocity opens the loops by {opening:.3g} (lengths and rad a second): use project_velocity or "
             "dependent_motion"
         )
+    if a is None:
+        return
     size = float(np.abs(a / column).max(initial=0.0)) + speed**2
     opening = float(np.abs(top.row_scale * (work.jacobian @ a + work.drift_of(q, v))).max(initial=0.0))
     if not opening <= _OPENING * size:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -139,6 +140,7 @@ def solved(
     reaction_bounds: Mapping[str, Range] | None = None,
     objective: Objective | None = None,
     metric: Literal["reactions", "closures"] = "reactions",
+    applied: FloatArray | None = None,
 ) -> ClosedForces:
     """:meth:`InverseDynamics.inverse_dynamics` from the equations of motion.
 
@@ -148,12 +150,16 @@ def solved(
         At the state.
     driven : ndarray of int
         Indices in v of the coordinates that carry an actuator.
+    applied : ndarray, optional
+        Shape (nv,), generalised forces that are known to act.
     """
     if metric not in METRICS:
         raise UnknownName("metric", metric, METRICS)
     chain = balance.chain
     passive = np.ones(chain.model.nv, dtype=bool)
     passive[driven] = False
+    if applied is not None:
+        balance = replace(balance, tau=balance.tau - applied)
     start, stresses, sharpness = solutions(balance, passive)
     # Efforts are tau - Jᵀ λ.
     effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
@@ -166,6 +172,8 @@ def solved(
     tau = balance.tau - balance.jacobian.T @ multipliers
     residual = float(np.abs(tau[passive]).max(initial=0.0))
     tau[passive] = 0.0
+    if applied is not None:
+        tau += applied
     unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)
     unique = passive | (np.abs(slope * unit[:, None]).max(axis=1, initial=0.0) <= sharpness)
     return ClosedForces(

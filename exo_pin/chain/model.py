@@ -22,12 +22,13 @@ from .motion import Motions
 from .parallel_robots import read_parallel_robot
 from .paths import Paths
 from .sdf_writing import sdf_text
+from .simulation import Simulations
 from .urdf_writing import urdf_text
 
 __all__ = ["ClosedChain"]
 
 
-class ClosedChain(MobilityQueries, Paths, Motions, Forces, InverseDynamics):
+class ClosedChain(MobilityQueries, Paths, Motions, Forces, InverseDynamics, Simulations):
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a

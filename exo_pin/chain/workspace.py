@@ -13,7 +13,7 @@ from ..validation import FloatArray
 from . import kernels
 from .topology import Topology
 
-__all__ = ["Workspace"]
+__all__ = ["ProximalProblem", "Workspace"]
 
 
 class Workspace:
@@ -105,6 +105,26 @@ class Workspace:
             self.drift,
         )
         return self.drift
+
+
+class ProximalProblem:
+    """Pinocchio's memory for the constrained dynamics of one chain and one thread.
+
+    Attributes
+    ----------
+    data : pinocchio.Data
+        Of its own, because it is laid out for the constraints.
+    models, datas
+        Pinocchio's vectors of constraints.
+    """
+
+    def __init__(self, model: pin.Model, constraints: list[pin.RigidConstraintModel]) -> None:
+        self.data = model.createData()
+        self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+        for constraint in constraints:
+            self.models.append(constraint)
+            self.datas.append(constraint.createData())
+        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
 
 
 def _address(array: Any) -> int:

@@ -45,6 +45,7 @@ MAKERS = {
     "prototype-floating": lambda: wrist(preset("prototype"), "floating"),
     "prototype-wrist": lambda: wrist(preset("prototype"), "wrist"),
     "heavy limbs": lambda: wrist(random_wrist(21, "UUU", with_masses=True)),
+    "wrist alone": lambda: wrist(random_wrist(21, "UUU", with_masses=True), "wrist"),
     "mixed": lambda: wrist(random_wrist(22, "USUSU", with_masses=True)),
     "mixed-floating": lambda: wrist(random_wrist(22, "USUSU", with_masses=True), "floating"),
 } | {f"loop-{kind}": lambda kind=kind: random_loop(kind) for kind in KINDS}

@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
+from mechanisms import random_wrist
 from skeletons import agile_eye_skeleton, four_bar_skeleton, parallelogram_skeleton
+
+from exo_pin.chain import ClosedChain, mechanism_urdf
+from exo_pin.conventions import thesis_rotation
+from exo_pin.design import preset
 
 #: Ways to cut a four-bar: joints cut, root, closures told from the other side, order.
 FOUR_BAR = [
@@ -147,3 +152,61 @@ def test_an_objective_shares_alike_however_it_is_cut(name, way):
     objective = {joint: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]}
     one, other = (solved(skeleton, motors, chosen, objective=objective) for chosen in (ways[0], ways[way]))
     assert_same_reactions(skeleton, motors, one, other, largest(skeleton, *one), 1e-6)
+
+
+def wrists(mechanism, pose, **problem):
+    """The shoulder as root and as closure, in one pose and motion: chain and forces of each."""
+    answers = []
+    for part, shoulder in (("whole", "root_joint"), ("floating", "shoulder")):
+        chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part))
+        q = chain.neutral()
+        root = chain.configuration_slice("root_joint")
+        q[root.stop - 4 : root.stop] = thesis_rotation(*pose, degrees=True).as_quat()
+        q = chain.close(q, hold=["root_joint"])
+        motion = chain.root_motion(q, [1.0, -0.5, 2.0], [3.0, 4.0, -2.0])
+        v, a = chain.dependent_motion(q, ["root_joint"], *motion)
+        given = {key: {shoulder: value["shoulder"]} for key, value in problem.items()}
+        answers.append((shoulder, chain.inverse_dynamics(q, v, a, external={"arm": [5, -8, 3, 1, 0.5, -2]}, **given)))
+    return answers
+
+
+WRISTS = {
+    "prototype": (preset("prototype"), (40, -20, -30)),
+    "heavy limbs": (random_wrist(21, "UUU", with_masses=True), (20, -10, 15)),
+    "mixed": (random_wrist(22, "USUSU", with_masses=True), (20, -10, 15)),
+}
+FORCE_ONLY = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        {},
+        {"objective": {"shoulder": FORCE_ONLY}},
+        {"reaction_bounds": {"shoulder": ([-5.0] * 3 + [-np.inf] * 3, [5.0] * 3 + [np.inf] * 3)}},
+    ],
+    ids=["metric", "objective", "bounds"],
+)
+@pytest.mark.parametrize("name", WRISTS)
+def test_the_shoulder_as_root_or_as_closure_carries_the_same(name, problem):
+    mechanism, pose = WRISTS[name]
+    (root, one), (closure, other) = wrists(mechanism, pose, **problem)
+    assert one.undetermined == other.undetermined >= 3
+    pairs = [(root, closure)]
+    for limb in range(1, mechanism.limb_count + 1):
+        pairs += [(joint, joint) for joint in (f"limb_{limb}_slide", f"limb_{limb}_platform_x", f"limb_{limb}_base")]
+    told = [(one.joint_reaction(a, on="arm" if a == root else None), other.joint_reaction(b)) for a, b in pairs]
+    size = max(np.abs(here.wrench).max() for here, _ in told)
+    # The motion and a program's answer are known to 1e-8 of what they are made of.
+    tolerance = (1e-6 if problem else 1e-9) * size
+    for here, there in told:
+        np.testing.assert_allclose(here.wrench, there.wrench, rtol=0, atol=tolerance)
+        np.testing.assert_array_equal(here.unique, there.unique)
+        assert here.undetermined == there.undetermined
+        projections = [item.directions @ np.linalg.pinv(item.directions) for item in (here, there)]
+        np.testing.assert_allclose(*projections, rtol=0, atol=1e-7)
+        finite = np.isfinite(here.interval)
+        np.testing.assert_array_equal(finite, np.isfinite(there.interval))
+        np.testing.assert_allclose(here.interval[finite], there.interval[finite], rtol=0, atol=1e-6 * size)
+    # The free flight of the floating arm carries nothing.
+    np.testing.assert_allclose(other.joint_reaction("root_joint").wrench, 0.0, atol=1e-9 * size)

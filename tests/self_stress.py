@@ -57,19 +57,27 @@ def vertices(C, c):
     return np.array(found)
 
 
+def settled(constant, effect, z, N, rounding):
+    """The z within z + range N with least |constant + effect z|, and the directions that are still open."""
+    U, values, Vt = np.linalg.svd(effect @ N)
+    rank = int((values > rounding).sum())
+    z = z - N @ (Vt[:rank].T @ ((U[:, :rank].T @ (constant + effect @ z)) / values[:rank]))
+    return z, N @ Vt[rank:].T
+
+
 def lexicographic(goal, metric, C, c):
     """The z with C z <= c that makes |goal| and then |metric| least, by trying every set of rows as equalities.
 
     ``goal`` and ``metric`` are (constant, effect).
     """
     size, best = goal[1].shape[1], (np.inf, np.inf, None)
+    rounding = 1e-9 * np.abs(metric[1]).max(initial=1.0)
     for count in range(min(len(c), size) + 1):
         for rows in itertools.combinations(range(len(c)), count):
             A, b = C[list(rows)], c[list(rows)]
             z, N = np.zeros(size), np.eye(size)
             for constant, effect in ((-b, A), goal, metric):
-                z = z - N @ np.linalg.lstsq(effect @ N, constant + effect @ z, rcond=1e-10)[0] if N.size else z
-                N = N @ null_space(effect @ N, rcond=1e-10) if N.size else N
+                z, N = settled(constant, effect, z, N, rounding)
             if count and np.abs(A @ z - b).max() > 1e-8:
                 continue
             if len(c) and (C @ z > c + 1e-8).any():

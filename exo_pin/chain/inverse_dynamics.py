@@ -14,7 +14,7 @@ from ..validation import FloatArray, as_finite, frozen
 from .balance import Balance, balance_of
 from .rank import rank_tolerance
 from .reactions import ClosedForces, JointReaction, _of
-from .sharing import METRICS, Bound, Space, bounds_of, share
+from .sharing import METRICS, Bound, Space, bounds_of, settled, share
 from .structure import Structure
 
 __all__ = ["PULL", "PUSH", "InverseDynamics", "Objective", "Range"]
@@ -165,8 +165,8 @@ def solved(
     effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
     bounds = _effort_bounds(chain, driven, effort, slope, effort_bounds)
     bounds += _reaction_bounds(balance, start, stresses, reaction_bounds)
-    aims = _objective(balance, driven, (effort, slope), (start, stresses), objective)
-    space = Space(_metric(balance, start, stresses, metric), bounds)
+    aims = _objective(balance, driven, (effort, slope), (start, stresses), objective, sharpness)
+    space = Space(_metric(balance, start, stresses, metric), bounds, sharpness)
     z = share(space, aims)
     multipliers = start + stresses @ z
     tau = balance.tau - balance.jacobian.T @ multipliers
@@ -262,8 +262,9 @@ def _objective(
     efforts: tuple[FloatArray, FloatArray],
     multipliers: tuple[FloatArray, FloatArray],
     objective: Objective | None,
+    sharpness: float,
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Constant and effect of z on what the objective makes small, in N."""
+    """Constant and effect of z on what the objective makes small, in N; what is unique is no matter of choice."""
     if objective is None:
         return None
     chain = balance.chain
@@ -271,7 +272,7 @@ def _objective(
         if objective != "efforts":
             raise UnknownName("objective", objective, ("efforts", "a mapping of joints and closures to weights"))
         unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)[driven]
-        return unit * efforts[0][driven], unit[:, None] * efforts[1][driven]
+        return unit * efforts[0][driven], settled(unit[:, None] * efforts[1][driven], sharpness)
     start, stresses = multipliers
     parts = []
     for name, weight in objective.items():
@@ -279,11 +280,16 @@ def _objective(
         weights = as_finite(f"objective[{name!r}]", array, array.shape if array.shape == () else (6,))
         wrench, own, _ = _of(balance, name)
         told = wrench.told(*own)
-        scaled = np.broadcast_to(weights, (6,)) * ([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
-        parts.append((scaled * (told.constant + told.effect @ start), scaled[:, None] * (told.effect @ stresses)))
+        unit = np.array([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
+        both = unit * (told.constant + told.effect @ start), unit[:, None] * (told.effect @ stresses)
+        parts.append((np.broadcast_to(weights, (6,)), *both))
     if not parts:
         return None
-    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+    weights, constant, effect = (np.concatenate(items) for items in zip(*parts, strict=True))
+    weighed = weights != 0.0
+    # Rounding goes before the weights come.
+    effect = settled(effect[weighed], sharpness)
+    return weights[weighed] * constant[weighed], weights[weighed, None] * effect
 
 
 def _effort_bounds(

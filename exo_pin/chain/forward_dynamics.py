@@ -19,7 +19,7 @@ from .rank import rank_tolerance
 from .reactions import ClosedForces
 from .structure import PINOCCHIO_TYPES, Structure
 
-__all__ = ["METHODS", "ForwardDynamics", "Motion"]
+__all__ = ["METHODS", "ClosedMotion", "ForwardDynamics"]
 
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
@@ -31,7 +31,7 @@ _MASSLESS = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class ClosedMotion:
     """What efforts make of a closed chain at one state.
 
     Attributes
@@ -76,7 +76,7 @@ class ForwardDynamics(Structure):
         external: Mapping[str, ArrayLike] | None = None,
         method: Method = "auto",
         stabilisation: float = 0.0,
-    ) -> Motion:
+    ) -> ClosedMotion:
         """Acceleration that efforts make.
 
         M a + h - external = τ + Jᵀλ with J a + J̇ v = 0. "proximal" is Pinocchio's constrained dynamics, for rigid and
@@ -129,7 +129,7 @@ class ForwardDynamics(Structure):
         work = self._workspace
         work.linearise(q)
         missed = work.jacobian @ a + work.drift_of(q, v) + _stabilising(self, v, stabilisation)
-        return Motion(
+        return ClosedMotion(
             frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), (self, q, v, external)
         )
 
@@ -231,7 +231,8 @@ def _bias(chain: Structure, q: FloatArray, v: FloatArray, external: Mapping[str,
 
 def _inertia(chain: Structure, q: FloatArray) -> FloatArray:
     """M, symmetric: Pinocchio fills the upper half."""
-    upper = np.triu(pin.crba(chain.model, chain._workspace.data, q))
+    nv = chain.model.nv
+    upper = np.triu(np.reshape(pin.crba(chain.model, chain._workspace.data, q), (nv, nv)))
     return np.asarray(upper + np.triu(upper, 1).T)
 
 

@@ -13,7 +13,14 @@ from numba import njit
 
 from .projection import project, project_rate, relative_pose
 
-__all__ = ["closure_wrenches", "jacobian_rate", "residual", "residual_jacobian", "unit_wrenches"]
+__all__ = [
+    "closure_wrench_rates",
+    "closure_wrenches",
+    "jacobian_rate",
+    "residual",
+    "residual_jacobian",
+    "unit_wrenches",
+]
 
 _compile = njit(cache=True, error_model="numpy")
 
@@ -265,3 +272,53 @@ def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows:
         force, moment = wrenches[c, :3], wrenches[c, 3:]
         _add_wrench(poses[joints[c, 0]], force, moment, 1.0, out[joints[c, 0]])
         _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
+
+
+@_compile
+def closure_wrench_rates(
+    poses: Any,
+    J: Any,
+    directions: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    supports: Any,
+    c: int,
+    multipliers: Any,
+    rates: Any,
+    out: Any,
+) -> None:
+    """Change of one closure's wrench on the body of frame a, in the axes of a about the closure's point.
+
+    Parameters
+    ----------
+    poses, J, joints, local, kinds, lengths, rows, supports
+        As for :func:`jacobian_rate`.
+    directions : ndarray
+        Shape (columns, nv), how the configuration changes.
+    c : int
+        The closure.
+    multipliers, rates : ndarray
+        λ, shape (rows,), and how it changes, shape (columns, rows).
+    out : ndarray
+        Shape (6, columns), filled.
+    """
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    dS, ignored, twist, V = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
+    relative_pose(poses, joints, local, c, a, b, d, Q)
+    first, count = rows[c], rows[c + 1] - rows[c]
+    project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+    for s in range(len(directions)):
+        twist[:] = 0.0
+        for k in range(directions.shape[1]):
+            for i in range(6):
+                twist[i] += J[k, i] * (supports[c, 0, k] - supports[c, 1, k]) * directions[s, k]
+        _twist_at(twist, b[3], a, 1.0, V)
+        project_rate(kinds[c], d, Q, V, dS[:count])
+        for j in range(6):
+            total = 0.0
+            for i in range(count):
+                total += S[i, j] * rates[s, first + i] + dS[i, j] * multipliers[first + i]
+            out[j, s] = total

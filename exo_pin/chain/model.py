@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from ..errors import InvalidInput
 from ..validation import FloatArray
 from .closures import Closures
+from .derivatives import DynamicsDerivatives
 from .files import closures_text, write_files
 from .forces import Forces
-from .inverse_dynamics import InverseDynamics
 from .loading import load_model
 from .mjcf_reading import read_mjcf
 from .mjcf_writing import mjcf_text
@@ -28,7 +28,7 @@ from .urdf_writing import urdf_text
 __all__ = ["ClosedChain"]
 
 
-class ClosedChain(MobilityQueries, Paths, Motions, Forces, InverseDynamics, Simulations):
+class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, Simulations):
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a

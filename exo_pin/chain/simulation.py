@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -161,7 +161,7 @@ class _Rates:
     external: Mapping[str, ArrayLike] | None
     method: str
     stabilisation: float
-    base: FloatArray | None = None
+    base: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __call__(self, t: float, y: FloatArray) -> FloatArray:
         chain, model = self.chain, self.chain.model
@@ -170,7 +170,7 @@ class _Rates:
         efforts = _efforts(chain, self.tau, t, q, v)
         a = acceleration(chain, q, v, efforts, self.external, self.method, self.stabilisation)
         # d/dt (base ⊕ ξ) is v where ξ' is v seen through the right Jacobian of the step.
-        rate = v if model.nq == model.nv else np.linalg.solve(pin.dIntegrate(model, self.base, shift)[1], v)
+        rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
         return np.concatenate([rate, a, [efforts @ v + self._power(q, v)]])
 
     def _power(self, q: FloatArray, v: FloatArray) -> float:
@@ -179,6 +179,11 @@ class _Rates:
             float(np.asarray(wrench) @ (self.chain._tree_frame_jacobian(q, frame) @ v))
             for frame, wrench in (self.external or {}).items()
         )
+
+
+def _right_jacobian(model: pin.Model, q: FloatArray, shift: FloatArray) -> FloatArray:
+    """How q ⊕ ξ changes with ξ, shape (nv, nv)."""
+    return np.array(np.reshape(pin.dIntegrate(model, q, shift)[1], (model.nv, model.nv)))
 
 
 def _efforts(chain: Simulations, tau: object, t: float, q: FloatArray, v: FloatArray) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -35,6 +36,7 @@ class Structure:
         self._topology = make_topology(model, closures, self._frames)
         self._check_roles(closures.roles)
         self._local = threading.local()
+        self._freed_chains: dict[int, Any] = {}
 
     @property
     def model(self) -> pin.Model:

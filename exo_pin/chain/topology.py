@@ -185,5 +185,6 @@ def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray
 def _metres(model: pin.Model) -> NDArray[np.bool_]:
     """A coordinate that turns nothing is a translation."""
     data = model.createData()
-    J = pin.computeJointJacobians(model, data, pin.neutral(model))
+    # With a single coordinate the bindings give a vector.
+    J = np.reshape(pin.computeJointJacobians(model, data, pin.neutral(model)), (6, model.nv))
     return np.asarray(np.linalg.norm(J[3:], axis=0) < 1e-9)

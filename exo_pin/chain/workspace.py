@@ -49,7 +49,7 @@ class Workspace:
         )
         self.forces = _force_window(self.data.f, count)
         self.external = _force_window(self.external_vector, count)
-        self.J, self.dJ = self.data.J.T, self.data.dJ.T
+        self.J, self.dJ = _columns(self.data.J, model.nv), _columns(self.data.dJ, model.nv)
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
@@ -146,6 +146,11 @@ def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> Floa
         if not (block and tail and 8 * (one.size + other.size) == size):
             raise ExoPinError(f"pinocchio {pin.__version__} keeps its arrays in an unexpected layout")
     return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
+
+
+def _columns(matrix: Any, count: int) -> FloatArray:
+    """A window on the columns of a matrix; with one column the bindings give a vector."""
+    return np.asarray(matrix.T if matrix.ndim == 2 else matrix.reshape(count, 6))
 
 
 def _force_window(vector: Any, count: int) -> FloatArray:

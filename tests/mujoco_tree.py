@@ -20,6 +20,7 @@ JOINTS = {
     "floating": mujoco.mjtJoint.mjJNT_FREE,
     "free_flyer": mujoco.mjtJoint.mjJNT_FREE,
 }
+EQUALITIES = {"spherical": mujoco.mjtEq.mjEQ_CONNECT, "rigid": mujoco.mjtEq.mjEQ_WELD}
 
 
 def numbers(element, key, default):
@@ -176,8 +177,6 @@ class MujocoLoops(MujocoTree):
     every acceleration and force is a smooth function of 1 - d, and right at 1 - d = 0.
     """
 
-    KINDS = {"spherical": mujoco.mjtEq.mjEQ_CONNECT, "rigid": mujoco.mjtEq.mjEQ_WELD}
-
     def __init__(self, named, gravity, d):
         closures = named.closures
         spec = spec_of(named.urdf, closures.root, gravity)
@@ -189,7 +188,9 @@ class MujocoLoops(MujocoTree):
                 x, y, z, w = place.quaternion
                 sites.append(f"{closure.name} {letter}")
                 body.add_site(name=sites[-1], pos=place.translation, quat=[w, x, y, z])
-            equality = spec.add_equality(name=closure.name, type=self.KINDS[closure.type], name1=sites[0], name2=sites[1])
+            equality = spec.add_equality(
+                name=closure.name, type=EQUALITIES[closure.type], name1=sites[0], name2=sites[1]
+            )
             equality.objtype = mujoco.mjtObj.mjOBJ_SITE
             equality.solimp, equality.solref = [d, d, 1.0, 0.5, 1.0], [0.1, 1.0]
         spec.option.solver, spec.option.iterations, spec.option.tolerance = mujoco.mjtSolver.mjSOL_NEWTON, 50, 0.0

@@ -1,4 +1,4 @@
-"""Planar four-bar and five-bar by hand: geometry, rates, and Newton-Euler of every link. It shares nothing with exo_pin.
+"""Planar four-bar and five-bar by hand: geometry, rates, Newton-Euler of every link. It shares nothing with exo_pin.
 
 Angles are absolute, links are straight rods along e(θ) = (cos θ, sin θ). Loop equations and their two derivatives are
 solved as 2x2 systems; the forces are one linear system of three equations a link.

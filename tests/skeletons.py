@@ -75,7 +75,9 @@ class Skeleton:
     def sign(self, chain, joint):
         """1 if the chain's coordinate of a hinge turns ``other`` against ``one``, -1 if it is told the other way."""
         child = int(chain.model.getJointId(joint))
-        return 1.0 if chain.model.frames[chain.model.getFrameId(self.joints[joint].other)].parentJoint == child else -1.0
+        return (
+            1.0 if chain.model.frames[chain.model.getFrameId(self.joints[joint].other)].parentJoint == child else -1.0
+        )
 
 
 def thin_rod(start, end, mass):

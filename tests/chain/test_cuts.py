@@ -61,7 +61,9 @@ def on_other(skeleton, chain, joint, limits):
         own = closure.frame_a
     else:
         index = int(chain.model.getJointId(joint))
-        own = next(frame.name for frame in chain.model.frames if frame.parentJoint == index and frame.name in skeleton.bodies)
+        own = next(
+            frame.name for frame in chain.model.frames if frame.parentJoint == index and frame.name in skeleton.bodies
+        )
     low, high = (np.asarray(side, dtype=float) for side in limits)
     return (low, high) if own == skeleton.joints[joint].other else (-high, -low)
 

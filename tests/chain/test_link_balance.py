@@ -121,7 +121,7 @@ def test_joints_and_closures_carry_and_accelerate_every_link(moving):
 
 
 def test_the_wrench_on_a_body_is_the_sum_of_its_joints_and_closures(moving):
-    chain, (q, *_), load, forces = moving
+    chain, _, _, forces = moving
     book = summed(chain, forces)
     size = np.abs(book).max()
     links = {body_of(chain, frame.name): frame.name for frame in chain.model.frames if frame.type == pin.FrameType.BODY}

@@ -5,8 +5,8 @@ import pytest
 from closed_motion import MAKERS, closed_motion, named, some_load
 from mujoco_tree import MujocoLoops, MujocoTree
 
-#: Not the wrists without shoulder, whose limbs hold the arm's centre by couples alone: MuJoCo's springs are too soft for
-#: them at its largest impedance, and the extrapolation below does not settle. The open tree's test has them.
+#: Not the wrists without shoulder, whose limbs hold the arm's centre by couples alone: MuJoCo's springs, the stiffest
+#: there are, are too soft for them, and the extrapolation below does not settle. The open tree's test has them.
 NAMES = [
     name
     for name in MAKERS
@@ -46,7 +46,7 @@ def problem(name, moving, seed=1):
 
 
 def mujocos(name, chain, state, gravity, load, tau):
-    """Acceleration in MuJoCo's coordinates, all joints' wrenches, each with its bound on the error; ours of ``state``."""
+    """Acceleration and all joints' wrenches, each with a bound on its error, and ``state``'s acceleration."""
     accelerations, wrenches = [], []
     for d in IMPEDANCES:
         loops = MujocoLoops(named(name), gravity, d)

@@ -96,7 +96,11 @@ def test_across_its_plane_a_four_bar_of_hinges_and_one_ball_is_open_in_one_way()
     forces = chain.inverse_dynamics(q)
     tip = np.array([0.7, 0.4])
     assert forces.undetermined == 1
-    for joint, point, sign in (("coupler_hinge", (0.0, 0.3), -1), ("crank_hinge", (0, 0), -1), ("rocker_hinge", (0.4, 0), 1)):
+    for joint, point, sign in (
+        ("coupler_hinge", (0.0, 0.3), -1),
+        ("crank_hinge", (0, 0), -1),
+        ("rocker_hinge", (0.4, 0), 1),
+    ):
         told = forces.joint_reaction(joint)
         x, y = tip - point
         # On the child's side: -s at the hinge where +s acts at the tip, so the moment about the hinge is -(r × s z).

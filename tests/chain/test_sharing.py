@@ -57,9 +57,7 @@ def test_the_prototypes_least_shoulder_force_is_that_of_reaction(pose, bounds, l
     external = None
     if load is not None:
         external = {"arm": np.concatenate([load.force, np.cross(R.as_matrix() @ load.at, load.force)])}
-    forces = chain.inverse_dynamics(
-        q, external=external, reaction_bounds=limits, objective={"root_joint": FORCE_ONLY}
-    )
+    forces = chain.inverse_dynamics(q, external=external, reaction_bounds=limits, objective={"root_joint": FORCE_ONLY})
     size = max(np.abs(expected.limb_wrenches).max(), 1.0)
     shoulder = forces.joint_reaction("root_joint").force
     np.testing.assert_allclose(shoulder, expected.shoulder_force, rtol=0, atol=1e-7 * size)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, UndrivenMotion, UnknownName
-from ..validation import FloatArray, as_finite, frozen
+from ..validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from .balance import Balance, balance_of
 from .rank import rank_tolerance
 from .reactions import ClosedForces, JointReaction, _of
@@ -275,8 +275,8 @@ def _objective(
         return unit * efforts[0][driven], settled(unit[:, None] * efforts[1][driven], sharpness)
     start, stresses = multipliers
     parts = []
-    for name, weight in objective.items():
-        array = np.asarray(weight, dtype=np.float64)
+    for name, weight in as_mapping("objective", objective, "joints and closures to weights").items():
+        array = as_real(f"objective[{name!r}]", weight)
         weights = as_finite(f"objective[{name!r}]", array, array.shape if array.shape == () else (6,))
         wrench, own, _ = _of(balance, name)
         told = wrench.told(*own)
@@ -306,7 +306,7 @@ def _effort_bounds(
             raise UnknownName("effort bounds", given, ("model", "a mapping of joints to (lower, upper)"))
         given = _effort_limits(chain, driven)
     found: list[Bound] = []
-    for joint, limits in given.items():
+    for joint, limits in as_mapping("effort_bounds", given, "joints to (lower, upper)").items():
         own = chain.velocity_slice(joint)
         if not np.isin(np.arange(own.start, own.stop), driven).all():
             raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated")
@@ -330,7 +330,7 @@ def _reaction_bounds(
     balance: Balance, start: FloatArray, stresses: FloatArray, given: Mapping[str, Range] | None
 ) -> list[Bound]:
     found: list[Bound] = []
-    for name, limits in (given or {}).items():
+    for name, limits in as_mapping("reaction_bounds", given, "joints and closures to (lower, upper)").items():
         wrench, own, _ = _of(balance, name)
         told = wrench.told(*own)
         names = [f"{part} of {name}" for part in ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")]

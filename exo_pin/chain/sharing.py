@@ -17,7 +17,7 @@ from scipy.optimize import linprog
 
 from ..errors import InfeasibleForces, InvalidInput, SolverFailed
 from ..programs import KKT_TOLERANCE, LeastSquares, solve
-from ..validation import FloatArray
+from ..validation import FloatArray, as_real
 
 __all__ = ["METRICS", "Bound", "Space", "bounds_of", "interval", "settled", "share"]
 
@@ -151,7 +151,10 @@ def bounds_of(
     InvalidInput
         If the limits do not fit, are NaN, or cross.
     """
-    pair = [np.asarray(side, dtype=np.float64) for side in limits] if len(limits) == 2 else []
+    try:
+        pair = [as_real(what, side) for side in limits]
+    except TypeError:
+        pair = []
     if len(pair) != 2 or any(side.shape not in ((), constant.shape) or np.isnan(side).any() for side in pair):
         raise InvalidInput(
             f"expected {what} as (lower, upper), numbers or {constant.size} of them each, infinite where there is "

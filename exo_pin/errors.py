@@ -22,6 +22,7 @@ __all__ = [
     "MissingExtra",
     "NonConvexBound",
     "NotAWrist",
+    "SimulationStopped",
     "SolverFailed",
     "UndeterminedMotion",
     "UndrivenMotion",
@@ -312,3 +313,24 @@ class SolverFailed(ExoPinError, RuntimeError):
         self.residual = float(residual)
         tail = f": {detail}" if detail else ""
         super().__init__(f"{solver} stopped at residual {self.residual:.3e}{tail}")
+
+
+class SimulationStopped(ExoPinError, RuntimeError):
+    """A motion cannot be followed any further, as a rule because it has run into a singular configuration.
+
+    Attributes
+    ----------
+    time : float
+        How far it was followed, s.
+    q, v : ndarray
+        The state there, shapes (nq,) and (nv,).
+    """
+
+    def __init__(self, time: float, q: Any, v: Any, reason: str) -> None:
+        self.time = float(time)
+        self.q = q
+        self.v = v
+        super().__init__(
+            f"the motion was followed to {self.time:.6g} s, where {reason}: as a rule the chain stands in a singular "
+            "configuration there, from which more than one motion goes on"
+        )

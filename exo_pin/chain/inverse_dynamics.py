@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InvalidInput, UndrivenMotion, UnknownName
-from ..validation import FloatArray, as_finite, as_mapping, as_real, frozen
+from ..errors import UndrivenMotion, UnknownName
+from ..validation import FloatArray, frozen
 from .balance import Balance, balance_of
+from .demands import Objective, Range, effort_bounds_of, metric_of, objective_of, reaction_bounds_of
 from .rank import rank_tolerance
-from .reactions import ClosedForces, JointReaction, _of
-from .sharing import METRICS, Bound, Space, bounds_of, settled, share
+from .reactions import ClosedForces, JointReaction
+from .sharing import METRICS, Space, share
 from .structure import Structure
 
 __all__ = ["PULL", "PUSH", "InverseDynamics", "Objective", "Range"]
 
-#: Lower and upper bound, numbers or one for each component.
-Range = tuple[ArrayLike, ArrayLike]
-#: What is to be small: all efforts, or joints' and closures' wrenches by name with their weights.
-Objective = Literal["efforts"] | Mapping[str, ArrayLike]
 #: A slide that can only pull: its effort shortens the limb.
 PULL: Range = (-np.inf, 0.0)
 #: A slide that can only push.
@@ -163,10 +160,14 @@ def solved(
     start, stresses, sharpness = solutions(balance, passive)
     # Efforts are tau - Jᵀ λ.
     effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
-    bounds = _effort_bounds(chain, driven, effort, slope, effort_bounds)
-    bounds += _reaction_bounds(balance, start, stresses, reaction_bounds)
-    aims = _objective(balance, driven, (effort, slope), (start, stresses), objective, sharpness)
-    space = Space(_metric(balance, start, stresses, metric), bounds, sharpness)
+    # What is determined must not be moved by the rounding of a self-stress, however far the program goes along it.
+    unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)
+    unique = passive | (np.abs(slope * unit[:, None]).max(axis=1, initial=0.0) <= sharpness)
+    slope[unique] = 0.0
+    bounds = effort_bounds_of(chain, driven, effort, slope, effort_bounds)
+    bounds += reaction_bounds_of(balance, start, (stresses, sharpness), reaction_bounds)
+    aims = objective_of(balance, driven, (effort, slope), (start, stresses, sharpness), objective)
+    space = Space(metric_of(balance, start, stresses, metric), bounds, sharpness)
     z = share(space, aims)
     multipliers = start + stresses @ z
     tau = balance.tau - balance.jacobian.T @ multipliers
@@ -174,8 +175,6 @@ def solved(
     tau[passive] = 0.0
     if applied is not None:
         tau += applied
-    unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)
-    unique = passive | (np.abs(slope * unit[:, None]).max(axis=1, initial=0.0) <= sharpness)
     return ClosedForces(
         frozen(tau),
         frozen(multipliers),
@@ -243,106 +242,3 @@ def _refuse_undriven(balance: Balance, passive: np.ndarray, left: FloatArray) ->
     largest = max(sizes.values())
     worst = sorted((name for name in names if sizes[name] > 1e-3 * largest), key=lambda name: -sizes[name])
     raise UndrivenMotion(balance.q, missing, worst)
-
-
-def _metric(balance: Balance, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
-    """What the metric makes least, all in N: at z = 0 in the first column, its change per unit of z in the others."""
-    top = balance.chain._topology
-    columns = np.column_stack([start, stresses])
-    if metric == "closures":
-        return np.where(top.row_metres, 1.0, 1.0 / top.length)[:, None] * columns
-    wrenches = balance.wrenches(columns).reshape(-1, 6, columns.shape[1])
-    wrenches[:, 3:] /= top.length
-    return wrenches.reshape(-1, columns.shape[1])
-
-
-def _objective(
-    balance: Balance,
-    driven: np.ndarray,
-    efforts: tuple[FloatArray, FloatArray],
-    multipliers: tuple[FloatArray, FloatArray],
-    objective: Objective | None,
-    sharpness: float,
-) -> tuple[FloatArray, FloatArray] | None:
-    """Constant and effect of z on what the objective makes small, in N; what is unique is no matter of choice."""
-    if objective is None:
-        return None
-    chain = balance.chain
-    if isinstance(objective, str):
-        if objective != "efforts":
-            raise UnknownName("objective", objective, ("efforts", "a mapping of joints and closures to weights"))
-        unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)[driven]
-        return unit * efforts[0][driven], settled(unit[:, None] * efforts[1][driven], sharpness)
-    start, stresses = multipliers
-    parts = []
-    for name, weight in as_mapping("objective", objective, "joints and closures to weights").items():
-        array = as_real(f"objective[{name!r}]", weight)
-        weights = as_finite(f"objective[{name!r}]", array, array.shape if array.shape == () else (6,))
-        wrench, own, _ = _of(balance, name)
-        told = wrench.told(*own)
-        unit = np.array([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
-        both = unit * (told.constant + told.effect @ start), unit[:, None] * (told.effect @ stresses)
-        parts.append((np.broadcast_to(weights, (6,)), *both))
-    if not parts:
-        return None
-    weights, constant, effect = (np.concatenate(items) for items in zip(*parts, strict=True))
-    weighed = weights != 0.0
-    # Rounding goes before the weights come.
-    effect = settled(effect[weighed], sharpness)
-    return weights[weighed] * constant[weighed], weights[weighed, None] * effect
-
-
-def _effort_bounds(
-    chain: Structure,
-    driven: np.ndarray,
-    effort: FloatArray,
-    slope: FloatArray,
-    given: Mapping[str, Range] | Literal["model"] | None,
-) -> list[Bound]:
-    if given is None:
-        return []
-    if isinstance(given, str):
-        if given != "model":
-            raise UnknownName("effort bounds", given, ("model", "a mapping of joints to (lower, upper)"))
-        given = _effort_limits(chain, driven)
-    found: list[Bound] = []
-    for joint, limits in as_mapping("effort_bounds", given, "joints to (lower, upper)").items():
-        own = chain.velocity_slice(joint)
-        if not np.isin(np.arange(own.start, own.stop), driven).all():
-            raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated")
-        names = _components(f"effort of {joint}", own.stop - own.start)
-        found += bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]")
-    return found
-
-
-def _effort_limits(chain: Structure, driven: np.ndarray) -> dict[str, Range]:
-    """Effort limits of the model, of the joints that are actuated."""
-    limits: dict[str, Range] = {}
-    for name in list(chain.model.names)[1:]:
-        own = chain.velocity_slice(name)
-        if own.stop > own.start and np.isin(np.arange(own.start, own.stop), driven).all():
-            largest = np.asarray(chain.model.upperEffortLimit[own])
-            limits[name] = (-largest, largest)
-    return limits
-
-
-def _reaction_bounds(
-    balance: Balance, start: FloatArray, stresses: FloatArray, given: Mapping[str, Range] | None
-) -> list[Bound]:
-    found: list[Bound] = []
-    for name, limits in as_mapping("reaction_bounds", given, "joints and closures to (lower, upper)").items():
-        wrench, own, _ = _of(balance, name)
-        told = wrench.told(*own)
-        names = [f"{part} of {name}" for part in ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")]
-        found += bounds_of(
-            names,
-            told.constant + told.effect @ start,
-            told.effect @ stresses,
-            limits,
-            f"reaction_bounds[{name!r}]",
-        )
-    return found
-
-
-def _components(name: str, count: int) -> Sequence[str]:
-    return [name] if count == 1 else [f"{name} ({k})" for k in range(count)]

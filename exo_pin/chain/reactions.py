@@ -13,7 +13,7 @@ from ..validation import FloatArray, frozen
 from .balance import Balance, Wrench, axes_and_point
 from .sharing import Space, interval
 
-__all__ = ["ClosedForces", "JointReaction"]
+__all__ = ["ClosedForces", "JointReaction", "wrench_of"]
 
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
@@ -146,7 +146,7 @@ class ClosedForces:
         InvalidInput
             If ``on`` is neither of the two bodies, or a joint and a closure share the name.
         """
-        wrench, own, bodies = _of(self._balance, joint)
+        wrench, own, bodies = wrench_of(self._balance, joint)
         return self._answer(joint, wrench, own, bodies, on, at, in_frame, intervals)
 
     def wrench_on(
@@ -230,7 +230,7 @@ class ClosedForces:
         return ranges
 
 
-def _of(balance: Balance, name: str) -> tuple[Wrench, tuple[FloatArray, FloatArray], tuple[int, int]]:
+def wrench_of(balance: Balance, name: str) -> tuple[Wrench, tuple[FloatArray, FloatArray], tuple[int, int]]:
     """Wrench of a joint or closure about the world's origin; its own point and axes; the bodies, receiver first."""
     chain = balance.chain
     closures = [closure.name for closure in chain.closures]

@@ -38,7 +38,7 @@ class Bound:
     constant : float
         Its value at z = 0, N or N m.
     effect : ndarray
-        Shape (k,), its change per unit of z.
+        Shape (k,), its change per unit of z, zero where that is rounding.
     lower, upper : float
         Infinite where there is none.
     """
@@ -95,7 +95,7 @@ class Space:
         Programs must not see that rounding: along a way that nothing else holds, it would be worth any force.
         """
         effects = np.reshape([bound.effect for bound in self.bounds], (len(self.bounds), len(self.centre)))
-        _, sizes, ways = np.linalg.svd(_shown(effects, self.sharpness), full_matrices=False)
+        _, sizes, ways = np.linalg.svd(effects, full_matrices=False)
         return np.asarray(ways[sizes > self.sharpness].T, dtype=np.float64)
 
     @cached_property
@@ -103,7 +103,7 @@ class Space:
         """The bounds as C u <= c with z = centre + scale felt u, in units of ``scale``, and what each row says."""
         rows, sides, names = [], [], []
         for bound in self.bounds:
-            here, slope = bound.constant + bound.effect @ self.centre, _shown(bound.effect, self.sharpness) @ self.felt
+            here, slope = bound.constant + bound.effect @ self.centre, bound.effect @ self.felt
             for side, sign, word in ((bound.upper, 1.0, "at most"), (-bound.lower, -1.0, "at least")):
                 if np.isfinite(side):
                     rows.append(sign * slope)
@@ -118,14 +118,10 @@ class Space:
         return C @ (self.felt.T @ self.basis) / self.scale, c
 
 
-def _shown(effect: FloatArray, sharpness: float) -> FloatArray:
-    """Effects of z, shape (..., k), with zeros for those that are rounding."""
-    return np.where(np.abs(effect).max(axis=-1, keepdims=True, initial=0.0) > sharpness, effect, 0.0)
-
-
 def settled(effect: FloatArray, sharpness: float) -> FloatArray:
     """Effects of z, shape (p, k), without what is rounding of each and of all together."""
-    U, sizes, ways = np.linalg.svd(_shown(effect, sharpness), full_matrices=False)
+    each = np.where(np.abs(effect).max(axis=1, keepdims=True, initial=0.0) > sharpness, effect, 0.0)
+    U, sizes, ways = np.linalg.svd(each, full_matrices=False)
     kept = sizes > sharpness
     return np.asarray((U[:, kept] * sizes[kept]) @ ways[kept], dtype=np.float64)
 

@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 from scipy.integrate import DOP853
 
-from ..errors import InvalidInput, SolverFailed
+from ..errors import InvalidInput, SimulationStopped
 from ..progress import track
 from ..validation import FloatArray, as_finite, frozen
 from .balance import refuse_opening
@@ -121,9 +121,9 @@ class Simulations(Kinematics, ForwardDynamics):
             If some motion moves no mass.
         InvalidInput
             If v opens the loops at the start, or the times do not ascend.
-        SolverFailed
-            If the steps become too small, or the energy jumps: the motion has run into a singular configuration,
-            where more than one motion goes on.
+        SimulationStopped
+            If the steps become too small, or the energy jumps: as a rule the motion has run into a singular
+            configuration, where more than one motion goes on.
         """
         start, velocity = self._closed(q).copy(), self._tangent("v", v).copy()
         when = as_finite("times", times, (None,))
@@ -208,13 +208,14 @@ def _integrate(
             solver = DOP853(rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1])
             message = solver.step()
             if solver.status == "failed" or (solver.step_size < _LEAST_STEP and solver.status == "running"):
-                raise SolverFailed("DOP853", float(solver.step_size or 0.0), message or f"steps too small at {time} s")
+                reason = message or f"a step would have to be below {_LEAST_STEP:g} s"
+                raise SimulationStopped(time, state.q.copy(), state.v.copy(), reason)
             inside = solver.dense_output()
             while len(states) < len(when) and when[len(states)] <= solver.t:
                 states.append(_state(rates, inside(float(when[len(states)])), projection))
             before, state = state, _state(rates, solver.y, projection)
             if not rates.stabilisation:
-                _refuse_jump(rates.chain, before, state, float(solver.t))
+                _refuse_jump(rates.chain, before, state, time)
             time, steps = float(solver.t), steps + 1
             step = min(solver.h_abs, end - time) or None
     return states, steps
@@ -240,8 +241,8 @@ def _refuse_jump(chain: Simulations, before: _State, after: _State, time: float)
     (old, kinetic), (new, moving) = _energies(chain, before), _energies(chain, after)
     jump = abs(new - old - (after.work - before.work))
     if jump > _JUMP * max(kinetic, moving):
-        raise SolverFailed(
-            "the simulation", jump, f"energy jumped by so many J at {time:.6g} s, as in a singular configuration"
+        raise SimulationStopped(
+            time, before.q.copy(), before.v.copy(), f"the next step changes the energy by {jump:.3g} J"
         )
 
 

@@ -5,7 +5,7 @@ Each function returns a read-only float64 copy, so that what was checked is what
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,6 +19,7 @@ __all__ = [
     "as_choice",
     "as_finite",
     "as_inertia",
+    "as_mapping",
     "as_positive",
     "as_real",
     "as_rotation",
@@ -112,6 +113,21 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     if np.abs(array).max(initial=0.0) > LARGEST:
         raise InvalidInput(f"expected {name} in SI units, at most {LARGEST:g} in size, got {np.abs(array).max():g}")
     return frozen(array)
+
+
+def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
+    """Return ``value`` if it is a mapping, and an empty one for None.
+
+    Raises
+    ------
+    InvalidInput
+        If it is something else; the message says ``what`` was expected.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InvalidInput(f"expected {name} as a mapping of {what}, got {value!r:.80}")
+    return value
 
 
 def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:

@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite
+from ..validation import FloatArray, as_finite, as_mapping
 from .balance_kernels import tree_wrenches, wrenches_of
 from .structure import Structure
 
@@ -19,6 +19,9 @@ __all__ = ["Balance", "Wrench", "axes_and_point", "balance_of", "put_on", "refus
 
 #: A motion may open the loops by so much of its own size: what dependent_motion and projections leave, and typing.
 _OPENING = 1e-6
+#: Motions slower than this, characteristic lengths and rad a second (and squared), count as this fast there: what
+#: rounding leaves of a chain at rest is no motion that could open anything.
+_REST = 1e-3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -173,7 +176,7 @@ def refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray
     column = np.where(top.metres, top.length, 1.0)
     speed = float(np.abs(v / column).max(initial=0.0))
     opening = float(np.abs(top.row_scale * (work.jacobian @ v)).max(initial=0.0))
-    if not opening <= _OPENING * speed:
+    if not opening <= _OPENING * max(speed, _REST):
         raise InvalidInput(
             f"the velocity opens the loops by {opening:.3g} (lengths and rad a second): use project_velocity or "
             "dependent_motion"
@@ -182,7 +185,7 @@ def refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray
         return
     size = float(np.abs(a / column).max(initial=0.0)) + speed**2
     opening = float(np.abs(top.row_scale * (work.jacobian @ a + work.drift_of(q, v))).max(initial=0.0))
-    if not opening <= _OPENING * size:
+    if not opening <= _OPENING * max(size, _REST):
         raise InvalidInput(
             f"the acceleration opens the loops by {opening:.3g} (lengths and rad a second squared): use "
             "project_acceleration or dependent_motion"
@@ -192,7 +195,7 @@ def refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray
 def put_on(chain: Structure, external: Mapping[str, ArrayLike] | None) -> None:
     """Add wrenches on frames to the workspace's external forces; the poses must be there."""
     work, frames = chain._workspace, chain.model.frames
-    for name, value in (external or {}).items():
+    for name, value in as_mapping("external", external, "frames to wrenches").items():
         if name not in chain._frames:
             raise UnknownName("frame", name, chain._frames)
         given = as_finite(f"external[{name!r}]", value, (6,))
@@ -236,7 +239,7 @@ def axes_and_point(
 
 def _frame_pose(balance: Balance, name: str, what: str, others: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     frames = balance.chain._frames
-    if name not in frames:
+    if not isinstance(name, str) or name not in frames:
         raise UnknownName(what, name, (*others, *frames))
     frame = balance.chain.model.frames[frames[name]]
     pose = balance.poses[frame.parentJoint]

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite
+from ..validation import FloatArray, as_finite, as_mapping, as_real
 from .balance import Balance
 from .reactions import wrench_of
-from .sharing import Bound, bounds_of
+from .sharing import Bound, bounds_of, settled
 from .structure import Structure
 
 __all__ = ["Objective", "Range", "effort_bounds_of", "metric_of", "objective_of", "reaction_bounds_of"]
@@ -38,10 +38,14 @@ def objective_of(
     balance: Balance,
     driven: np.ndarray,
     efforts: tuple[FloatArray, FloatArray],
-    multipliers: tuple[FloatArray, FloatArray],
+    multipliers: tuple[FloatArray, FloatArray, float],
     objective: Objective | None,
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Constant and effect of z on what the objective makes small, in N."""
+    """Constant and effect of z on what the objective makes small, in N.
+
+    ``efforts`` are those at z = 0 and their change; ``multipliers`` are λ at z = 0, the self-stresses and their
+    sharpness. What is determined is no matter of choice: its rounding is taken out.
+    """
     if objective is None:
         return None
     chain = balance.chain
@@ -49,19 +53,24 @@ def objective_of(
         if objective != "efforts":
             raise UnknownName("objective", objective, ("efforts", "a mapping of joints and closures to weights"))
         unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)[driven]
-        return unit * efforts[0][driven], unit[:, None] * efforts[1][driven]
-    start, stresses = multipliers
+        return unit * efforts[0][driven], settled(unit[:, None] * efforts[1][driven], multipliers[2])
+    start, stresses, sharpness = multipliers
     parts = []
-    for name, weight in objective.items():
-        array = np.asarray(weight, dtype=np.float64)
+    for name, weight in as_mapping("objective", objective, "joints and closures to weights").items():
+        array = as_real(f"objective[{name!r}]", weight)
         weights = as_finite(f"objective[{name!r}]", array, array.shape if array.shape == () else (6,))
         wrench, own, _ = wrench_of(balance, name)
         told = wrench.told(*own)
-        scaled = np.broadcast_to(weights, (6,)) * ([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
-        parts.append((scaled * (told.constant + told.effect @ start), scaled[:, None] * (told.effect @ stresses)))
+        unit = np.array([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
+        both = unit * (told.constant + told.effect @ start), unit[:, None] * (told.effect @ stresses)
+        parts.append((np.broadcast_to(weights, (6,)), *both))
     if not parts:
         return None
-    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+    weights, constant, effect = (np.concatenate(items) for items in zip(*parts, strict=True))
+    weighed = weights != 0.0
+    # Rounding goes before the weights come.
+    effect = settled(effect[weighed], sharpness)
+    return weights[weighed] * constant[weighed], weights[weighed, None] * effect
 
 
 def effort_bounds_of(
@@ -79,7 +88,7 @@ def effort_bounds_of(
             raise UnknownName("effort bounds", given, ("model", "a mapping of joints to (lower, upper)"))
         given = _effort_limits(chain, driven)
     found: list[Bound] = []
-    for joint, limits in given.items():
+    for joint, limits in as_mapping("effort_bounds", given, "joints to (lower, upper)").items():
         own = chain.velocity_slice(joint)
         if not np.isin(np.arange(own.start, own.stop), driven).all():
             raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated")
@@ -109,7 +118,7 @@ def reaction_bounds_of(
     stresses, sharpness = open_part
     unit = np.array([1.0] * 3 + [1.0 / balance.chain.characteristic_length] * 3)[:, None]
     found: list[Bound] = []
-    for name, limits in (given or {}).items():
+    for name, limits in as_mapping("reaction_bounds", given, "joints and closures to (lower, upper)").items():
         wrench, own, _ = wrench_of(balance, name)
         told = wrench.told(*own)
         effect = told.effect @ stresses

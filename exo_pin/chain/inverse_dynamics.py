@@ -166,8 +166,8 @@ def solved(
     slope[unique] = 0.0
     bounds = effort_bounds_of(chain, driven, effort, slope, effort_bounds)
     bounds += reaction_bounds_of(balance, start, (stresses, sharpness), reaction_bounds)
-    aims = objective_of(balance, driven, (effort, slope), (start, stresses), objective)
-    space = Space(metric_of(balance, start, stresses, metric), bounds)
+    aims = objective_of(balance, driven, (effort, slope), (start, stresses, sharpness), objective)
+    space = Space(metric_of(balance, start, stresses, metric), bounds, sharpness)
     z = share(space, aims)
     multipliers = start + stresses @ z
     tau = balance.tau - balance.jacobian.T @ multipliers

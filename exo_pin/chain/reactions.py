@@ -250,7 +250,7 @@ def wrench_of(balance: Balance, name: str) -> tuple[Wrench, tuple[FloatArray, Fl
 
 def _body(balance: Balance, frame: str) -> int:
     frames = balance.chain._frames
-    if frame not in frames:
+    if not isinstance(frame, str) or frame not in frames:
         raise UnknownName("body", frame, frames)
     return int(balance.chain.model.frames[frames[frame]].parentJoint)
 

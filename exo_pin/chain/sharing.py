@@ -17,9 +17,9 @@ from scipy.optimize import linprog
 
 from ..errors import InfeasibleForces, InvalidInput, SolverFailed
 from ..programs import KKT_TOLERANCE, LeastSquares, solve
-from ..validation import FloatArray
+from ..validation import FloatArray, as_real
 
-__all__ = ["METRICS", "Bound", "Space", "bounds_of", "interval", "share"]
+__all__ = ["METRICS", "Bound", "Space", "bounds_of", "interval", "settled", "share"]
 
 #: What may be least where nothing else decides: the wrenches of all joints and closures, or the closures' alone.
 METRICS = ("reactions", "closures")
@@ -38,7 +38,7 @@ class Bound:
     constant : float
         Its value at z = 0, N or N m.
     effect : ndarray
-        Shape (k,), its change per unit of z.
+        Shape (k,), its change per unit of z, zero where that is rounding.
     lower, upper : float
         Infinite where there is none.
     """
@@ -61,10 +61,13 @@ class Space:
         others, N. The others have full column rank.
     bounds : sequence of Bound
         To be kept.
+    sharpness : float
+        Change per unit of z, N or N m, that is rounding.
     """
 
     metric: FloatArray
     bounds: Sequence[Bound]
+    sharpness: float
 
     @cached_property
     def centre(self) -> FloatArray:
@@ -86,17 +89,41 @@ class Space:
         return np.asarray(np.linalg.inv(triangle) * self.scale, dtype=np.float64)
 
     @cached_property
+    def felt(self) -> FloatArray:
+        """Shape (k, r): an orthonormal basis of the ways in z that the bounds feel; the others change them by rounding.
+
+        Programs must not see that rounding: along a way that nothing else holds, it would be worth any force.
+        """
+        effects = np.reshape([bound.effect for bound in self.bounds], (len(self.bounds), len(self.centre)))
+        _, sizes, ways = np.linalg.svd(effects, full_matrices=False)
+        return np.asarray(ways[sizes > self.sharpness].T, dtype=np.float64)
+
+    @cached_property
     def limits(self) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-        """The bounds as C y <= c, in units of ``scale``, and what each row says."""
+        """The bounds as C u <= c with z = centre + scale felt u, in units of ``scale``, and what each row says."""
         rows, sides, names = [], [], []
         for bound in self.bounds:
-            here, slope = bound.constant + bound.effect @ self.centre, bound.effect @ self.basis
+            here, slope = bound.constant + bound.effect @ self.centre, bound.effect @ self.felt
             for side, sign, word in ((bound.upper, 1.0, "at most"), (-bound.lower, -1.0, "at least")):
                 if np.isfinite(side):
-                    rows.append(sign * slope / self.scale)
+                    rows.append(sign * slope)
                     sides.append((side - sign * here) / self.scale)
                     names.append(f"{bound.name} {word} {sign * side:.6g}")
-        return np.reshape(rows, (len(rows), len(self.centre))), np.array(sides, dtype=np.float64), tuple(names)
+        return np.reshape(rows, (len(rows), self.felt.shape[1])), np.array(sides, dtype=np.float64), tuple(names)
+
+    @cached_property
+    def limits_of_y(self) -> tuple[FloatArray, FloatArray]:
+        """The bounds as C y <= c, in units of ``scale``."""
+        C, c, _ = self.limits
+        return C @ (self.felt.T @ self.basis) / self.scale, c
+
+
+def settled(effect: FloatArray, sharpness: float) -> FloatArray:
+    """Effects of z, shape (p, k), without what is rounding of each and of all together."""
+    each = np.where(np.abs(effect).max(axis=1, keepdims=True, initial=0.0) > sharpness, effect, 0.0)
+    U, sizes, ways = np.linalg.svd(each, full_matrices=False)
+    kept = sizes > sharpness
+    return np.asarray((U[:, kept] * sizes[kept]) @ ways[kept], dtype=np.float64)
 
 
 def bounds_of(
@@ -120,7 +147,10 @@ def bounds_of(
     InvalidInput
         If the limits do not fit, are NaN, or cross.
     """
-    pair = [np.asarray(side, dtype=np.float64) for side in limits] if len(limits) == 2 else []
+    try:
+        pair = [as_real(what, side) for side in limits]
+    except TypeError:
+        pair = []
     if len(pair) != 2 or any(side.shape not in ((), constant.shape) or np.isnan(side).any() for side in pair):
         raise InvalidInput(
             f"expected {what} as (lower, upper), numbers or {constant.size} of them each, infinite where there is "
@@ -170,7 +200,7 @@ def share(space: Space, objective: tuple[FloatArray, FloatArray] | None) -> Floa
         E = effect @ space.basis / space.scale
         d = -(constant + effect @ space.centre) / space.scale
     open_end = np.full(size, np.inf)
-    C, c, _ = space.limits
+    C, c = space.limits_of_y
     answer = solve(LeastSquares(E, d, np.zeros((0, size)), np.zeros(0), -open_end, open_end, C, c))
     if not answer.is_optimal:
         _refuse_missed(space, answer.z)
@@ -182,9 +212,10 @@ def _refuse_missed(space: Space, y: FloatArray) -> None:
     """Raise if the bounds cannot be kept, and say which stand in each other's way."""
     if not space.bounds:
         return
-    C, c, names = space.limits
-    if (C @ y - c).max(initial=0.0) <= _MISS:
+    of_y, c = space.limits_of_y
+    if (of_y @ y - c).max(initial=0.0) <= _MISS:
         return
+    C, _, names = space.limits
     # Least t with C y - t <= c; rows with a multiplier are the ones in the way.
     cost = np.append(np.zeros(C.shape[1]), 1.0)
     rows = np.column_stack([C, -np.ones(len(c))])
@@ -202,9 +233,11 @@ def interval(space: Space, constant: float, effect: FloatArray) -> tuple[float, 
     SolverFailed
         If the linear programs are not solved.
     """
-    here, slope = constant + float(effect @ space.centre), effect @ space.basis / space.scale
-    if not space.bounds:
-        return (-np.inf, np.inf) if slope.any() else (here, here)
+    here, slope = constant + float(effect @ space.centre), effect @ space.felt
+    if np.abs(effect - space.felt @ slope).max(initial=0.0) > space.sharpness:
+        return -np.inf, np.inf
+    if not slope.size:
+        return here, here
     C, c, _ = space.limits
     ends = []
     for sign in (1.0, -1.0):

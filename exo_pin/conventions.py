@@ -60,6 +60,11 @@ def _angles(names: tuple[str, str, str], values: tuple[ArrayLike, ArrayLike, Arr
     return np.radians(stacked) if degrees else stacked
 
 
+def _outward(side: str) -> float:
+    """Sign of y out of the body."""
+    return 1.0 if as_side(side) == "left" else -1.0
+
+
 def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, degrees: bool = False) -> Rotation:
     """Orientation from the thesis's angles, (4-7): Rx(θx) Ry(θy) Rz(θz), intrinsic X-Y-Z.
 
@@ -124,7 +129,7 @@ def shoulder_rotation(
     """
     names = ("flexion", "abduction", "internal_rotation")
     angles = _angles(names, (flexion, abduction, internal_rotation), degrees)
-    sign = 1.0 if as_side(side) == "left" else -1.0
+    sign = _outward(side)
     return Rotation.from_euler("YXZ", angles * np.array([-1.0, sign, -sign]))
 
 
@@ -169,7 +174,7 @@ def shoulder_angles(orientation: Rotation, side: str = "left", degrees: bool = F
     ndarray
         Shape (..., 3), rad or degrees, abduction within ±90°. At ±90° of abduction the internal rotation is 0.
     """
-    sign = 1.0 if as_side(side) == "left" else -1.0
+    sign = _outward(side)
     angles = _euler(orientation, "YXZ") * np.array([-1.0, sign, -sign])
     return np.degrees(angles) if degrees else angles
 
@@ -210,7 +215,7 @@ def tilt_torsion_rotation(
         If ``side`` is neither "left" nor "right".
     """
     angles = _angles(("azimuth", "tilt", "torsion"), (azimuth, tilt, torsion), degrees)
-    sign = 1.0 if as_side(side) == "left" else -1.0
+    sign = _outward(side)
     turned = np.stack([sign * angles[..., 0], -angles[..., 1], -sign * (angles[..., 0] + angles[..., 2])], axis=-1)
     return Rotation.from_euler("ZYZ", turned)
 
@@ -234,7 +239,7 @@ def tilt_torsion_angles(orientation: Rotation, side: str = "left", degrees: bool
         the azimuth is 0.
     """
     matrix = as_rotation("orientation", orientation).as_matrix()
-    sign = 1.0 if as_side(side) == "left" else -1.0
+    sign = _outward(side)
     # Below this the direction of so small a tilt is rounding.
     level = np.hypot(matrix[..., 0, 2], matrix[..., 1, 2])
     azimuth = np.where(level > 1e-12, np.arctan2(-matrix[..., 1, 2], -matrix[..., 0, 2]), 0.0)

@@ -14,14 +14,18 @@ __all__ = [
     "ExoPinError",
     "FileFormatError",
     "InfeasibleBounds",
+    "InfeasibleForces",
     "InvalidInput",
     "LoopNotClosed",
+    "MasslessMotion",
     "MissingData",
     "MissingExtra",
     "NonConvexBound",
     "NotAWrist",
+    "SimulationStopped",
     "SolverFailed",
     "UndeterminedMotion",
+    "UndrivenMotion",
     "UnknownName",
 ]
 
@@ -196,6 +200,68 @@ class UndeterminedMotion(ExoPinError, RuntimeError):
         )
 
 
+class UndrivenMotion(ExoPinError, RuntimeError):
+    """The actuators and closures cannot make the motion, whatever they give.
+
+    Attributes
+    ----------
+    q : ndarray
+        Shape (nq,), the configuration.
+    missing : ndarray
+        Shape (nv,), the generalised force that nothing makes, N and N m.
+    joints : tuple of str
+        Joints of which a generalised force is missing, the largest first.
+    """
+
+    def __init__(self, q: Any, missing: Any, joints: Iterable[str]) -> None:
+        self.q = q
+        self.missing = missing
+        self.joints = tuple(joints)
+        super().__init__(
+            f"no actuator makes this motion: a generalised force of {float(abs(missing).max()):.3g} (N, N m) is "
+            f"missing in {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''}; name more actuators, "
+            "or ask forward_dynamics how the chain moves"
+        )
+
+
+class InfeasibleForces(ExoPinError, RuntimeError):
+    """No forces within the bounds make the motion.
+
+    Attributes
+    ----------
+    excess : float
+        How far, N or N m, the bounds would have to give at least if all gave alike.
+    bounds : tuple of str
+        The bounds that stand in each other's way.
+    """
+
+    def __init__(self, excess: float, bounds: Iterable[str]) -> None:
+        self.excess = float(excess)
+        self.bounds = tuple(bounds)
+        super().__init__(
+            f"no forces within the bounds make this motion: {', '.join(self.bounds)} would have to give "
+            f"{self.excess:.3g} (N, N m)"
+        )
+
+
+class MasslessMotion(ExoPinError, ValueError):
+    """Some motion of the chain moves no mass, so no acceleration follows from forces.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        Joints that move in it, the most moved first.
+    """
+
+    def __init__(self, joints: Iterable[str]) -> None:
+        self.joints = tuple(joints)
+        super().__init__(
+            f"moving {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} moves no mass, so no "
+            "acceleration follows from the forces: give the links mass (of a wrist's limbs, as Limb.base_body and "
+            "Limb.platform_body), or take these joints out"
+        )
+
+
 class NotAWrist(ExoPinError, RuntimeError):
     """A closed form of the wrist was asked of a robot that is none, or is not known to be one.
 
@@ -247,3 +313,24 @@ class SolverFailed(ExoPinError, RuntimeError):
         self.residual = float(residual)
         tail = f": {detail}" if detail else ""
         super().__init__(f"{solver} stopped at residual {self.residual:.3e}{tail}")
+
+
+class SimulationStopped(ExoPinError, RuntimeError):
+    """A motion cannot be followed any further, as a rule because it has run into a singular configuration.
+
+    Attributes
+    ----------
+    time : float
+        How far it was followed, s.
+    q, v : ndarray
+        The state there, shapes (nq,) and (nv,).
+    """
+
+    def __init__(self, time: float, q: Any, v: Any, reason: str) -> None:
+        self.time = float(time)
+        self.q = q
+        self.v = v
+        super().__init__(
+            f"the motion was followed to {self.time:.6g} s, where {reason}: as a rule the chain stands in a singular "
+            "configuration there, from which more than one motion goes on"
+        )

@@ -5,8 +5,8 @@ Each function returns a read-only float64 copy, so that what was checked is what
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +14,18 @@ from scipy.spatial.transform import Rotation
 
 from .errors import InvalidInput, UnknownName
 
-__all__ = ["as_choice", "as_finite", "as_inertia", "as_positive", "as_real", "as_rotation", "as_unit_vector", "frozen"]
+__all__ = [
+    "ReadOnly",
+    "as_choice",
+    "as_finite",
+    "as_inertia",
+    "as_mapping",
+    "as_positive",
+    "as_real",
+    "as_rotation",
+    "as_unit_vector",
+    "frozen",
+]
 
 #: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
 LARGEST = 1e12
@@ -22,12 +33,22 @@ LARGEST = 1e12
 SMALLEST = 1e-15
 
 FloatArray = NDArray[np.float64]
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 
-def frozen(array: FloatArray) -> FloatArray:
+def frozen(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
     """Return ``array`` with writing switched off."""
     array.setflags(write=False)
     return array
+
+
+class ReadOnly:
+    """For frozen records of results: arrays with writing switched off, so that an answer stays what was computed."""
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
 
 def _describe(shape: tuple[int | None, ...]) -> str:
@@ -92,6 +113,21 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     if np.abs(array).max(initial=0.0) > LARGEST:
         raise InvalidInput(f"expected {name} in SI units, at most {LARGEST:g} in size, got {np.abs(array).max():g}")
     return frozen(array)
+
+
+def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
+    """Return ``value`` if it is a mapping, and an empty one for None.
+
+    Raises
+    ------
+    InvalidInput
+        If it is something else; the message says ``what`` was expected.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InvalidInput(f"expected {name} as a mapping of {what}, got {value!r:.80}")
+    return value
 
 
 def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:

@@ -33,3 +33,10 @@ def length_equations(geometry, lengths):
         geometry.platform_points / b[:, None],
         (a**2 + b**2 - lengths**2) / (2 * a * b),
     )
+
+
+def distance_to_closest(modes, poses):
+    """Angle from each pose to the closest of its modes, rad."""
+    q, p = modes.rotations.as_quat(), poses.as_quat()[..., None, :]
+    gap = np.minimum(np.linalg.norm(q - p, axis=-1), np.linalg.norm(q + p, axis=-1))
+    return 2 * np.where(modes.valid, gap, np.inf).min(axis=-1)

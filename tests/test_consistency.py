@@ -49,7 +49,7 @@ def test_what_is_not_known_is_a_note():
 
 
 def test_a_wrong_limb_jacobian_is_found(monkeypatch):
-    monkeypatch.setattr(consistency, "limb_jacobian", lambda g, p: 1.0001 * limb_jacobian(g, p))
+    monkeypatch.setattr(consistency.wrists, "limb_jacobian", lambda g, p: 1.0001 * limb_jacobian(g, p))
     report = check(ep.load("prototype").mechanism)
     assert outcome(report, "limb Jacobian").outcome == "fail"
     assert not report.passed
@@ -83,7 +83,7 @@ def test_wrong_limb_lengths_are_found(monkeypatch):
         state = inverse_kinematics(geometry, pose)
         return state if len(calls) == 1 else Longer(state)
 
-    monkeypatch.setattr(consistency, "inverse_kinematics", wrong)
+    monkeypatch.setattr(consistency.wrists, "inverse_kinematics", wrong)
     assert consistency.run_check("limb lengths", ep.load("prototype").mechanism).outcome == "fail"
 
 

@@ -13,6 +13,7 @@ from exo_pin.design import (
     Arm,
     Limb,
     LimbBody,
+    LimbGuide,
     Load,
     Mechanism,
     Motion,
@@ -114,6 +115,55 @@ def test_a_design_of_the_users_own_comes_back(tmp_path):
     write_mechanism(mechanism, tmp_path / "mine.toml")
     assert same(mechanism, read_mechanism(tmp_path / "mine.toml"))
     assert list(tmp_path.iterdir()) == [tmp_path / "mine.toml"]
+
+
+def test_every_source_comes_back(tmp_path):
+    """Written beside what it speaks of, in every table, or by its name where the file has no such table."""
+    rod, guide = LimbBody.rod(0.1, 0.2, 0.01), LimbGuide(40.0, 30.0)
+    device = Arm(0.4, [0, 0, -0.1], np.diag([1e-3, 1e-3, 1e-3]), device=True)
+    limb = Limb("UPU", rod, rod, Stroke(0.2, 0.75, 1.05), guide=guide)
+    beside = [
+        "mechanism",
+        "geometry",
+        "geometry.circles",
+        "arm",
+        "arm.parts[0]",
+        "arm.parts[1]",
+        "shoulder",
+        "limbs[0]",
+        "limbs[0].stroke",
+        "limbs[1].base_body",
+        "limbs[1].platform_body",
+        "limbs[2].guide",
+    ]
+    elsewhere = [
+        "arm.parts[2]",
+        "limbs[3]",
+        "limbs[00]",
+        "geometry.points",
+        "limbs[0].stroke.nominal",
+        "limbs",
+        "",
+        "?",
+    ]
+    mechanism = Mechanism(
+        preset("prototype").geometry,
+        arm=Arm.from_anthropometry(1.75, 75, "male") + device,
+        limbs=(limb,) * 3,
+        shoulder=Shoulder(0.1, 0.2),
+        sources={name: f"source of {name!r}" for name in beside + elsewhere},
+    )
+    path = tmp_path / "cited.toml"
+    write_mechanism(mechanism, path)
+    assert read_mechanism(path).sources == mechanism.sources
+    written = tomllib.loads(path.read_text())
+    assert written["arm"]["parts"][0]["source"] == "source of 'arm.parts[0]'"
+    assert written["limbs"][0]["stroke"]["source"] == "source of 'limbs[0].stroke'"
+    assert written["limbs"][2]["guide"]["source"] == "source of 'limbs[2].guide'"
+    assert set(written["sources"]) == set(elsewhere)
+    path.write_text(path.read_text() + '"limbs[0]" = "another"\n')
+    with pytest.raises(FileFormatError, match="given twice"):
+        read_mechanism(path)
 
 
 GOOD = """

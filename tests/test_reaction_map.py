@@ -331,7 +331,7 @@ def test_bad_mechanisms_and_stiffnesses():
         example.reaction_map(pose, ep.Motion([1, 0, 0], [0, 0, 0]))
     with pytest.raises(ep.NonConvexBound):
         exo_of("random-5").reaction_map(pose, split="minimal", constraint_bounds="actuator")
-    with pytest.raises(ep.InvalidInput, match="at least 3 UPU"):
+    with pytest.raises(ep.InvalidInput, match="too few"):
         exo_of("random-3-mixed").reaction_map(pose, split="standalone")
     for stiffness in (
         (-1.0, 1.0, 1.0),
@@ -344,6 +344,21 @@ def test_bad_mechanisms_and_stiffnesses():
             ep.Elasticity.of(*stiffness)
     with pytest.raises(ep.InvalidInput, match="symmetric"):
         ep.Elasticity.of(1.0, 1.0, [[1, 2, 0], [0, 1, 0], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("split", ["standalone", "minimal"])
+@pytest.mark.parametrize("kinds", [["SPS"] * 6, ["UPU"] + ["SPS"] * 4])
+def test_cables_that_carry_the_arm_alone(kinds, split):
+    """Enough limb forces are six, whatever kind of limb they come from."""
+    mechanism = random_mechanism(np.random.default_rng(71), len(kinds), kinds)
+    poses = regular_poses(mechanism, np.random.default_rng(72), 20, margin=0.05)
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    series, query = exo.reaction_map(poses, split=split), exo.reaction(poses, split=split)
+    assert (series.status == query.status).all()
+    assert series.trivial == query.trivial == (split == "minimal")
+    np.testing.assert_allclose(series.shoulder_force, 0, atol=1e-7)
+    if split == "standalone":
+        np.testing.assert_allclose(series.actuator_forces, query.actuator_forces, rtol=1e-6, atol=1e-6)
 
 
 def test_elastic_of_the_design_is_that_of_the_query():

@@ -1,10 +1,15 @@
-"""Wrists without symmetry, and poses away from singularity, for tests."""
+"""Wrists of every kind, with poses away from singularity and loads, for tests."""
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+import exo_pin as ep
 from exo_pin.design import Arm, Limb, Mechanism, WristGeometry
 from exo_pin.wrist.forces import classify
+
+DEGREES = {"degrees": True}
+PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 
 
 def random_mechanism(rng, n, kinds=None):
@@ -23,3 +28,34 @@ def regular_poses(mechanism, rng, count, margin=0.02):
     poses = Rotation.random(40 * count, rng)
     far = classify(mechanism, poses.as_matrix())[1] > margin
     return poses[np.flatnonzero(far)[:count]]
+
+
+def exo_of(mechanism):
+    return ep.ShoulderExo.from_mechanism(mechanism)
+
+
+def random_terms(rng, count):
+    velocity, acceleration, force, moment = rng.normal(size=(4, count, 3))
+    return ep.Motion(3 * velocity, 3 * acceleration), ep.Load(10 * force, moment)
+
+
+MECHANISMS = {
+    "prototype": lambda: ep.load("prototype").mechanism,
+    "prototype-right": lambda: ep.load("prototype", side="right").mechanism,
+    "worn": lambda: ep.load("prototype").worn_by(PERSON).mechanism,
+    "random-3": lambda: random_mechanism(np.random.default_rng(20), 3),
+    "random-3-mixed": lambda: random_mechanism(np.random.default_rng(21), 3, ["SPS", "UPU", "SPS"]),
+    "random-5": lambda: random_mechanism(np.random.default_rng(22), 5, ["UPU", "SPS", "UPU", "SPS", "UPU"]),
+}
+
+
+def heavy_limbs(mechanism, rng):
+    def half():
+        return ep.LimbBody.rod(0.05 + 0.2 * rng.random(), 0.1 + 0.1 * rng.random(), 0.01)
+
+    return mechanism.replace(limbs=tuple(ep.Limb(limb.kind, half(), half()) for limb in mechanism.limbs))
+
+
+def zero_of_abduction(exo):
+    """Abduction in degrees at which det X = 0 next to rest."""
+    return brentq(lambda a: float(exo.singularity(ep.shoulder_rotation(0, a, 0, **DEGREES)).determinant), 4.0, 9.0)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, as_finite
 from . import kernels
+from .balance import put_on
 from .structure import Structure
 
 __all__ = ["Forces", "TreeForces"]
@@ -171,24 +172,8 @@ def _rnea(
     work.wrenches[:] = 0.0
     if multipliers is not None:
         kernels.closure_wrenches(
-            work.poses,
-            multipliers,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            work.wrenches,
-            work.external,
+            work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
         )
-    for name, value in (external or {}).items():
-        if name not in chain._frames:
-            raise UnknownName("frame", name, chain._frames)
-        given = as_finite(f"external[{name!r}]", value, (6,))
-        frame = model.frames[chain._frames[name]]
-        local = data.oMi[frame.parentJoint]
-        arm = (local * frame.placement).translation - local.translation
-        work.external[frame.parentJoint, :3] += local.rotation.T @ given[:3]
-        work.external[frame.parentJoint, 3:] += local.rotation.T @ (given[3:] + np.cross(arm, given[:3]))
+    put_on(chain, external)
     tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
     return TreeForces(tau, chain, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

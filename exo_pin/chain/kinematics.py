@@ -163,7 +163,9 @@ class Kinematics(Closing):
             raise UnknownName("frame", frame, self._frames)
         data = self._workspace.data
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        return np.array(pin.computeFrameJacobian(self._model, data, q, self._frames[frame], axes))
+        J = pin.computeFrameJacobian(self._model, data, q, self._frames[frame], axes)
+        # With a single coordinate the bindings give a vector.
+        return np.array(np.reshape(J, (6, self._model.nv)))
 
     def project_velocity(self, q: ArrayLike, v: ArrayLike) -> FloatArray:
         """The velocity nearest to v that keeps the loops closed, shape (nv,).

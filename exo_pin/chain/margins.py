@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..validation import FloatArray
-from . import kernels
 
 if TYPE_CHECKING:
     from .kinematics import Kinematics
@@ -180,8 +179,7 @@ def _clearance(
     top, model = chain._topology, chain.model
     scale = np.where(top.metres, top.length, 1.0)
     chain._workspace.linearise(q)
-    opened = np.zeros((top.row_count, 3))
-    kernels.shift_rows(chain._workspace.poses, top.joints, top.local, top.kinds, top.distances, top.rows, opened)
+    opened = chain._workspace.unit_wrenches()[:, :3]
     stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)
     frame, counted = output
     carrier = model.frames[chain._frames[frame]].parentJoint

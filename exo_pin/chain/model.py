@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..errors import InvalidInput
 from ..validation import FloatArray
 from .closures import Closures
+from .derivatives import DynamicsDerivatives
 from .files import closures_text, write_files
 from .forces import Forces
 from .loading import load_model
@@ -21,12 +22,13 @@ from .motion import Motions
 from .parallel_robots import read_parallel_robot
 from .paths import Paths
 from .sdf_writing import sdf_text
+from .simulation import Simulations
 from .urdf_writing import urdf_text
 
 __all__ = ["ClosedChain"]
 
 
-class ClosedChain(MobilityQueries, Paths, Motions, Forces):
+class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, Simulations):
     """A kinematic tree with loop closures.
 
     Configurations q have shape (nq,), velocities and accelerations shape (nv,), as Pinocchio orders them; a

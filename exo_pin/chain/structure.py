@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -14,12 +15,12 @@ from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, as_finite
 from .closures import Closure, Closures, Roles
 from .topology import frame_table, make_topology
-from .workspace import Workspace
+from .workspace import ProximalProblem, Workspace
 
-__all__ = ["CLOSED", "Structure"]
+__all__ = ["CLOSED", "PINOCCHIO_TYPES", "Structure"]
 
 #: The closure types that Pinocchio has a constraint for.
-_PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
+PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Largest residual, m and rad, at which a question about a closed chain is still answered.
 CLOSED = 1e-8
 
@@ -35,6 +36,7 @@ class Structure:
         self._topology = make_topology(model, closures, self._frames)
         self._check_roles(closures.roles)
         self._local = threading.local()
+        self._freed_chains: dict[int, Any] = {}
 
     @property
     def model(self) -> pin.Model:
@@ -65,7 +67,8 @@ class Structure:
     def characteristic_length(self) -> float:
         """Length that weighs metres against radians, m.
 
-        The root mean square of the distances between neighbouring joints and closures on their links.
+        The root mean square of the distances between the joints and closures of each body, the world included. It
+        depends neither on where the loops are cut nor on the root.
         """
         return self._topology.length
 
@@ -87,9 +90,9 @@ class Structure:
         for c, closure in enumerate(self.closures):
             places = [pin.SE3(local[:3].T.copy(), local[3].copy()) for local in self._topology.local[c]]
             joint_a, joint_b = (int(joint) for joint in self._topology.joints[c])
-            if closure.type not in _PINOCCHIO_TYPES:
+            if closure.type not in PINOCCHIO_TYPES:
                 raise InvalidInput(f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}")
-            kind = _PINOCCHIO_TYPES[closure.type]
+            kind = PINOCCHIO_TYPES[closure.type]
             constraint = pin.RigidConstraintModel(
                 kind, self._model, joint_a, places[0], joint_b, places[1], pin.ReferenceFrame.LOCAL
             )
@@ -187,6 +190,14 @@ class Structure:
         if work is None:
             work = self._local.workspace = Workspace(self._model, self._topology)
         return work
+
+    @property
+    def _proximal_problem(self) -> ProximalProblem:
+        """This thread's memory for Pinocchio's constrained dynamics."""
+        problem = getattr(self._local, "proximal", None)
+        if problem is None:
+            problem = self._local.proximal = ProximalProblem(self._model, self.constraint_models)
+        return problem
 
     def _vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""

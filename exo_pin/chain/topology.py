@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
 
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, frozen
@@ -33,9 +34,12 @@ class Topology:
         Shape (m, 2, nv), 1 for coordinates that move frame a (b).
     signs : ndarray
         Shape (m, nv), difference of the two.
+    carried : ndarray
+        Shape (njoints, m): 1 where frame a is on the joint's own body or further out and frame b is not, -1 the other
+        way round, else 0.
     length : float
         The characteristic length that weighs metres against radians, m: the root mean square of the distances
-        between neighbouring joints and closures on their links.
+        between the joints and closures of each body, the world included. It does not depend on the cut.
     row_metres : ndarray of bool
         Shape (rows,), which rows are in metres.
     row_scale : ndarray
@@ -54,6 +58,7 @@ class Topology:
     rows: IntArray
     supports: FloatArray
     signs: FloatArray
+    carried: FloatArray
     length: float
     row_metres: NDArray[np.bool_]
     row_scale: FloatArray
@@ -117,7 +122,9 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
-    length = _characteristic_length(model, local)
+    outward = _outward(model)
+    carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
+    length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_scale = np.where(row_metres, 1.0 / length, 1.0)
@@ -128,7 +135,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     metres = _metres(model)
     weight = frozen(np.where(metres, length**2, 1.0))
     return Topology(
-        joints, local, kinds, rows, supports, signs, length, row_metres, row_scale, distances, metres, weight
+        joints, local, kinds, rows, supports, signs, carried, length, row_metres, row_scale, distances, metres, weight
     )
 
 
@@ -151,9 +158,26 @@ def _supports(model: pin.Model) -> FloatArray:
     return moved
 
 
-def _characteristic_length(model: pin.Model, local: FloatArray) -> float:
-    offsets = [model.jointPlacements[joint].translation for joint in range(1, model.njoints)]
-    lengths = np.linalg.norm(np.concatenate([np.reshape(offsets, (-1, 3)), local[:, :, 3].reshape(-1, 3)]), axis=1)
+def _outward(model: pin.Model) -> FloatArray:
+    """Shape (njoints, njoints): 1 in row j and column k where joint k hangs on joint j, or is it."""
+    outward = np.eye(model.njoints)
+    for joint in range(model.njoints - 1, 0, -1):
+        outward[model.parents[joint]] += outward[joint]
+    return outward
+
+
+def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray) -> float:
+    """Root mean square distance between the joints and closures of each body; a free flight is no joint."""
+    points: list[list[FloatArray]] = [[] for _ in range(model.njoints)]
+    for joint in range(1, model.njoints):
+        if model.nvs[joint] < 6:
+            points[joint].append(np.zeros(3))
+            points[model.parents[joint]].append(model.jointPlacements[joint].translation)
+    for bodies, places in zip(joints, local, strict=True):
+        for body, place in zip(bodies, places, strict=True):
+            points[body].append(place[3])
+    pairs = [pdist(np.array(group)) for group in points if len(group) > 1]
+    lengths = np.concatenate([np.zeros(0), *pairs])
     lengths = lengths[lengths > 1e-9]
     return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0
 
@@ -161,5 +185,6 @@ def _characteristic_length(model: pin.Model, local: FloatArray) -> float:
 def _metres(model: pin.Model) -> NDArray[np.bool_]:
     """A coordinate that turns nothing is a translation."""
     data = model.createData()
-    J = pin.computeJointJacobians(model, data, pin.neutral(model))
+    # With a single coordinate the bindings give a vector.
+    J = np.reshape(pin.computeJointJacobians(model, data, pin.neutral(model)), (6, model.nv))
     return np.asarray(np.linalg.norm(J[3:], axis=0) < 1e-9)

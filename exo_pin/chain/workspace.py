@@ -13,7 +13,7 @@ from ..validation import FloatArray
 from . import kernels
 from .topology import Topology
 
-__all__ = ["Workspace"]
+__all__ = ["ProximalProblem", "Workspace"]
 
 
 class Workspace:
@@ -31,8 +31,8 @@ class Workspace:
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
         Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
-    gap, jacobian, jacobian_rate, drift, move
-        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,).
+    gap, jacobian, jacobian_rate, drift, move, unit
+        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
     """
 
     def __init__(self, model: pin.Model, topology: Topology) -> None:
@@ -49,12 +49,13 @@ class Workspace:
         )
         self.forces = _force_window(self.data.f, count)
         self.external = _force_window(self.external_vector, count)
-        self.J, self.dJ = self.data.J.T, self.data.dJ.T
+        self.J, self.dJ = _columns(self.data.J, model.nv), _columns(self.data.dJ, model.nv)
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move = np.zeros(model.nv)
         self.wrenches = np.zeros((len(topology.kinds), 6))
+        self.unit = np.zeros((rows, 6))
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""
@@ -79,6 +80,12 @@ class Workspace:
             self.jacobian,
         )
 
+    def unit_wrenches(self) -> FloatArray:
+        """Fill ``unit``, what multipliers of one put on the bodies of frames a; the poses must be there."""
+        top = self._topology
+        kernels.unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        return self.unit
+
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
         top = self._topology
@@ -100,6 +107,26 @@ class Workspace:
         return self.drift
 
 
+class ProximalProblem:
+    """Pinocchio's memory for the constrained dynamics of one chain and one thread.
+
+    Attributes
+    ----------
+    data : pinocchio.Data
+        Of its own, because it is laid out for the constraints.
+    models, datas
+        Pinocchio's vectors of constraints.
+    """
+
+    def __init__(self, model: pin.Model, constraints: list[pin.RigidConstraintModel]) -> None:
+        self.data = model.createData()
+        self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+        for constraint in constraints:
+            self.models.append(constraint)
+            self.datas.append(constraint.createData())
+        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
+
+
 def _address(array: Any) -> int:
     return int(array.__array_interface__["data"][0])
 
@@ -119,6 +146,11 @@ def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> Floa
         if not (block and tail and 8 * (one.size + other.size) == size):
             raise ExoPinError(f"pinocchio {pin.__version__} keeps its arrays in an unexpected layout")
     return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
+
+
+def _columns(matrix: Any, count: int) -> FloatArray:
+    """A window on the columns of a matrix; with one column the bindings give a vector."""
+    return np.asarray(matrix.T if matrix.ndim == 2 else matrix.reshape(count, 6))
 
 
 def _force_window(vector: Any, count: int) -> FloatArray:

@@ -9,11 +9,11 @@ from typing import NoReturn
 
 from .. import __version__
 from ..errors import ExoPinError
-from . import designs, kinematics, mobility, muscles, reactions, source, studies, view
+from . import designs, dynamics, kinematics, mobility, muscles, reactions, source, studies, view
 
 __all__ = ["main"]
 
-_GROUPS = (reactions, studies, kinematics, designs, mobility, muscles, view, source)
+_GROUPS = (reactions, studies, kinematics, designs, mobility, dynamics, muscles, view, source)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -143,7 +144,7 @@ class Arm:
         bodies = [cls(weight, centre, tensor, body_mass=mass) for weight, centre, tensor in segments]
         return replace(_combined(bodies))
 
-    @property
+    @cached_property
     def inertia_about_origin(self) -> FloatArray:
         """Shape (3, 3), kg m², about O, axes of {O_B}.
 
@@ -154,7 +155,7 @@ class Arm:
         """
         if self.inertia is None:
             raise MissingData(["arm inertia"], "the inertia about the shoulder")
-        return self.inertia + _parallel_axis(self.mass, self.centre_of_mass)
+        return frozen(self.inertia + _parallel_axis(self.mass, self.centre_of_mass))
 
     @property
     def person(self) -> Arm | None:

@@ -86,6 +86,13 @@ class Table:
             raise self.error("expected a list of strings", key)
         return tuple(values)
 
+    def mapping(self, key: str) -> dict[str, str]:
+        """A table of strings whose keys are free, empty if absent."""
+        values = self._typed(key, dict, False) or {}
+        if not all(isinstance(value, str) for value in values.values()):
+            raise self.error("expected a table of strings", key)
+        return dict(values)
+
     def flag(self, key: str) -> bool:
         """A boolean, False if absent."""
         return bool(self._typed(key, bool, False))

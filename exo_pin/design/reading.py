@@ -23,7 +23,7 @@ def read_root(root: Table) -> Mechanism:
     side = root.text("side", required=False, choices=("left", "right")) or "left"
     gravity = root.quantity("acceleration", "gravity", (3,), required=False)
     document, estimated = root.text("source", required=False), root.texts("estimated")
-    if document:
+    if document is not None:
         sources["mechanism"] = document
     geometry_table = root.table("geometry")
     assert geometry_table is not None
@@ -32,7 +32,11 @@ def read_root(root: Table) -> Mechanism:
     arm_table, shoulder_table = root.table("arm", required=False), root.table("shoulder", required=False)
     arm = None if arm_table is None else _read_arm(arm_table, sources)
     shoulder = Shoulder() if shoulder_table is None else _read_shoulder(shoulder_table, sources)
-    limbs = tuple(_read_limb(table, index, sources) for index, table in enumerate(root.tables("limbs")))
+    limbs = tuple(_read_limb(table, sources) for table in root.tables("limbs"))
+    for key, text in root.mapping("sources").items():
+        if key in sources:
+            raise root.error(f"given twice, here and in {key} itself", "sources")
+        sources[key] = text
     root.finish()
     return Mechanism(
         geometry,
@@ -50,7 +54,7 @@ def read_root(root: Table) -> Mechanism:
 
 def _note_source(table: Table, sources: dict[str, str]) -> None:
     source = table.text("source", required=False)
-    if source:
+    if source is not None:
         sources[table.name] = source
 
 
@@ -61,6 +65,9 @@ def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeo
     table.finish()
     if (circles is None) == (points is None):
         raise table.error("expected either a table circles or a table points", "circles")
+    for kind in (circles, points):
+        if kind is not None:
+            _note_source(kind, sources)
     if circles is not None:
         geometry = WristGeometry.from_circles(
             circles.quantity("length", "base_radius"),
@@ -93,6 +100,8 @@ def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
     parts = table.tables("parts")
     if not parts:
         return _read_body(table)
+    for body in parts:
+        _note_source(body, sources)
     body_mass = table.quantity("mass", "body_mass", required=False)
     table.finish()
     # The person's mass belongs to the person's parts; where all is device it is kept with that.
@@ -136,12 +145,13 @@ def _read_shoulder(table: Table, sources: dict[str, str]) -> Shoulder:
     return shoulder
 
 
-def _read_limb(table: Table, index: int, sources: dict[str, str]) -> Limb:
+def _read_limb(table: Table, sources: dict[str, str]) -> Limb:
     _note_source(table, sources)
     kind = table.text("kind", choices=("UPU", "SPS"))
     stroke_table = table.table("stroke", required=False)
     stroke = None
     if stroke_table is not None:
+        _note_source(stroke_table, sources)
         stroke = Stroke(
             stroke_table.quantity("length", "nominal"),
             stroke_table.quantity("number", "shortest_ratio"),
@@ -149,17 +159,18 @@ def _read_limb(table: Table, index: int, sources: dict[str, str]) -> Limb:
             stroke_table.quantity("length", "end_fitting", required=False),
         )
         stroke_table.finish()
-    halves = [_read_limb_body(table.table(key, required=False)) for key in ("base_body", "platform_body")]
+    halves = [_read_limb_body(table.table(key, required=False), sources) for key in ("base_body", "platform_body")]
     limit = table.quantity("angle", "joint_half_diagonal", required=False)
     straight = table.quantity("number", "joint_straight", (3,), required=False)
-    guide = _read_guide(table.table("guide", required=False))
+    guide = _read_guide(table.table("guide", required=False), sources)
     table.finish()
     return Limb(kind, halves[0], halves[1], stroke, limit, straight, guide)  # type: ignore[arg-type]
 
 
-def _read_guide(table: Table | None) -> LimbGuide | None:
+def _read_guide(table: Table | None, sources: dict[str, str]) -> LimbGuide | None:
     if table is None:
         return None
+    _note_source(table, sources)
     joint = table.quantity("stiffness", "joint_stiffness", required=False)
     twist = table.quantity("twist stiffness", "joint_twist_stiffness", required=False)
     guide = LimbGuide(
@@ -172,9 +183,10 @@ def _read_guide(table: Table | None) -> LimbGuide | None:
     return guide
 
 
-def _read_limb_body(table: Table | None) -> LimbBody | None:
+def _read_limb_body(table: Table | None, sources: dict[str, str]) -> LimbBody | None:
     if table is None:
         return None
+    _note_source(table, sources)
     body = LimbBody(
         table.quantity("mass", "mass"),
         table.quantity("length", "centre"),

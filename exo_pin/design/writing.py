@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,34 +22,55 @@ SCHEMA = 1
 
 def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     """The table that a mechanism's file holds, keys with their units."""
-    sources = mechanism.sources
     table: dict[str, Any] = {"schema": SCHEMA, "name": mechanism.name}
     if mechanism.title:
         table["title"] = mechanism.title
     table["side"] = mechanism.side
     table["gravity_m_s2"] = mechanism.gravity.tolist()
-    if "mechanism" in sources:
-        table["source"] = sources["mechanism"]
     if mechanism.estimated:
         table["estimated"] = list(mechanism.estimated)
-    table["geometry"] = _sourced("geometry", sources, _geometry_table(mechanism.geometry, mechanism.side))
+    table["geometry"] = _geometry_table(mechanism.geometry, mechanism.side)
     if mechanism.arm is not None:
-        table["arm"] = _sourced("arm", sources, _arm_table(mechanism.arm))
+        table["arm"] = _arm_table(mechanism.arm)
     shoulder = _present(
         abduction_centre_rad=mechanism.shoulder.abduction_centre,
         half_diagonal_rad=mechanism.shoulder.half_diagonal,
         stiffness_N_m=mechanism.shoulder.stiffness,
     )
     if shoulder:
-        table["shoulder"] = _sourced("shoulder", sources, shoulder)
-    table["limbs"] = [
-        _sourced(f"limbs[{index}]", sources, _limb_table(limb)) for index, limb in enumerate(mechanism.limbs)
-    ]
+        table["shoulder"] = shoulder
+    table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
+    elsewhere = _cite(table, mechanism.sources)
+    if elsewhere:
+        table["sources"] = elsewhere
     return table
 
 
-def _sourced(name: str, sources: Any, content: dict[str, Any]) -> dict[str, Any]:
-    return {"source": sources[name], **content} if name in sources else content
+def _cite(root: dict[str, Any], sources: Mapping[str, str]) -> dict[str, str]:
+    """Write every source into the table that its key names; return those whose table this file does not have."""
+    elsewhere = {}
+    for name, text in sources.items():
+        table = root if name == "mechanism" else _table_at(root, name)
+        if table is None:
+            elsewhere[name] = text
+        else:
+            content = dict(table)
+            table.clear()
+            table.update(source=text, **content)
+    return elsewhere
+
+
+def _table_at(root: dict[str, Any], name: str) -> dict[str, Any] | None:
+    """The table of a dotted name such as ``limbs[0].stroke``; None if there is none."""
+    here: Any = root
+    for step in name.split("."):
+        match = re.fullmatch(r"(\w+)(?:\[(0|[1-9]\d*)\])?", step)
+        if match is None or not isinstance(here, dict):
+            return None
+        here = here.get(match[1])
+        if match[2] is not None:
+            here = here[int(match[2])] if isinstance(here, list) and int(match[2]) < len(here) else None
+    return here if isinstance(here, dict) else None
 
 
 def _present(**items: Any) -> dict[str, Any]:

@@ -6,26 +6,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..design import Arm, Mechanism
+from ..design import Mechanism
 from ..errors import SolverFailed
 from ..validation import FloatArray
 from ..wrist.forces import STATUS, classify
-from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN, arm_load
+from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN
 from ..wrist.side import side_wrenches
 from ..wrist.stacks import Query
 from .bounds import SideForceBounds
-from .certificate import Certificate, is_determined
+from .certificate import is_determined
 from .choice import Pose, Socket, Weights, choose
 from .cone import GlenoidCone
 from .elastic import shoulder_stiffness
 from .equilibrium import Equilibrium
-from .infeasibility import Infeasibility, Shortfall
+from .infeasibility import Shortfall
 from .infeasible import shortfall
 from .limits import ForceLimits
 from .program import duality_gap, least_force
-from .result import Optimum, Reaction
 
-__all__ = ["QUERY_STATUS", "Answer", "Wanted", "arm_loads", "is_trivial"]
+__all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "Answer", "Wanted", "is_trivial"]
 
 #: The closed form's status codes and what only a query with limits can find.
 QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke")
@@ -51,14 +50,6 @@ def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool
         return False
     values = np.linalg.svd(free, compute_uv=False)
     return bool(values[2] > _REACHES * values[0])
-
-
-_CHOSEN_BY = {
-    "spherical": "limbs that carry no side force (g = 0)",
-    "minimal": "the side forces within their bounds that make the shoulder force least",
-    "standalone": "a shoulder that carries nothing (F_s = 0)",
-    "elastic": "the stiffness of guides, joints and shoulder, for displacements small against the limbs",
-}
 
 
 class Chosen(NamedTuple):
@@ -239,73 +230,7 @@ class Answer:
         limbs[3:] /= self.radius
         self.torso_unique[row] = bool(is_determined(limbs).all())
 
-    def finished(self, query: Query, wanted: Wanted) -> Reaction:
-        """Shape everything to the caller's stack."""
-        shape, split = query.shape, wanted.split
-        self._refuse_what_is_not_finite()
-        answered = self.status < STATUS.index("singular")
-        trivial = split == "minimal" and bool(answered.any() and self.trivial[answered].all())
-
-        def stacked(array: np.ndarray) -> np.ndarray:
-            return array.reshape((*shape, *array.shape[1:]))
-
-        arm_force, arm_moment, device = arm_loads(self.mechanism, query)
-        limbs = self.on_arm.sum(axis=1)
-        largest = np.maximum(
-            np.abs(self.shoulder).max(axis=1), np.abs(self.on_arm[:, :, :3]).max(axis=(1, 2), initial=0.0)
-        )
-        largest = np.maximum(largest, np.abs(arm_force).max(axis=1))
-        miss = np.maximum(
-            np.abs(self.shoulder + limbs[:, :3] + arm_force).max(axis=1),
-            np.abs(limbs[:, 3:] + arm_moment).max(axis=1) / self.radius,
-        )
-        residual = np.divide(miss, largest, out=np.where(np.isnan(miss), np.nan, 0.0), where=largest > 0.0)
-        size, reference = np.linalg.norm(self.shoulder, axis=1), np.linalg.norm(self.spherical, axis=1)
-        nothing = 1e-12 * largest
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.where(reference > nothing, size / reference, np.where(size > nothing, np.inf, np.nan))
-        ratio[np.isnan(size)] = np.nan
-        certificate = Certificate(
-            stacked(self.undetermined),
-            stacked(self.redundant),
-            stacked(self.f_unique),
-            stacked(self.g_unique),
-            stacked(self.shoulder_unique),
-            stacked(self.torso_unique),
-            _CHOSEN_BY[split]
-            + ("" if wanted.limits.is_free else ", within the limits of the limbs")
-            + ("" if wanted.cone is None else ", with regard to the socket"),
-        )
-        arm = self.mechanism.arm
-        weight = None
-        if arm is not None and arm.body_mass is not None:
-            weight = arm.body_mass * STANDARD_GRAVITY
-        return Reaction(
-            shoulder_force=stacked(self.shoulder),
-            actuator_forces=stacked(self.f),
-            constraint_forces=stacked(self.g),
-            limb_wrenches=stacked(self.on_arm),
-            cuff_wrench=stacked(limbs + device),
-            harness_wrenches=stacked(self.on_torso),
-            spherical_force=stacked(self.spherical),
-            ratio=stacked(ratio),
-            split=split,
-            status=np.array(QUERY_STATUS)[self.status].reshape(shape),
-            margin=stacked(self.margin),
-            determinant=stacked(self.determinant),
-            residual=stacked(residual),
-            certificate=certificate,
-            body_weight=weight,
-            trivial=trivial,
-            optimum=Optimum(stacked(self.kkt), stacked(self.gap), stacked(self.unique)),
-            infeasibility=(
-                Infeasibility.from_rows(shape, self.mechanism.limb_count, self.shortfalls) if self.shortfalls else None
-            ),
-            centre_displacement=None if self.displacement is None else stacked(self.displacement),
-            side_stiffness=None if self.stiffness is None else stacked(self.stiffness),
-        )
-
-    def _refuse_what_is_not_finite(self) -> None:
+    def refuse_what_is_not_finite(self) -> None:
         """A row that overflowed has no answer, and says so."""
         arrays = (self.shoulder, self.f, self.g, self.on_arm.reshape(len(self.f), self.f.shape[1] * 6))
         finite = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
@@ -331,41 +256,3 @@ def _apply(state: Equilibrium, chosen: Chosen) -> tuple[FloatArray, FloatArray]:
     closure = state.closure + chosen.f[:, None] * state.closure_of_f + chosen.g[:, None] * state.closure_of_g
     shoulder = state.shoulder + state.shoulder_of_f @ chosen.f + state.shoulder_of_g @ chosen.g
     return shoulder, closure
-
-
-def arm_loads(mechanism: Mechanism, query: Query) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What arm and device add to the balance, by Newton and Euler in closed form and not through Pinocchio.
-
-    Returns force (N, 3) and moment (N, 3) about O on the whole arm, load included, and the wrench (N, 6) of the
-    device's own parts, without the load.
-    """
-    arm = mechanism.require_arm("weight")
-    nothing = np.zeros_like(query.force)
-    force, moment = _carried(arm, mechanism.gravity, query, query.force, query.moment)
-    device = np.zeros((len(force), 6))
-    for part in arm.parts:
-        if part.device:
-            device += np.concatenate(_carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
-    return force, moment, device
-
-
-def _carried(
-    body: Arm, gravity: FloatArray, query: Query, force: FloatArray, moment: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Weight, inertia and load of a body that turns with the arm: force and moment about O, shape (N, 3) each."""
-    total_force, total_moment = np.empty_like(force), np.empty_like(moment)
-    inertia = np.zeros((3, 3)) if body.inertia is None else body.inertia_about_origin
-    arm_load(
-        query.matrices,
-        body.mass,
-        body.centre_of_mass,
-        inertia,
-        gravity,
-        query.velocity,
-        query.acceleration,
-        force,
-        moment,
-        total_force,
-        total_moment,
-    )
-    return total_force, total_moment

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidInput
-from ..validation import FloatArray
+from ..validation import FloatArray, ReadOnly
 
 __all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determined"]
 
@@ -37,7 +37,7 @@ def component_names(limb_count: int) -> list[str]:
 
 
 @dataclass(frozen=True, eq=False)
-class Components:
+class Components(ReadOnly):
     """What each component of an answer rests on, for a pose or a stack of shape (...).
 
     Attributes
@@ -113,7 +113,7 @@ class Components:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(ReadOnly):
     """What equilibrium says about an answer, for a pose or a stack of shape (...).
 
     A reaction is unique if no self-stress of the mechanism (a set of closure and joint forces that balances

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidInput, SolverFailed
+from ..programs import LeastSquares, Solution, solve
 from ..validation import FloatArray, as_positive
 from .cone import GlenoidCone
 from .equilibrium import Equilibrium
-from .quadratic import LeastSquares, Solution, solve
 
 __all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
 

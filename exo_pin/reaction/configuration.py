@@ -12,7 +12,7 @@ from ..design import WristGeometry
 from ..validation import FloatArray
 from ..wrist import inverse_kinematics
 
-__all__ = ["NeutralLimbs", "joint_angles"]
+__all__ = ["NeutralLimbs", "joint_angles", "side_couples"]
 
 _compile = njit(cache=True, error_model="numpy")
 
@@ -71,6 +71,28 @@ def _angle(axis: Any, u: Any, v: Any) -> float:
         + axis[2] * (u[0] * v[1] - u[1] * v[0])
     )
     return math.atan2(sine, u[0] * v[0] + u[1] * v[1] + u[2] * v[2])
+
+
+@_compile
+def side_couples(b: Any, X: Any, out: Any) -> None:
+    """Fill what tells the couple in the universal joint at B_i from a wrench about O.
+
+    Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·(M - b × F) = n·M - |b| X·F.
+
+    Parameters
+    ----------
+    b, X : ndarray
+        Shape (n, 3), the vectors from O to B_i and the limbs' axes.
+    out : ndarray
+        Shape (n, 6), filled.
+    """
+    for i in range(len(b)):
+        size = np.sqrt(b[i, 0] ** 2 + b[i, 1] ** 2 + b[i, 2] ** 2)
+        for k in range(3):
+            out[i, k] = -size * X[i, k]
+        out[i, 3] = (b[i, 1] * X[i, 2] - b[i, 2] * X[i, 1]) / size
+        out[i, 4] = (b[i, 2] * X[i, 0] - b[i, 0] * X[i, 2]) / size
+        out[i, 5] = (b[i, 0] * X[i, 1] - b[i, 1] * X[i, 0]) / size
 
 
 @_compile

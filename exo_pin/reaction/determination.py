@@ -17,7 +17,7 @@ from scipy.optimize import OptimizeResult, linprog
 
 from ..design import Mechanism
 from ..errors import InvalidInput, SolverFailed
-from ..validation import FloatArray
+from ..validation import FloatArray, ReadOnly
 from ..wrist.stacks import Query
 from .bounds import ConstraintBounds, SideForceBounds
 from .certificate import Components, component_names, is_determined
@@ -68,7 +68,7 @@ def certified(
 
 
 @dataclass(frozen=True, eq=False)
-class ComponentSource:
+class ComponentSource(ReadOnly):
     """An answer and its question, from which the certificate's components follow.
 
     Attributes

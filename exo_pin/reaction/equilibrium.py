@@ -1,10 +1,10 @@
-"""Equilibrium of arm and limbs in one pose, as Pinocchio sees it: RNEA on the open tree, and the closures' Jacobians.
+"""Equilibrium of arm and limbs in one pose: the equations of motion of the closed chain, solved limb by limb.
 
 The tree hangs from the arm (see :mod:`exo_pin.chain.urdf`): every limb is a branch, closed onto the torso at A_i. Write
-λ_i for the wrench that the torso puts on limb i at its closure, about O in the base frame. The rows of a limb's own
-joints say
+λ_i for what the torso puts on limb i at its closure. Of the chain's equations of motion
+(:mod:`exo_pin.chain.balance`), the rows of a limb's own joints say
 
-    J_iᵀ λ_i = τ_i + e_slide f_i          τ_i from RNEA; the actuator's effort is -f_i, tension pulls
+    J_iᵀ λ_i = τ_i + e_slide f_i          τ_i of the open tree; the actuator's effort is -f_i, tension pulls
 
 and, for a UPU limb, five such rows leave one freedom of the six, the couple in the universal joint at B_i. That
 couple defines g_i, also where the limb has mass: it is g_i |B_i| about b_i/|b_i| × X_i, on the arm, (D-18). So λ_i is
@@ -17,13 +17,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import pinocchio as pin
 
 from ..chain import ClosedChain, mechanism_urdf
+from ..chain.balance import Balance, balance_of
 from ..design import Arm, Limb, Mechanism
 from ..validation import FloatArray
 from ..wrist.kernels import limb_vectors
-from .configuration import NeutralLimbs, joint_angles
+from .configuration import NeutralLimbs, joint_angles, side_couples
 
 __all__ = ["Equilibrium", "EquilibriumModel"]
 
@@ -103,7 +103,6 @@ class EquilibriumModel:
         mechanism = mechanism.replace(arm=arm, limbs=tuple(_without_spin(limb) for limb in mechanism.limbs))
         self.chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="whole"))
         self._model = self.chain.model
-        self._data = self._model.createData()
         geometry = mechanism.geometry
         self._neutral = NeutralLimbs(geometry)
         self._base_axes = -geometry.base_points / np.linalg.norm(geometry.base_points, axis=-1, keepdims=True)
@@ -120,6 +119,9 @@ class EquilibriumModel:
         self._q_index = [[self._model.joints[j].idx_q for j in ids] for ids in joints]
         v_index = [[self._model.joints[j].idx_v for j in ids] for ids in joints]
         self._upu_columns = np.array([v_index[i] for i in self._upu], dtype=int).reshape(-1, 5)
+        closures = [self.chain.rows(role.closure) for role in self.chain.roles.limbs]
+        rigid = [np.arange(own.start, own.stop) for own in closures if own.stop - own.start == 6]
+        self._upu_rows = np.array(rigid, dtype=int).reshape(-1, 6)
         self._slides = np.array([columns[2] for columns in v_index])
         n = mechanism.limb_count
         self._b, self._s, self._X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
@@ -187,29 +189,24 @@ class EquilibriumModel:
             Force on the arm and moment about O, shape (6,), base frame.
         """
         v, a = self._motion(R, q, velocity, acceleration)
-        tau = pin.rnea(self._model, self._data, q, v, a)
-        J = pin.computeJointJacobians(self._model, self._data, q)
+        # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
+        balance = balance_of(self.chain, q, v, a, keeps_closed=False)
         n = len(self._b)
-        share = np.zeros((n, 6))
-        if not self._massless:
-            for i, joint in enumerate(self._first_joint):
-                share[i] = self._data.oMi[joint].act(self._data.f[joint]).vector
+        share = np.zeros((n, 6)) if self._massless else balance.tree[self._first_joint]
         closure, of_f, of_g = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
         if self._upu.size:
-            self._close_upu(J, tau, share, closure, of_f, of_g)
+            self._close_upu(balance, share, closure, of_f, of_g)
         if self._sps.size:
-            self._close_sps(tau, share, closure, of_f)
-        root = self._data.f[1]
-        carried = R @ root.linear - load[:3]
-        moment = R @ root.angular - load[3:]
+            self._close_sps(balance.tau, share, closure, of_f)
+        carried = balance.tree[1] - load - closure.sum(axis=0)
         return Equilibrium(
             moment_of_f=of_f[:, 3:].T,
-            moment=moment - closure[:, 3:].sum(axis=0),
+            moment=carried[3:],
             closure=closure,
             closure_of_f=of_f,
             closure_of_g=of_g,
             limb_share=share,
-            shoulder=carried - closure[:, :3].sum(axis=0),
+            shoulder=carried[:3],
             limb_axes=self._X.copy(),
         )
 
@@ -225,29 +222,28 @@ class EquilibriumModel:
 
     def _close_upu(
         self,
-        J: FloatArray,
-        tau: FloatArray,
+        balance: Balance,
         share: FloatArray,
         closure: FloatArray,
         of_f: FloatArray,
         of_g: FloatArray,
     ) -> None:
         """Fill the rows of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i."""
-        limbs, columns = self._upu, self._upu_columns
+        limbs, columns, own = self._upu, self._upu_columns, self._upu_rows
         X, radius = self._X[limbs], self._radii[limbs]
-        # Couple at B of a wrench (F, M) about O along n = b/|b| × X: n·(M - b × F) = n·M - |b| X·F.
         couple = np.empty((limbs.size, 6))
-        couple[:, :3] = -radius[:, None] * X
-        couple[:, 3:] = np.cross(self._b[limbs] / radius[:, None], X)
+        side_couples(self._b[limbs], X, couple)
+        # In the multipliers of the limb's rigid closure; ``unit`` makes wrenches about O of them.
+        unit = balance.unit[own]
         rows = np.empty((limbs.size, 6, 6))
-        rows[:, :5] = J[:, columns].transpose(1, 2, 0)
-        rows[:, 5] = couple
+        rows[:, :5] = balance.jacobian[own[:, None, :], columns[:, :, None]]
+        rows[:, 5] = (unit @ couple[:, :, None])[:, :, 0]
         target = np.zeros((limbs.size, 6, 3))
-        target[:, :5, 0] = tau[columns]
-        target[:, 5, 0] = np.einsum("ij,ij->i", couple, share[limbs])
+        target[:, :5, 0] = balance.tau[columns]
+        target[:, 5, 0] = (couple * share[limbs]).sum(axis=1)
         target[:, 2, 1] = 1.0
         target[:, 5, 2] = radius
-        solved = np.linalg.solve(rows, target)
+        solved = unit.transpose(0, 2, 1) @ np.linalg.solve(rows, target)
         closure[limbs], of_f[limbs], of_g[limbs] = solved[:, :, 0], solved[:, :, 1], solved[:, :, 2]
 
     def _close_sps(self, tau: FloatArray, share: FloatArray, closure: FloatArray, of_f: FloatArray) -> None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..validation import FloatArray
+from ..validation import FloatArray, ReadOnly
 
 __all__ = ["Infeasibility", "Shortfall"]
 
@@ -31,7 +31,7 @@ class Shortfall(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Infeasibility:
+class Infeasibility(ReadOnly):
     """Evidence for the poses of a stack of shape (...) that cannot be held; all else NaN, False or 0.
 
     Attributes

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from ..errors import SolverFailed
+from ..programs import LeastSquares, Solution, solve
 from ..validation import FloatArray
 from ..wrist.holding import moment_margin
 from .choice import Pose, force_scale
 from .infeasibility import Shortfall
-from .quadratic import LeastSquares, Solution, solve
 
 __all__ = ["shortfall"]
 

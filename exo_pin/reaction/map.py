@@ -15,13 +15,15 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput, UnknownName
 from ..progress import track
-from ..validation import FloatArray, as_rotation
-from ..wrist.forces import STATUS
+from ..validation import FloatArray, ReadOnly, as_rotation
+from ..wrist.forces import STATUS, require_standalone
 from ..wrist.formulas import SINGULAR
 from ..wrist.stacks import Rows, require_massless
 from . import map_kernels
 from .bounds import ConstraintBounds, SideForceBounds
-from .map_kernels import BY_ACTUATOR, GIVEN, Device, Outputs, Terms
+from .map_blocks import Device, Outputs, Terms
+from .map_kernels import BY_ACTUATOR, GIVEN
+from .map_three import map_three
 from .stiffness import Elasticity
 
 __all__ = ["CHUNK", "MapSplit", "ReactionMap", "reaction_map"]
@@ -41,7 +43,7 @@ _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "ma
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionMap:
+class ReactionMap(ReadOnly):
     """Forces over a stack of poses of shape (...), massless limbs; None where it was not kept.
 
     Base frame; rows without an answer are NaN, and ``status`` says why.
@@ -119,8 +121,8 @@ def reaction_map(
         raise InvalidInput(f'elasticity belongs to split="elastic", got split={split!r}')
     require_massless(mechanism)
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
-    if split == "standalone" and upu.size < 3:
-        raise InvalidInput(f"a wrist without a shoulder needs at least 3 UPU limbs to hold its centre, got {upu.size}")
+    if split == "standalone":
+        require_standalone(mechanism)
     poses = _Poses(orientations)
     terms = _TermRows(mechanism, motion, load, poses.shape)
     bounds = SideForceBounds(constraint_bounds, poses.shape, n)
@@ -134,7 +136,7 @@ def reaction_map(
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
         if n == 3 and split in ("spherical", "standalone"):
-            map_kernels.map_three(rows, device, terms.block(start, stop), split == "standalone", out)
+            map_three(rows, device, terms.block(start, stop), split == "standalone", out)
         else:
             lower, upper = bounds.block(start, stop)
             map_kernels.map_any(rows, device, terms.block(start, stop), _CODES[split], kind, lower, upper, out)
@@ -146,7 +148,8 @@ def reaction_map(
         name: array.reshape((*poses.shape, *array.shape[1:])) if name in wanted else None
         for name, array in zip(_KEEP, outputs, strict=True)
     }
-    trivial = split == "minimal" and bounds.is_free and upu.size >= 3
+    # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
+    trivial = split == "minimal" and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     return ReactionMap(
         shoulder_force=kept["shoulder_force"],
         actuator_forces=kept["actuator_forces"],

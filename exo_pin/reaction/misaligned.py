@@ -9,10 +9,12 @@ from ..errors import SolverFailed
 from ..validation import FloatArray
 from ..wrist.forces import STATUS
 from ..wrist.stacks import Query, require_massless
-from .answer import Answer, Wanted, arm_loads, is_trivial
+from .answer import Answer, Wanted, is_trivial
 from .bounds import SideForceBounds
 from .certificate import is_determined
 from .elastic import Displaced, shoulder_stiffness
+from .finished import finished
+from .loads import arm_loads
 from .program import least_force
 from .result import Reaction
 
@@ -51,7 +53,7 @@ def misaligned_reaction(
         for row in rows.tolist():
             _choose(row, state, answer, split, bounds, g, tensions)
     _fill(state, answer, g, tensions)
-    return answer.finished(query, wanted)
+    return finished(answer, query, wanted)
 
 
 def _choose(

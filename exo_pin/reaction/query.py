@@ -22,6 +22,7 @@ from .cone import GlenoidCone
 from .determination import certified
 from .elastic import as_offset, shoulder_stiffness
 from .equilibrium import EquilibriumModel
+from .finished import finished
 from .limits import ActuatorBounds, ForceLimits
 from .misaligned import misaligned_reaction
 from .result import Reaction
@@ -85,7 +86,7 @@ def reaction(
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
         answer.fill(row, state, wanted)
-    return certified(answer.finished(query, wanted), mechanism, query, None, bounds)
+    return certified(finished(answer, query, wanted), mechanism, query, None, bounds)
 
 
 def _check_options(

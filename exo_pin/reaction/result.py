@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..validation import FloatArray
+from ..validation import FloatArray, ReadOnly
 from .certificate import Certificate
 from .infeasibility import Infeasibility
 from .table import reaction_table
@@ -18,7 +18,7 @@ __all__ = ["Optimum", "Reaction"]
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
+class Optimum(ReadOnly):
     """How good the chosen forces are as an optimum, for a pose or a stack of shape (...).
 
     Attributes
@@ -40,11 +40,12 @@ class Optimum:
 
 
 @dataclass(frozen=True, eq=False)
-class Reaction:
+class Reaction(ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
-    says why.
+    says why. The arrays are read-only, which ``Rotation.apply`` of SciPy does not take: give it a copy, or multiply by
+    ``as_matrix()``.
 
     Attributes
     ----------

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..design.geometry import CircleDimensions
 from ..validation import FloatArray
-from ..wrist.kernels import arm_load
+from ..wrist.loads import arm_load
 from ..wrist.side import SideWrenches, guide_flexibility, side_wrenches_of
 from ..wrist.stacks import Query, as_query
 

@@ -1,4 +1,4 @@
-"""The largest shoulder force over a ball of centre offsets.
+"""The largest shoulder force over a ball of centre offsets, or over one of base and one of cuff.
 
 The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
 the tensions then grow without bound, and so does the shoulder force. Between two offsets on either side of the
@@ -9,33 +9,23 @@ without a change of sign is a largest force looked for.
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq, minimize
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
-from scipy.stats import qmc
 
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite, as_positive
+from ..validation import as_finite, as_positive
 from ..wrist.forces import STATUS
-from .elastic import Displaced, shoulder_stiffness
-from .worst import Loaded, WorstCase, loaded, status_names
+from .elastic import shoulder_stiffness
+from .offset_search import OffsetSearch
+from .worst import WorstCase, loaded, status_names
 
 __all__ = ["worst_offset"]
 
 #: An offset beyond this, m, is taken for millimetres.
 _FARTHEST = 0.2
 _SPLITS = ("spherical", "elastic")
-#: 2^m points of a Sobol sequence within the ball, and as many on its surface.
-_SOBOL_POWER = 7
-#: Step of the central differences that guide the search, in radii.
-_STEP = 1e-5
-#: How many of the best points the search starts from.
-_STARTS = 3
 
 
 def worst_offset(
@@ -46,8 +36,9 @@ def worst_offset(
     motion: Motion | None = None,
     load: Load | None = None,
     centre: ArrayLike = (0.0, 0.0, 0.0),
+    separately: bool = False,
 ) -> WorstCase:
-    """Largest |F_s| over all offsets of base and cuff together within a ball.
+    """Largest |F_s| over all centre offsets within a ball.
 
     Parameters
     ----------
@@ -63,12 +54,16 @@ def worst_offset(
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like
         Centre of the ball, shape (3,), m, where an offset is known.
+    separately : bool
+        Whether base and cuff are off independently of each other, each within the ball. They are off together if left
+        out: the wearer's centre is not known, and the device fits itself.
 
     Returns
     -------
     WorstCase
-        By search: 256 points of a Sobol sequence, then sequential quadratic programming from the best. With more than
-        three limbs a singular configuration has no sign to betray it, and is found only if the search runs into it.
+        By search: 256 points of a Sobol sequence (1280 for base and cuff separately), then sequential quadratic
+        programming from the best. With more than three limbs a singular configuration has no sign to betray it, and is
+        found only if the search runs into it.
 
     Raises
     ------
@@ -89,10 +84,11 @@ def worst_offset(
     given = loaded(mechanism, orientation, motion, load)
     count = len(given.force)
     magnitude, nominal = np.full(count, np.nan), np.full(count, np.nan)
-    force, at = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
+    balls = 2 if separately else 1
+    force, at = np.full((count, 3), np.nan), np.full((count, balls, 3), np.nan)
     codes, within = np.full(count, STATUS.index("not_solved"), dtype=np.int8), np.zeros(count, dtype=bool)
     for row in range(count):
-        ball = _Ball(mechanism, given, row, middle, size, stiffness)
+        ball = OffsetSearch(mechanism, given, row, middle, size, stiffness, balls)
         codes[row] = ball.code
         if ball.code == STATUS.index("folded"):
             continue
@@ -102,10 +98,10 @@ def worst_offset(
             continue
         singular = ball.singular()
         if singular is not None:
-            magnitude[row], at[row], within[row] = np.inf, middle + size * singular, True
+            magnitude[row], at[row], within[row] = np.inf, middle + size * singular.reshape(-1, 3), True
             continue
         x, force[row], code = ball.largest()
-        at[row], codes[row] = middle + size * x, code
+        at[row], codes[row] = middle + size * x.reshape(-1, 3), code
         magnitude[row] = np.linalg.norm(force[row]) if code != STATUS.index("singular") else np.inf
         within[row] = code == STATUS.index("singular")
     shape = given.query.shape
@@ -114,167 +110,8 @@ def worst_offset(
         (size,),
         magnitude.reshape(shape),
         force.reshape(*shape, 3),
-        at.reshape(*shape, 3),
+        at.reshape(*shape, balls, 3) if separately else at.reshape(*shape, 3),
         nominal.reshape(shape),
         status_names(codes, within, shape),
         False,
     )
-
-
-@functools.cache
-def _points() -> FloatArray:
-    """The centre, points within the unit ball and on its surface, shape (k, 3)."""
-    u = qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER)
-    height, turn = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
-    ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
-    sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=1)
-    points = np.concatenate([np.zeros((1, 3)), np.cbrt(u[:, :1]) * sphere, sphere])
-    points.setflags(write=False)
-    return points
-
-
-class _Ball:
-    """The offsets of one pose in units of the radius, x with |x| <= 1."""
-
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        given: Loaded,
-        row: int,
-        middle: FloatArray,
-        size: float,
-        stiffness: FloatArray | None,
-    ) -> None:
-        self.mechanism, self.given, self.row = mechanism, given, row
-        self.middle, self.size, self.stiffness = middle, size, stiffness
-        self.signed = mechanism.limb_count == 3
-        self.x = _points()
-        self.force, self.sign, self.codes = self._evaluate(self.x)
-        self.code = self.codes[0]
-        self.nominal = float(np.linalg.norm(self.force[0]))
-        # Relative to the centre's, so that the search below has a scale.
-        self.unit = self.sign[0] if self.sign[0] != 0.0 else 1.0
-
-    def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
-        """F_s, the determinant of the equilibrium equations, and status codes, at a stack of points."""
-        offsets = self.middle + self.size * x
-        state = self.given.one(self.row, len(x)).displaced(self.mechanism, offsets, offsets)
-        force = state.shoulder
-        sign: FloatArray = np.full(len(x), np.nan)
-        if self.signed:
-            sign = np.asarray(np.linalg.det(state.side.moment_arms))
-        if self.stiffness is not None:
-            g, _ = state.elastic_side_forces(self.stiffness)
-            force = force + np.einsum("kij,kj->ki", state.shoulder_of_g, g)
-            sign = sign * self._stability(state)
-        force = np.where((state.status < STATUS.index("singular"))[:, None], force, np.nan)
-        return force, sign, state.status
-
-    def _stability(self, state: Displaced) -> FloatArray:
-        """det(K_s + K_X) relative to its scale.
-
-        Side forces off the centre help the tensions to hold the arm, so that with stiff limbs the forces grow without
-        bound not where the tensions alone fail but where both together do: the product of the two determinants, which
-        is the determinant of the whole system, is what changes its sign there.
-        """
-        whole, _ = state.elastic_system(np.asarray(self.stiffness))
-        scale = np.trace(np.asarray(self.stiffness)) + state.side.stiffness.sum(axis=1)
-        return np.asarray(np.linalg.det(whole / np.where(scale > 0.0, scale, 1.0)[:, None, None]))
-
-    def singular(self) -> FloatArray | None:
-        """The point nearest to the centre, of those found, at which the forces grow without bound."""
-        if self.code == STATUS.index("singular"):
-            return np.zeros(3)
-        if not self.signed:
-            return None
-        relative = self.sign / self.unit
-        beyond = self.x[relative <= 0.0]
-        if not len(beyond):
-            lowest = np.argsort(relative)[:_STARTS]
-            beyond = np.array([x for x in (self._descend(self.x[k]) for k in lowest) if x is not None])
-        crossings = []
-        for x in sorted(beyond, key=np.linalg.norm)[:_STARTS]:
-            t = brentq(lambda t, x=x: self._evaluate(t * x[None])[1][0] / self.unit, 0.0, 1.0, xtol=1e-15)
-            nearest = self._nearest(t * x)
-            crossings += [p for p in (nearest, t * x) if self._diverges(p)]
-        return min(crossings, key=lambda p: float(np.linalg.norm(p))) if crossings else None
-
-    def _descend(self, start: FloatArray) -> FloatArray | None:
-        """A point of the ball beyond the singular surface, by lowering the determinant."""
-        answer = minimize(
-            lambda x: self._slope(x, lambda f, sign: sign / self.unit),
-            start,
-            jac=True,
-            method="SLSQP",
-            constraints=_INSIDE,
-            options={"maxiter": 40, "ftol": 1e-9},
-        )
-        x = _into_ball(answer.x)
-        return x if self._evaluate(x[None])[1][0] / self.unit <= 0.0 else None
-
-    def _nearest(self, start: FloatArray) -> FloatArray:
-        """From a singular point to the one nearest to the centre, as far as it can be followed."""
-        on_surface = {
-            "type": "eq",
-            "fun": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[0],
-            "jac": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[1],
-        }
-        answer = minimize(
-            lambda x: (x @ x, 2.0 * x), start, jac=True, method="SLSQP", constraints=[on_surface],
-            options={"maxiter": 40, "ftol": 1e-12},
-        )  # fmt: skip
-        x = np.asarray(answer.x)
-        near = abs(self._evaluate(x[None])[1][0] / self.unit) < 1e-8 and x @ x <= start @ start
-        return x if near else start
-
-    def _diverges(self, point: FloatArray) -> bool:
-        """Whether |F_s| grows on the way to a point: without a moment in the lost direction it would not."""
-        inward = point / max(float(np.linalg.norm(point)), 1e-12)
-        steps = np.array([1e-3, 1e-4, 1e-5])[:, None]
-        for side in (-1.0, 1.0):
-            sizes = np.linalg.norm(self._evaluate(point + side * steps * inward)[0], axis=1)
-            if sizes[2] > 3.0 * sizes[1] > 9.0 * sizes[0]:
-                return True
-        return False
-
-    def largest(self) -> tuple[FloatArray, FloatArray, int]:
-        """Where |F_s| is largest, F_s there, and the status code."""
-        sizes = np.linalg.norm(self.force, axis=1)
-        sizes[np.isnan(sizes)] = -1.0
-        best = int(sizes.argmax())
-        if sizes[best] < 0.0:
-            return self.x[0], self.force[0], int(self.code)
-        champion = self.x[best]
-        if sizes[best] == 0.0:
-            return champion, self.force[best], int(self.codes[best])
-        for start in np.argsort(sizes)[-_STARTS:]:
-            answer = minimize(
-                lambda x: self._slope(x, lambda f, sign: -np.log(np.linalg.norm(f, axis=1) + 1e-300)),
-                self.x[start],
-                jac=True,
-                method="SLSQP",
-                constraints=_INSIDE,
-                options={"maxiter": 60, "ftol": 1e-12},
-            )
-            x = _into_ball(np.asarray(answer.x))
-            force, _, codes = self._evaluate(x[None])
-            if codes[0] == STATUS.index("singular"):
-                return x, np.full(3, np.nan), int(codes[0])
-            if np.linalg.norm(force[0]) > sizes[best]:
-                sizes[best], champion = np.linalg.norm(force[0]), x
-        force, _, codes = self._evaluate(champion[None])
-        return champion, force[0], int(codes[0])
-
-    def _slope(self, x: FloatArray, of: Callable[[FloatArray, FloatArray], FloatArray]) -> tuple[float, FloatArray]:
-        """A function of F_s and determinant, and its gradient by central differences in one stack."""
-        steps = np.concatenate([np.zeros((1, 3)), _STEP * np.eye(3), -_STEP * np.eye(3)])
-        force, sign, _ = self._evaluate(x + steps)
-        values = np.nan_to_num(of(force, sign))
-        return float(values[0]), (values[1:4] - values[4:]) / (2.0 * _STEP)
-
-
-_INSIDE = [{"type": "ineq", "fun": lambda x: 1.0 - x @ x, "jac": lambda x: -2.0 * x}]
-
-
-def _into_ball(x: FloatArray) -> FloatArray:
-    return np.asarray(x / max(1.0, float(np.linalg.norm(x))))

@@ -98,7 +98,7 @@ def compare(
 
 
 def condensed(rows: Iterable[Row], most: int = 4) -> str:
-    """Lay the ledger out as a Markdown table with one line for a source of many values.
+    """Lay the ledger out as a Markdown table with one line for a source of many values, and matrices summed up.
 
     Parameters
     ----------
@@ -113,13 +113,25 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
     lines = list(_HEAD)
     for (source, verdict), group in groups.items():
         if len(group) <= most:
-            lines += [_line(row, notes=False) for row in group]
+            lines += [_line(row, notes=False) if row.printed.size <= _WIDEST else _short(row) for row in group]
             continue
-        gaps = np.concatenate([np.abs(row.printed - row.computed).ravel() for row in group])
-        size = max(float(np.abs(row.printed).max()) for row in group)
-        width = f"within {np.nanmax(gaps):.2g} of up to {size:.3g}" if verdict == "reproduced" else ""
+        width = _width(group) if verdict == "reproduced" else ""
         lines.append(_cells([source, f"{len(group)} values", "", width, verdict]))
     return "\n".join(lines)
+
+
+def _short(row: Row) -> str:
+    """A line for a row of many numbers."""
+    unit = f", {row.unit}" if row.unit else ""
+    return _cells([row.source, row.quantity + unit, f"{row.printed.size} numbers", _width([row]), row.verdict])
+
+
+def _width(group: list[Row]) -> str:
+    """How far what is computed is from what is printed, at most, and how large that is."""
+    gaps = np.concatenate([np.abs(row.printed - row.computed).ravel() for row in group])
+    size = max(float(np.abs(row.printed).max()) for row in group)
+    word = "within" if group[0].verdict == "reproduced" else "off by up to"
+    return f"{word} {np.nanmax(gaps):.2g} of up to {size:.3g}"
 
 
 def ledger_table(rows: Iterable[Row], notes: bool = True) -> str:
@@ -136,6 +148,8 @@ def ledger_table(rows: Iterable[Row], notes: bool = True) -> str:
     return "\n".join(head + [_line(row, notes) for row in rows])
 
 
+#: More numbers than these in a row are summed up in the condensed table.
+_WIDEST = 3
 _HEAD = ("| source | quantity | thesis says | exo_pin computes | verdict |", "| --- | --- | --- | --- | --- |")
 
 

@@ -25,10 +25,11 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .formulas import cross, triple
+from .formulas import cross
+from .polish import margin_of, polish
 from .polynomial import MAX_DEGREE, roots_and_touches
 
-__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "margin_of", "turn"]
+__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble"]
 
 #: Largest number of solutions.
 MAX_MODES = 8
@@ -52,25 +53,6 @@ _compile = njit(cache=True, error_model="numpy")
 
 
 @_compile
-def turn(R: Any, x: float, y: float, z: float) -> None:
-    """Replace R by exp([x y z]) R, Rodrigues."""
-    square = x * x + y * y + z * z
-    if square == 0.0:
-        return
-    angle = math.sqrt(square)
-    if angle > 1e-4:
-        s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / square
-    else:
-        s, c = 1.0 - square / 6.0, 0.5 - square / 24.0
-    for j in range(3):
-        v0, v1, v2 = R[0, j], R[1, j], R[2, j]
-        c0, c1, c2 = y * v2 - z * v1, z * v0 - x * v2, x * v1 - y * v0
-        R[0, j] = v0 + s * c0 + c * (y * c2 - z * c1)
-        R[1, j] = v1 + s * c1 + c * (z * c0 - x * c2)
-        R[2, j] = v2 + s * c2 + c * (x * c1 - y * c0)
-
-
-@_compile
 def _frame(axis: Any, out: Any) -> None:
     """Write a rotation whose third column is ``axis``."""
     # The coordinate axis farthest from it is the safest start.
@@ -86,112 +68,6 @@ def _frame(axis: Any, out: Any) -> None:
     out[0, 2], out[1, 2], out[2, 2] = axis[0], axis[1], axis[2]
     x, y, z = cross(axis, out[:, 0])
     out[0, 1], out[1, 1], out[2, 1] = x, y, z
-
-
-@_compile
-def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
-    """Fill error_i = c_i - u_i·Rv_i and its gradient's rows Rv_i × u_i; return the largest error."""
-    worst = 0.0
-    for i in range(3):
-        w0 = R[0, 0] * v[i, 0] + R[0, 1] * v[i, 1] + R[0, 2] * v[i, 2]
-        w1 = R[1, 0] * v[i, 0] + R[1, 1] * v[i, 1] + R[1, 2] * v[i, 2]
-        w2 = R[2, 0] * v[i, 0] + R[2, 1] * v[i, 1] + R[2, 2] * v[i, 2]
-        error[i] = c[i] - (u[i, 0] * w0 + u[i, 1] * w1 + u[i, 2] * w2)
-        worst = max(worst, abs(error[i]))
-        rows[i, 0] = w1 * u[i, 2] - w2 * u[i, 1]
-        rows[i, 1] = w2 * u[i, 0] - w0 * u[i, 2]
-        rows[i, 2] = w0 * u[i, 1] - w1 * u[i, 0]
-    return worst
-
-
-@_compile
-def margin_of(rows: Any) -> float:
-    """Smallest singular value of three rows within a factor √3, signed: det / √(second Gram invariant)."""
-    second = 0.0
-    for i in range(3):
-        x, y, z = cross(rows[i], rows[(i + 1) % 3])
-        second += x * x + y * y + z * z
-    return triple(rows[0], rows[1], rows[2]) / math.sqrt(second) if second > 0.0 else 0.0
-
-
-@_compile
-def _step(rows: Any, error: Any, damping: float) -> tuple[float, float, float]:
-    """Newton's step, or with damping Levenberg's."""
-    if damping == 0.0:
-        determinant = triple(rows[0], rows[1], rows[2])
-        if determinant == 0.0:
-            return math.nan, math.nan, math.nan
-        x = y = z = 0.0
-        for i in range(3):
-            cx, cy, cz = cross(rows[(i + 1) % 3], rows[(i + 2) % 3])
-            x += error[i] * cx
-            y += error[i] * cy
-            z += error[i] * cz
-        return x / determinant, y / determinant, z / determinant
-    g00 = g11 = g22 = damping
-    g01 = g02 = g12 = h0 = h1 = h2 = 0.0
-    for i in range(3):
-        x, y, z = rows[i, 0], rows[i, 1], rows[i, 2]
-        g00 += x * x
-        g11 += y * y
-        g22 += z * z
-        g01 += x * y
-        g02 += x * z
-        g12 += y * z
-        h0 += x * error[i]
-        h1 += y * error[i]
-        h2 += z * error[i]
-    c00, c01, c02 = g11 * g22 - g12 * g12, g02 * g12 - g01 * g22, g01 * g12 - g02 * g11
-    c11, c12, c22 = g00 * g22 - g02 * g02, g01 * g02 - g00 * g12, g00 * g11 - g01 * g01
-    scale = 1.0 / (g00 * c00 + g01 * c01 + g02 * c02)
-    return (
-        (c00 * h0 + c01 * h1 + c02 * h2) * scale,
-        (c01 * h0 + c11 * h1 + c12 * h2) * scale,
-        (c02 * h0 + c12 * h1 + c22 * h2) * scale,
-    )
-
-
-@_compile
-def _polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) -> float:
-    """Solve from a close start, in place; return the largest error reached."""
-    best = _rows(R, u, v, c, rows, error)
-    damping = 0.0
-    for _ in range(60):
-        if best <= 2e-16:
-            break
-        x, y, z = _step(rows, error, damping)
-        size = math.sqrt(x * x + y * y + z * z)
-        # A step this long does not belong to the start's own solution (NaN fails the test, too).
-        accepted = False
-        if size <= 0.2:
-            trial[:, :] = R
-            turn(trial, x, y, z)
-            worst = _rows(trial, u, v, c, rows, error)
-            if worst < best:
-                accepted = True
-                R[:, :] = trial
-                stalled = worst > 0.7 * best and worst < 1e-14
-                best = worst
-                damping *= 0.1
-                if damping < 1e-20:
-                    damping = 0.0
-                if stalled:
-                    break
-        if not accepted:
-            if best < 4e-15 or damping > 1.0:
-                break
-            _rows(R, u, v, c, rows, error)
-            damping = 1e-16 if damping == 0.0 else damping * 100.0
-    # A step of Newton's iteration for the polar factor takes out the drift of the products.
-    for j in range(3):
-        for k in range(3):
-            total = 0.0
-            for m in range(3):
-                dot = R[0, m] * R[0, k] + R[1, m] * R[1, k] + R[2, m] * R[2, k]
-                total += R[j, m] * dot
-            trial[j, k] = 1.5 * R[j, k] - 0.5 * total
-    R[:, :] = trial
-    return _rows(R, u, v, c, rows, error)
 
 
 @_compile
@@ -232,6 +108,106 @@ def _square(p: Any, factor: float, out: Any) -> float:
 
 
 @_compile
+def _fill_terms(u: Any, v: Any, c: Any, first: int, cos_g: float, sin_g: float, E: Any, F: Any, terms: Any) -> None:
+    """Fill A, B, C of the two equations besides ``first``, shape (2, 3, 3): the parts constant, of cos φ and of sin φ.
+
+    E and F are rotations whose third columns are u and v of ``first``.
+    """
+    for e in range(2):
+        i = (first + 1 + e) % 3
+        ux = E[0, 0] * u[i, 0] + E[1, 0] * u[i, 1] + E[2, 0] * u[i, 2]
+        uy = E[0, 1] * u[i, 0] + E[1, 1] * u[i, 1] + E[2, 1] * u[i, 2]
+        uz = E[0, 2] * u[i, 0] + E[1, 2] * u[i, 1] + E[2, 2] * u[i, 2]
+        vx = F[0, 0] * v[i, 0] + F[1, 0] * v[i, 1] + F[2, 0] * v[i, 2]
+        vy = F[0, 1] * v[i, 0] + F[1, 1] * v[i, 1] + F[2, 1] * v[i, 2]
+        vz = F[0, 2] * v[i, 0] + F[1, 2] * v[i, 1] + F[2, 2] * v[i, 2]
+        # p = Rz(-φ) u: px = ux cos + uy sin, py = uy cos - ux sin, pz = uz.
+        terms[e, 0, 0] = -vx * uz * sin_g
+        terms[e, 0, 1] = vx * ux * cos_g + vy * uy
+        terms[e, 0, 2] = vx * uy * cos_g - vy * ux
+        terms[e, 1, 0] = vy * uz * sin_g
+        terms[e, 1, 1] = -vy * ux * cos_g + vx * uy
+        terms[e, 1, 2] = -vy * uy * cos_g - vx * ux
+        terms[e, 2, 0] = vz * uz * cos_g - c[i]
+        terms[e, 2, 1] = vz * ux * sin_g
+        terms[e, 2, 2] = vz * uy * sin_g
+
+
+@_compile
+def _eliminate(terms: Any, octic: Any, mirrored: Any) -> float:
+    """Fill D in tan φ/2 and in tan (φ - 180°)/2; return the size of its terms, or -1 where D vanishes for every φ."""
+    # q[e, k] is A, B, C (k = 0, 1, 2) of an equation as a polynomial of degree 2 in tan φ/2, times 1 + tan².
+    q = np.empty((2, 3, 3))
+    for e in range(2):
+        for k in range(3):
+            q[e, k, 0] = terms[e, k, 0] + terms[e, k, 1]
+            q[e, k, 1] = 2.0 * terms[e, k, 2]
+            q[e, k, 2] = terms[e, k, 0] - terms[e, k, 1]
+    quartics = np.zeros((3, 5))
+    _product(q[0, 1], q[1, 2], 1.0, quartics[0])
+    _product(q[1, 1], q[0, 2], -1.0, quartics[0])
+    _product(q[0, 2], q[1, 0], 1.0, quartics[1])
+    _product(q[1, 2], q[0, 0], -1.0, quartics[1])
+    _product(q[0, 0], q[1, 1], 1.0, quartics[2])
+    _product(q[1, 0], q[0, 1], -1.0, quartics[2])
+    octic[:] = 0.0
+    size = _square(quartics[0], 1.0, octic)
+    size = max(size, _square(quartics[1], 1.0, octic))
+    size = max(size, _square(quartics[2], -1.0, octic))
+    largest = 0.0
+    for k in range(MAX_DEGREE + 1):
+        largest = max(largest, abs(octic[k]))
+        mirrored[k] = octic[MAX_DEGREE - k] if k % 2 == 0 else -octic[MAX_DEGREE - k]
+    # The quartics themselves, of order one, vanish where two of the three equations are one and the same.
+    return -1.0 if largest <= _VANISHES * size or size <= _VANISHES**2 else size
+
+
+@_compile
+def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
+    """Write the ψ to try at a root φ of D; return how many."""
+    A2 = terms[0, 0, 0] + terms[0, 0, 1] * cos_f + terms[0, 0, 2] * sin_f
+    B2 = terms[0, 1, 0] + terms[0, 1, 1] * cos_f + terms[0, 1, 2] * sin_f
+    C2 = terms[0, 2, 0] + terms[0, 2, 1] * cos_f + terms[0, 2, 2] * sin_f
+    A3 = terms[1, 0, 0] + terms[1, 0, 1] * cos_f + terms[1, 0, 2] * sin_f
+    B3 = terms[1, 1, 0] + terms[1, 1, 1] * cos_f + terms[1, 1, 2] * sin_f
+    C3 = terms[1, 2, 0] + terms[1, 2, 1] * cos_f + terms[1, 2, 2] * sin_f
+    delta = A2 * B3 - A3 * B2
+    size2, size3 = math.hypot(A2, B2), math.hypot(A3, B3)
+    psi[0] = math.atan2((C2 * A3 - C3 * A2) * delta, (B2 * C3 - B3 * C2) * delta)
+    tries = 1
+    if abs(delta) < _PARALLEL * (size2 * size3 + 1e-30):
+        for e in range(2):
+            A, B, C, reach = (A2, B2, C2, size2) if e == 0 else (A3, B3, C3, size3)
+            if reach > 1e-12:
+                middle = math.atan2(B, A)
+                half = math.acos(min(1.0, max(-1.0, -C / reach)))
+                psi[tries], psi[tries + 1] = middle + half, middle - half
+                tries += 2
+    return tries
+
+
+@_compile
+def _orientation(
+    cos_f: float, sin_f: float, cos_g: float, sin_g: float, psi: float, E: Any, F: Any, M: Any, R: Any
+) -> None:
+    """Write R = E Rz(φ) Ry(γ) Rz(ψ) Fᵀ; M is room for the product in the middle."""
+    cos_p, sin_p = math.cos(psi), math.sin(psi)
+    M[0, 0] = cos_f * cos_g * cos_p - sin_f * sin_p
+    M[0, 1] = -cos_f * cos_g * sin_p - sin_f * cos_p
+    M[0, 2] = cos_f * sin_g
+    M[1, 0] = sin_f * cos_g * cos_p + cos_f * sin_p
+    M[1, 1] = -sin_f * cos_g * sin_p + cos_f * cos_p
+    M[1, 2] = sin_f * sin_g
+    M[2, 0], M[2, 1], M[2, 2] = -sin_g * cos_p, sin_g * sin_p, cos_g
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                total += E[i, k] * (M[k, 0] * F[j, 0] + M[k, 1] * F[j, 1] + M[k, 2] * F[j, 2])
+            R[i, j] = total
+
+
+@_compile
 def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     """Write all solutions R of u_i · R v_i = c_i, i = 1..3.
 
@@ -260,55 +236,15 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
             widest, first = 1.0 - abs(c[i]), i
     cos_g = c[first]
     sin_g = math.sqrt(max(0.0, (1.0 - cos_g) * (1.0 + cos_g)))
-    E, F = np.empty((3, 3)), np.empty((3, 3))
+    E, F, terms = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3, 3))
     _frame(u[first], E)
     _frame(v[first], F)
-    # q[i, k] is A, B, C (k = 0, 1, 2) of equation i as a polynomial of degree 2 in tan φ/2, times 1 + tan².
-    q = np.empty((2, 3, 3))
-    terms = np.empty((2, 3, 3))
-    for e in range(2):
-        i = (first + 1 + e) % 3
-        ux = E[0, 0] * u[i, 0] + E[1, 0] * u[i, 1] + E[2, 0] * u[i, 2]
-        uy = E[0, 1] * u[i, 0] + E[1, 1] * u[i, 1] + E[2, 1] * u[i, 2]
-        uz = E[0, 2] * u[i, 0] + E[1, 2] * u[i, 1] + E[2, 2] * u[i, 2]
-        vx = F[0, 0] * v[i, 0] + F[1, 0] * v[i, 1] + F[2, 0] * v[i, 2]
-        vy = F[0, 1] * v[i, 0] + F[1, 1] * v[i, 1] + F[2, 1] * v[i, 2]
-        vz = F[0, 2] * v[i, 0] + F[1, 2] * v[i, 1] + F[2, 2] * v[i, 2]
-        # p = Rz(-φ) u: px = ux cos + uy sin, py = uy cos - ux sin, pz = uz. Terms: constant, cos φ, sin φ.
-        terms[e, 0, 0] = -vx * uz * sin_g
-        terms[e, 0, 1] = vx * ux * cos_g + vy * uy
-        terms[e, 0, 2] = vx * uy * cos_g - vy * ux
-        terms[e, 1, 0] = vy * uz * sin_g
-        terms[e, 1, 1] = -vy * ux * cos_g + vx * uy
-        terms[e, 1, 2] = -vy * uy * cos_g - vx * ux
-        terms[e, 2, 0] = vz * uz * cos_g - c[i]
-        terms[e, 2, 1] = vz * ux * sin_g
-        terms[e, 2, 2] = vz * uy * sin_g
-        for k in range(3):
-            q[e, k, 0] = terms[e, k, 0] + terms[e, k, 1]
-            q[e, k, 1] = 2.0 * terms[e, k, 2]
-            q[e, k, 2] = terms[e, k, 0] - terms[e, k, 1]
-    quartics = np.zeros((3, 5))
-    _product(q[0, 1], q[1, 2], 1.0, quartics[0])
-    _product(q[1, 1], q[0, 2], -1.0, quartics[0])
-    _product(q[0, 2], q[1, 0], 1.0, quartics[1])
-    _product(q[1, 2], q[0, 0], -1.0, quartics[1])
-    _product(q[0, 0], q[1, 1], 1.0, quartics[2])
-    _product(q[1, 0], q[0, 1], -1.0, quartics[2])
-    octic, mirrored = np.zeros(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1)
-    size = _square(quartics[0], 1.0, octic)
-    size = max(size, _square(quartics[1], 1.0, octic))
-    size = max(size, _square(quartics[2], -1.0, octic))
-    largest = 0.0
-    for k in range(MAX_DEGREE + 1):
-        largest = max(largest, abs(octic[k]))
-    # The quartics themselves, of order one, vanish where two of the three equations are one and the same.
-    if largest <= _VANISHES * size or size <= _VANISHES**2:
+    _fill_terms(u, v, c, first, cos_g, sin_g, E, F, terms)
+    octic, mirrored = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1)
+    size = _eliminate(terms, octic, mirrored)
+    if size < 0.0:
         return CONTINUUM
-    for k in range(MAX_DEGREE + 1):
-        mirrored[k] = octic[MAX_DEGREE - k] if k % 2 == 0 else -octic[MAX_DEGREE - k]
-    found = np.empty(2 * MAX_DEGREE)
-    psi = np.empty(5)
+    found, psi = np.empty(2 * MAX_DEGREE), np.empty(5)
     R, turned, rows, error = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     M = np.empty((3, 3))
     count = 0
@@ -320,41 +256,8 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
             cos_f, sin_f = (1.0 - t * t) * scale, 2.0 * t * scale
             if chart == 1:
                 cos_f, sin_f = -cos_f, -sin_f
-            A2 = terms[0, 0, 0] + terms[0, 0, 1] * cos_f + terms[0, 0, 2] * sin_f
-            B2 = terms[0, 1, 0] + terms[0, 1, 1] * cos_f + terms[0, 1, 2] * sin_f
-            C2 = terms[0, 2, 0] + terms[0, 2, 1] * cos_f + terms[0, 2, 2] * sin_f
-            A3 = terms[1, 0, 0] + terms[1, 0, 1] * cos_f + terms[1, 0, 2] * sin_f
-            B3 = terms[1, 1, 0] + terms[1, 1, 1] * cos_f + terms[1, 1, 2] * sin_f
-            C3 = terms[1, 2, 0] + terms[1, 2, 1] * cos_f + terms[1, 2, 2] * sin_f
-            delta = A2 * B3 - A3 * B2
-            size2, size3 = math.hypot(A2, B2), math.hypot(A3, B3)
-            tries = 0
-            psi[tries] = math.atan2((C2 * A3 - C3 * A2) * delta, (B2 * C3 - B3 * C2) * delta)
-            tries += 1
-            if abs(delta) < _PARALLEL * (size2 * size3 + 1e-30):
-                for e in range(2):
-                    A, B, C, reach = (A2, B2, C2, size2) if e == 0 else (A3, B3, C3, size3)
-                    if reach > 1e-12:
-                        middle = math.atan2(B, A)
-                        half = math.acos(min(1.0, max(-1.0, -C / reach)))
-                        psi[tries], psi[tries + 1] = middle + half, middle - half
-                        tries += 2
-            for m in range(tries):
-                cos_p, sin_p = math.cos(psi[m]), math.sin(psi[m])
-                # Rz(φ) Ry(γ) Rz(ψ)
-                M[0, 0] = cos_f * cos_g * cos_p - sin_f * sin_p
-                M[0, 1] = -cos_f * cos_g * sin_p - sin_f * cos_p
-                M[0, 2] = cos_f * sin_g
-                M[1, 0] = sin_f * cos_g * cos_p + cos_f * sin_p
-                M[1, 1] = -sin_f * cos_g * sin_p + cos_f * cos_p
-                M[1, 2] = sin_f * sin_g
-                M[2, 0], M[2, 1], M[2, 2] = -sin_g * cos_p, sin_g * sin_p, cos_g
-                for i in range(3):
-                    for j in range(3):
-                        total = 0.0
-                        for k in range(3):
-                            total += E[i, k] * (M[k, 0] * F[j, 0] + M[k, 1] * F[j, 1] + M[k, 2] * F[j, 2])
-                        R[i, j] = total
-                if _polish(R, u, v, c, rows, error, turned) <= _SOLVED:
+            for m in range(_spins(terms, cos_f, sin_f, psi)):
+                _orientation(cos_f, sin_f, cos_g, sin_g, psi[m], E, F, M, R)
+                if polish(R, u, v, c, rows, error, turned) <= _SOLVED:
                     count = _add(R, margin_of(rows), rotations, margins, count)
     return count

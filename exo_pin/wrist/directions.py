@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .assembly import turn
+from .from_angles import wrapped
+from .from_lengths import twist_roots, unit_directions
 from .kernels import limb_vectors
-from .measured import quaternion, twist_roots, unit_directions, wrapped
+from .polish import turn
 from .rates import joint_rows
+from .solutions import quaternion
 
 __all__ = ["directions_stack"]
 

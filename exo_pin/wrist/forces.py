@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
-from ..validation import FloatArray, as_choice
-from .kernels import arm_load, classify_stack, force_stack
+from ..validation import FloatArray, ReadOnly, as_choice
+from .kernels import classify_stack, force_stack
+from .loads import carried
 from .stacks import as_query, require_massless
 
 __all__ = ["STATUS", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
@@ -24,7 +25,7 @@ Split = Literal["spherical", "standalone"]
 
 
 @dataclass(frozen=True, eq=False)
-class WristForces:
+class WristForces(ReadOnly):
     """Forces in a pose or a stack of poses of shape (...). Rows without an answer are NaN and say why.
 
     Attributes
@@ -129,23 +130,8 @@ def _balance(
         require_standalone(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
     query = as_query(orientation, motion, load)
-    # An arm at rest feels no inertia, so an unknown one does not enter.
-    inertia = arm.inertia_about_origin if motion is not None else np.zeros((3, 3))
     count = len(query.matrices)
-    F, M = np.empty((count, 3)), np.empty((count, 3))
-    arm_load(
-        query.matrices,
-        arm.mass,
-        arm.centre_of_mass,
-        inertia,
-        mechanism.gravity,
-        query.velocity,
-        query.acceleration,
-        query.force,
-        query.moment,
-        F,
-        M,
-    )
+    F, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
     f, g, shoulder = np.empty((count, n)), np.empty((count, n)), np.empty((count, 3))
     status, margin = np.empty(count, dtype=np.int8), np.empty(count)
     geometry = mechanism.geometry
@@ -214,7 +200,7 @@ def classify(mechanism: Mechanism, matrices: FloatArray) -> tuple[NDArray[np.int
         matrices,
         geometry.base_points,
         geometry.platform_points,
-        bool(mechanism.is_upu.any()),
+        np.flatnonzero(mechanism.is_upu),
         status,
         margin,
         determinant,

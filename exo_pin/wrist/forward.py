@@ -13,7 +13,8 @@ from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
 from .directions import directions_stack
-from .measured import angle_residuals, lengths_stack, planes_stack, twist_stack
+from .from_angles import angle_residuals, planes_stack
+from .from_lengths import lengths_stack, twist_stack
 from .modes import AssemblyModes, nearest_slots
 
 __all__ = ["forward_kinematics", "forward_kinematics_from_base_angles"]

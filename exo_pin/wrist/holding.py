@@ -25,7 +25,8 @@ from ..design import Load, Mechanism, Motion
 from ..errors import InfeasibleBounds, InvalidInput
 from ..validation import LARGEST, FloatArray
 from .forces import STATUS, classify
-from .kernels import SINGULAR, arm_load, limb_stack
+from .kernels import SINGULAR, limb_stack
+from .loads import carried
 from .stacks import as_query, require_massless
 
 __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
@@ -170,21 +171,7 @@ def holding(
     query = as_query(orientation, motion, load)
     n, count, geometry = mechanism.limb_count, len(query.matrices), mechanism.geometry
     low, high = force_bounds("lower and upper", lower, upper, query.shape, n)
-    F, M = np.empty((count, 3)), np.empty((count, 3))
-    inertia = arm.inertia_about_origin if motion is not None else np.zeros((3, 3))
-    arm_load(
-        query.matrices,
-        arm.mass,
-        arm.centre_of_mass,
-        inertia,
-        mechanism.gravity,
-        query.velocity,
-        query.acceleration,
-        query.force,
-        query.moment,
-        F,
-        M,
-    )
+    _, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
     b, s, X = (np.empty((count, n, 3)) for _ in range(3))
     length, reach = np.empty((count, n)), np.empty((count, n))
     limb_stack(query.matrices, geometry.base_points, geometry.platform_points, b, s, X, length, reach)

@@ -21,16 +21,13 @@ from .formulas import (
     SINGULAR,
     SINGULAR_MARGIN,
     along_normals,
-    applied_load,
     gram,
-    inertia_load,
     limb,
     matrix,
     second_invariant,
     status_code,
     triple,
     vector,
-    weight_load,
 )
 from .linear import complete_basis, least_norm, orthonormalise
 
@@ -44,8 +41,6 @@ __all__ = [
     "SINGULAR",
     "SINGULAR_MARGIN",
     "add_open",
-    "applied_stack",
-    "arm_load",
     "classify_stack",
     "fill_limbs",
     "force_stack",
@@ -127,27 +122,32 @@ def largest_radius(platform: Any) -> float:
 
 
 @_compile
-def pose_status(X: Any, reach: Any, folded: int, radius: float, needs_planes: bool) -> tuple[int, float]:
+def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
     """Status code and margin of a pose whose limbs are known.
 
-    ``needs_planes`` is whether a folded limb spoils the pose (a UPU limb needs its X_i). With three limbs any does.
+    A folded limb (h = 0) spoils the pose if it is one of the UPU limbs, whose indices are ``upu``: they need their X_i.
+    An SPS limb only loses its moment arm, which leaves enough to hold the pose unless there are three limbs.
     """
     margin = _margin(X, reach, radius)
-    return status_code(folded > 0 and (needs_planes or X.shape[0] == 3), margin), margin
+    spoiled = False
+    if X.shape[0] == 3:
+        spoiled = reach[0] == 0.0 or reach[1] == 0.0 or reach[2] == 0.0
+    else:
+        for k in range(upu.shape[0]):
+            spoiled |= reach[upu[k]] == 0.0
+    return status_code(spoiled, margin), margin
 
 
 @_compile
-def classify_stack(
-    R: Any, base: Any, platform: Any, needs_planes: bool, status: Any, margin: Any, determinant: Any
-) -> None:
+def classify_stack(R: Any, base: Any, platform: Any, upu: Any, status: Any, margin: Any, determinant: Any) -> None:
     """Fill status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of a stack of poses."""
     n = base.shape[0]
     b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     length, reach = np.empty(n), np.empty(n)
     radius = largest_radius(platform)
     for k in range(R.shape[0]):
-        folded = limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        status[k], margin[k] = pose_status(X, reach, folded, radius, needs_planes)
+        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        status[k], margin[k] = pose_status(X, reach, upu, radius)
         determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if n == 3 else np.nan
 
 
@@ -235,51 +235,6 @@ def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
 
 
 @_compile
-def arm_load(
-    R: Any,
-    mass: float,
-    centre: Any,
-    inertia: Any,
-    gravity: Any,
-    velocity: Any,
-    acceleration: Any,
-    force: Any,
-    moment: Any,
-    F: Any,
-    M: Any,
-) -> None:
-    """Add weight and inertia to the load on the arm: what limbs and shoulder together must carry.
-
-    F = force + m (g - a_C) and M = moment + C × m g - (I η + ω × I ω), base frame, moments about O; see
-    :func:`exo_pin.wrist.formulas.inertia_load`.
-
-    Parameters
-    ----------
-    R, velocity, acceleration, force, moment, F, M : ndarray
-        Stacks, shapes (N, 3, 3) and (N, 3); F and M are written.
-    mass, centre, inertia, gravity : float or ndarray
-        Of the arm: kg, m in {O_B}, kg m² about O in {O_B}; m/s² in the base frame.
-    """
-    c, I, g = vector(centre.reshape(1, 3), 0), matrix(inertia), vector(gravity.reshape(1, 3), 0)  # noqa: E741
-    for k in range(R.shape[0]):
-        pose = matrix(R[k])
-        C, W, MW = weight_load(pose, mass, c, g)
-        FI, MI = inertia_load(pose, mass, C, I, vector(velocity, k), vector(acceleration, k))
-        for j in range(3):
-            F[k, j] = force[k, j] + W[j] + FI[j]
-            M[k, j] = moment[k, j] + MW[j] + MI[j]
-
-
-@_compile
-def applied_stack(R: Any, force: Any, couple: Any, at: Any, in_arm: bool, F: Any, M: Any) -> None:
-    """:func:`exo_pin.wrist.formulas.applied_load` over a stack: F and M, shape (N, 3), are written."""
-    for k in range(R.shape[0]):
-        F_k, M_k = applied_load(matrix(R[k]), vector(force, k), vector(couple, k), vector(at, k), in_arm)
-        for j in range(3):
-            F[k, j], M[k, j] = F_k[j], M_k[j]
-
-
-@_compile
 def force_stack(
     R: Any,
     base: Any,
@@ -299,7 +254,7 @@ def force_stack(
     Parameters
     ----------
     R, F, M : ndarray
-        Stacks (N, 3, 3), (N, 3), (N, 3): poses, and what limbs and shoulder carry (:func:`arm_load`).
+        Stacks (N, 3, 3), (N, 3), (N, 3): poses, and what limbs and shoulder carry (:mod:`.loads`).
     base, platform : ndarray
         Shape (n, 3).
     upu : ndarray of int
@@ -315,8 +270,8 @@ def force_stack(
     N, G, c, z = np.empty((n, n - 3)), np.empty((3, n - 3 + u)), np.empty(3), np.empty(n - 3 + u)
     radius = largest_radius(platform)
     for k in range(R.shape[0]):
-        folded = limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        status[k], margin[k] = pose_status(X, reach, folded, radius, u > 0)
+        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        status[k], margin[k] = pose_status(X, reach, upu, radius)
         if status[k] < SINGULAR:
             spherical_forces(s, X, reach, vector(F, k), vector(M, k), f[k], shoulder[k], Q, U)
             g[k, :] = 0.0

@@ -47,7 +47,8 @@ class Singularity:
         Shape (..., 3), unit vector, base frame: the axis about which the limbs hold worst.
     kind : ndarray of str
         Shape (...): "regular", "near" (margin below 1e-3), "singular" (the limbs do not hold the lost
-        direction, and without the ball joint the constraints give way too), "folded" (a limb points at O).
+        direction, and without the ball joint the constraints give way too), "folded" (a limb points at
+        O; of more than three limbs, a UPU limb, for an SPS limb only loses its moment arm).
     actuation, constraint : ndarray of bool
         Shape (...): locked actuators do not hold the arm about O; the UPU limbs do not hold O by themselves. One
         implies the other for three UPU limbs. The pose does not say in which plane a folded limb stands, so a
@@ -112,7 +113,9 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
     kind = np.full(smallest.shape, "regular", dtype="<U8")
     kind[margin < NEAR_MARGIN] = "near"
     kind[margin < SINGULAR_MARGIN] = "singular"
-    kind[folded.any(axis=-1)] = "folded"
+    # An SPS limb needs no plane: among more than three limbs it may fold and leave the others to hold the pose.
+    needed = held if geometry.limb_count > 3 else np.ones_like(held)
+    kind[(folded & needed).any(axis=-1)] = "folded"
     constraint = constraint_values[..., 2] < SINGULAR_MARGIN
     with np.errstate(divide="ignore", invalid="ignore"):
         amplification = 1.0 / smallest

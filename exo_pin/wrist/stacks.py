@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
-from .kernels import applied_stack
+from .loads import applied_stack
 
 __all__ = ["Query", "Rows", "as_query", "pose_matrices", "require_massless"]
 

@@ -3,23 +3,12 @@
 import pytest
 from mechanisms import delta, four_bar, planar_3rrr, stewart
 
-from exo_pin.chain import write_closures
 from exo_pin.cli import main
 
 
 def run(capsys, *arguments):
     status = main([str(argument) for argument in arguments])
     return status, *capsys.readouterr()
-
-
-@pytest.fixture
-def robot(tmp_path):
-    def written(named):
-        (tmp_path / "mine.urdf").write_text(named.urdf)
-        write_closures(named.closures, tmp_path / "mine.closures.toml")
-        return tmp_path / "mine.urdf"
-
-    return written
 
 
 def test_mobility_of_a_preset(capsys):

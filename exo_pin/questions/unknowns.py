@@ -1,4 +1,4 @@
-"""Questions about what is not known of a worn device: methods of :class:`exo_pin.ShoulderExo`, kept together."""
+"""What is not known of a worn device: worst cases, and what its forces depend on."""
 
 from __future__ import annotations
 
@@ -7,26 +7,21 @@ from collections.abc import Mapping
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from .design import CentreOffset, Load, Mechanism, Motion
-from .errors import NotAWrist
-from .reaction.bound_sensitivity import BoundSensitivity, bound_sensitivity
-from .reaction.bounds import ConstraintBounds
-from .reaction.clearance import worst_clearance
-from .reaction.ranking import Ranking, Uncertainty, rank
-from .reaction.sensitivity import Sensitivity, sensitivity
-from .reaction.worst import WorstCase, worst_stiffness
-from .reaction.worst_offset import worst_offset
+from ..design import CentreOffset, Load, Motion
+from ..reaction.bound_sensitivity import BoundSensitivity, bound_sensitivity
+from ..reaction.bounds import ConstraintBounds
+from ..reaction.clearance import worst_clearance
+from ..reaction.ranking import Ranking, Uncertainty, rank
+from ..reaction.sensitivity import Sensitivity, sensitivity
+from ..reaction.worst import WorstCase, worst_stiffness
+from ..reaction.worst_offset import worst_offset
+from .subject import Subject
 
-__all__ = ["Questions"]
+__all__ = ["UncertaintyQuestions"]
 
 
-class Questions:
+class UncertaintyQuestions(Subject):
     """Worst cases of a design, and what its forces depend on; closed forms, for massless limbs."""
-
-    @property
-    def mechanism(self) -> Mechanism:
-        """The frozen record of the design, which the class that mixes this in provides."""
-        raise NotAWrist(type(self).__name__, "it has no mechanism")
 
     def worst_offset(
         self,
@@ -36,12 +31,15 @@ class Questions:
         motion: Motion | None = None,
         load: Load | None = None,
         centre: ArrayLike = (0.0, 0.0, 0.0),
+        separately: bool = False,
     ) -> WorstCase:
         """Largest |F_s| over all centre offsets within ``radius``, m, and whether the device turns singular there.
 
+        Base and cuff are off together, or each by itself with ``separately``.
+
         See :func:`exo_pin.reaction.worst_offset.worst_offset`.
         """
-        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre)
+        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre, separately)
 
     def worst_clearance(
         self,

@@ -1,0 +1,64 @@
+"""The configuration of a chain that a command's options name."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from ..chain import ClosedChain
+from ..errors import InvalidInput
+from ..exo import ShoulderExo
+from ..validation import FloatArray
+from .options import add_pose, pose
+
+__all__ = ["add_configuration", "configuration"]
+
+
+def add_configuration(parser: argparse.ArgumentParser) -> None:
+    """Add the pose of an arm, and joints that are set."""
+    add_pose(parser)
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="hold a hinge (rad) or slide (m) there; may be repeated; for robots from a .urdf",
+    )
+
+
+def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
+    """The closed configuration, shape (nq,)."""
+    chain = exo.chain
+    angles = any((options.flexion, options.abduction, options.internal_rotation))
+    q = chain.neutral()
+    held = list[str]()
+    if chain.roles.limbs and "root_joint" in chain.model.names:
+        # The arm hangs on the root: put it into the pose.
+        root = chain.configuration_slice("root_joint")
+        q[root.stop - 4 : root.stop] = pose(options, exo.side).as_quat()
+        held.append("root_joint")
+    elif angles:
+        raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
+    for text in options.set:
+        held.append(_set(chain, q, text))
+    return chain.close(q, hold=held)
+
+
+def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
+    """Put JOINT=VALUE into q and return the joint's name."""
+    joint, _, number = text.partition("=")
+    try:
+        value = float(number)
+    except ValueError:
+        raise InvalidInput(f"expected --set JOINT=VALUE with a number, got {text!r}") from None
+    part = chain.configuration_slice(joint)
+    if not np.isfinite(value):
+        raise InvalidInput(f"expected --set with a finite number, got {text!r}")
+    if part.stop - part.start == 1:
+        q[part] = value
+    elif part.stop - part.start == 2:
+        q[part] = np.cos(value), np.sin(value)
+    else:
+        raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")
+    return joint

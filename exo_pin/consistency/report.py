@@ -1,0 +1,73 @@
+"""What checks find, and what those of wrists and of other robots share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+
+from ..chain import ClosedChain
+from ..validation import FloatArray
+
+__all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Outcome", "Report", "closure_jacobian"]
+
+Outcome = Literal["pass", "note", "fail"]
+
+#: Poses checked: the neutral one and this many around it, seeded.
+POSES = 12
+#: Loop residual, m and rad.
+CLOSED = 1e-12
+#: Step of central differences: their truncation and rounding errors are equal there.
+STEP = float(np.finfo(float).eps ** (1 / 3))
+#: Largest error of a Jacobian that such a step explains, for second derivatives of the Jacobian up to about 500.
+JACOBIAN = 500 * STEP**2
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Result of one check: its name, whether it passed, and its evidence in a sentence."""
+
+    name: str
+    outcome: Outcome
+    detail: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All findings about a mechanism; prints as a table."""
+
+    mechanism: str
+    findings: tuple[Finding, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing failed."""
+        return all(finding.outcome != "fail" for finding in self.findings)
+
+    def __str__(self) -> str:
+        width = max(len(finding.name) for finding in self.findings)
+        lines = [f"{self.mechanism}: {'consistent' if self.passed else 'NOT CONSISTENT'}"]
+        lines += [f"  {item.outcome:4}  {item.name:{width}}  {item.detail}" for item in self.findings]
+        return "\n".join(lines)
+
+
+def closure_jacobian(chain: ClosedChain, configurations: Iterable[FloatArray]) -> Finding:
+    """The closures' Jacobian against central differences on the chain's manifold."""
+    if not chain.closures:
+        return Finding("closure Jacobian", "note", "the chain has no loops")
+    worst = max(_jacobian_error(chain, q) for q in configurations)
+    return Finding("closure Jacobian", "pass" if worst <= JACOBIAN else "fail", f"differences deviate by {worst:.1e}")
+
+
+def _jacobian_error(chain: ClosedChain, q: FloatArray) -> float:
+    """Largest difference between the closures' Jacobian and central differences."""
+    J, worst = chain.constraint_jacobian(q), 0.0
+    for column in range(chain.model.nv):
+        step = np.zeros(chain.model.nv)
+        step[column] = STEP
+        ahead, behind = (chain.residual(pin.integrate(chain.model, q, sign * step)) for sign in (1.0, -1.0))
+        worst = max(worst, float(np.abs(J[:, column] - (ahead - behind) / (2 * STEP)).max()))
+    return worst

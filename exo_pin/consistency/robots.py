@@ -1,0 +1,109 @@
+"""The checks of a closed chain that is no wrist."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+
+from ..chain import ClosedChain
+from ..errors import LoopNotClosed
+from ..validation import FloatArray
+from .report import CLOSED, POSES, Finding, Report, closure_jacobian
+
+__all__ = ["CHAIN_CHECKS", "check_chain"]
+
+#: How far around its first closed configuration a robot that is no wrist is checked, rad, characteristic lengths.
+_AROUND = 0.3
+
+
+def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
+    """The loops close from the rest configuration and from around it; the closed configurations found."""
+    if not chain.closures:
+        return Finding("loops", "note", "the chain has no loops"), [chain.neutral()]
+    try:
+        start = chain.close(chain.neutral())
+    except LoopNotClosed as error:
+        return Finding("loops", "fail", f"from the rest configuration: {error}"), []
+    rng = np.random.default_rng(0)
+    scale = np.where(chain.metres, chain.characteristic_length, 1.0)
+    found, lost = [start], 0
+    for _ in range(POSES):
+        away = scale * rng.uniform(-_AROUND, _AROUND, chain.model.nv)
+        try:
+            found.append(chain.close(pin.integrate(chain.model, start, away)))
+        except LoopNotClosed:
+            lost += 1
+    worst = max(float(np.abs(chain.residual(q)).max()) for q in found)
+    text = f"residual at most {worst:.1e} m, rad over {len(found)} configurations"
+    if lost:
+        return Finding("loops", "note", f"{text}; {lost} of {POSES} near the first did not close"), found
+    return Finding("loops", "pass" if worst <= CLOSED else "fail", text), found
+
+
+def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
+    """Freedoms, and whether the actuators rule them."""
+    answers = [chain.mobility(q) for q in found]
+    freedoms = [answer.degrees_of_freedom for answer in answers]
+    usual = answers[freedoms.index(max(freedoms, key=freedoms.count))]
+    text = f"{usual.degrees_of_freedom} degrees of freedom, closures of rank {usual.rank} of {usual.rows}"
+    if usual.redundant:
+        text += f" (redundant: {', '.join(usual.redundant_closures)})"
+    if usual.locked is None:
+        return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
+    text += f"; {usual.locked.degrees_of_freedom} with the actuators locked"
+    if answers[0].kinds:
+        return Finding(
+            "mobility", "note", f"{text}; the first configuration is singular: {', '.join(answers[0].kinds)}"
+        )
+    return Finding("mobility", "note" if usual.locked.degrees_of_freedom else "pass", text)
+
+
+def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
+    """Joint limits of the first closed configuration."""
+    beyond = chain.beyond_limits(found[0])
+    if beyond:
+        return Finding("joint limits", "note", f"the loops close first with {', '.join(beyond)} beyond their limits")
+    return Finding("joint limits", "pass", "the loops close within them")
+
+
+def _chain_inertia(chain: ClosedChain, _: list[FloatArray]) -> Finding:
+    """Masses and inertias that bodies can have."""
+    model = chain.model
+    light = [model.names[joint] for joint in range(1, model.njoints) if model.inertias[joint].mass <= 0.0]
+    for joint in range(1, model.njoints):
+        principal = np.linalg.eigvalsh(model.inertias[joint].inertia)
+        slack = 1e-9 * max(float(principal[2]), 0.0)
+        if model.inertias[joint].mass < 0.0 or principal[0] < -slack or principal[2] > principal[:2].sum() + slack:
+            return Finding("inertia", "fail", f"no body has the mass or inertia of the link after {model.names[joint]}")
+    if light:
+        return Finding("inertia", "note", f"no mass after {', '.join(light)}: motion there is not ruled by forces")
+    return Finding("inertia", "pass", f"{sum(item.mass for item in model.inertias):.4g} kg in all")
+
+
+#: The checks of a robot that is no wrist, after that of its loops.
+CHAIN_CHECKS: dict[str, Callable[[ClosedChain, list[FloatArray]], Finding]] = {
+    "closure Jacobian": closure_jacobian,
+    "mobility": _chain_mobility,
+    "joint limits": _chain_limits,
+    "inertia": _chain_inertia,
+}
+
+
+def check_chain(chain: ClosedChain) -> Report:
+    """Run the checks of :data:`CHAIN_CHECKS` on any closed chain.
+
+    Parameters
+    ----------
+    chain : ClosedChain
+        The robot.
+
+    Returns
+    -------
+    Report
+        If the loops do not close, that is its only finding.
+    """
+    loops, found = _chain_loops(chain)
+    rest = tuple(run(chain, found) for run in CHAIN_CHECKS.values()) if found else ()
+    return Report(chain.description.name, (loops, *rest))

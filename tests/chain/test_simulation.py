@@ -1,0 +1,131 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import parallelogram
+from moving_chains import moving
+
+from exo_pin.chain import ClosedChain, Closures
+from exo_pin.errors import InvalidInput, SimulationStopped
+
+DOWN = np.array([0.0, -9.81, 0.0])
+TEN_SECONDS = np.linspace(0.0, 10.0, 51)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["four-bar", "four-bar cut in a link", "five-bar", "3RRR", "Stewart platform", "revolute loop", "prismatic loop"],
+)
+def test_free_swing_keeps_its_energy_and_its_loops_for_ten_seconds(name):
+    case = moving(name)
+    if name in ("four-bar", "four-bar cut in a link", "five-bar", "3RRR"):
+        case.chain.model.gravity.linear = DOWN
+    swing = case.chain.simulate(case.q, 0.3 * case.v, TEN_SECONDS)
+    assert swing.kinetic_energy.max() > 10 * swing.kinetic_energy[0] or name == "3RRR"
+    # rtol 1e-9 a step and some thousand steps.
+    assert swing.energy_drift <= 1e-7
+    assert swing.opening.max() <= 1e-12
+    for q, v in zip(swing.q, swing.v, strict=True):
+        assert np.abs(case.chain.constraint_jacobian(q) @ v).max() <= 1e-10 * (1 + np.abs(v).max())
+
+
+def test_without_projection_the_loops_drift_and_stabilisation_holds_them():
+    case = moving("five-bar")
+    case.chain.model.gravity.linear = DOWN
+    rough = {"rtol": 1e-5, "atol": 1e-7}
+    kept = case.chain.simulate(case.q, case.v, TEN_SECONDS, **rough)
+    held = case.chain.simulate(case.q, case.v, TEN_SECONDS, projection=False, stabilisation=20.0, **rough)
+    loose = case.chain.simulate(case.q, case.v, TEN_SECONDS[:6], projection=False, stabilisation=1e-9, **rough)
+    assert kept.opening.max() <= 1e-12
+    # A step errs by 1e-5 of a radian; Baumgarte's terms forget that within a tenth of a second.
+    assert 1e-12 < held.opening.max() <= 1e-4
+    assert loose.opening[-1] > 10 * np.median(held.opening)
+
+
+def test_a_pendulum_has_its_period():
+    # No loop at all: a compound pendulum against the elliptic integral.
+    from scipy.special import ellipk
+
+    urdf = (
+        '<robot name="pendulum"><link name="ground"/><link name="rod"><inertial><origin xyz="0.5 0 0"/>'
+        '<mass value="2"/><inertia ixx="1e-6" iyy="0.1666666" izz="0.1666666" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '</link><joint name="hinge" type="continuous"><parent link="ground"/><child link="rod"/><axis xyz="0 0 1"/>'
+        "</joint></robot>"
+    )
+    chain = ClosedChain.from_urdf(urdf, Closures("pendulum"))
+    chain.model.gravity.linear = DOWN
+    amplitude, inertia = 1.2, 0.1666666 + 2 * 0.25
+    period = 4 * np.sqrt(inertia / (2 * 9.81 * 0.5)) * ellipk(np.sin(amplitude / 2) ** 2)
+    q = pin.integrate(chain.model, chain.neutral(), np.array([-np.pi / 2 + amplitude]))
+    swing = chain.simulate(q, np.zeros(1), [0.0, period / 2, period])
+    angles = np.arctan2(swing.q[:, 1], swing.q[:, 0])
+    np.testing.assert_allclose(
+        angles, [-np.pi / 2 + amplitude, -np.pi / 2 - amplitude, -np.pi / 2 + amplitude], atol=1e-7
+    )
+    np.testing.assert_allclose(swing.v, 0.0, atol=1e-6)
+    # All else that one coordinate can be asked for.
+    forces = chain.inverse_dynamics(q, [2.0], [3.0], actuated=["hinge"])
+    weight = 2 * 9.81 * 0.5 * np.cos(-np.pi / 2 + amplitude)
+    assert forces.effort("hinge") == pytest.approx(inertia * 3.0 + weight)
+    np.testing.assert_allclose(
+        forces.joint_reaction("hinge", in_frame="local").force,
+        2
+        * (np.array([-0.5 * 4.0, 0.5 * 3.0, 0.0]) + 9.81 * np.array([np.cos(amplitude) * -1, np.sin(amplitude), 0.0])),
+    )
+    found = chain.inverse_dynamics_derivatives(q, [2.0], [3.0], actuated=["hinge"])
+    assert found.tau_q[0, 0] == pytest.approx(-2 * 9.81 * 0.5 * np.sin(-np.pi / 2 + amplitude))
+    assert found.tau_a[0, 0] == pytest.approx(inertia)
+
+
+def test_efforts_and_wrenches_do_work():
+    case = moving("Stewart platform")
+    wrench = np.array([3.0, -2.0, 5.0, 0.2, 0.1, -0.3])
+
+    def efforts(t, q, v):
+        return {f"slide_{i}": 9.81 * 3.0 / 6 + np.sin(t + i) for i in range(6)}
+
+    moved = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), efforts, external={"platform": wrench})
+    assert abs(moved.work[-1]) > 0.1
+    assert moved.energy_drift <= 1e-8
+    np.testing.assert_allclose(moved.energy - moved.energy[0], moved.work, atol=1e-8 * moved.kinetic_energy.max())
+
+
+def test_running_into_a_singular_configuration_is_told():
+    # All cranks in line with the bar: the bar may go on in parallel or tilt.
+    named = parallelogram()
+    chain = named.chain()
+    chain.model.gravity.linear = DOWN
+    v = chain.dependent_motion(named.q, ["hinge_0"], [-3.0])[0]
+    with pytest.raises(SimulationStopped, match="singular") as caught:
+        chain.simulate(named.q, v, TEN_SECONDS)
+    # It swings the cranks down to the line, and was followed to just before.
+    assert 0.0 < caught.value.time < 10.0
+    assert abs(np.sin(caught.value.q[0])) < 0.05
+    assert np.abs(chain.residual(caught.value.q)).max() <= 1e-12
+
+
+def test_states_are_told_at_the_times_that_were_asked_for():
+    case = moving("four-bar")
+    case.chain.model.gravity.linear = DOWN
+    few = case.chain.simulate(case.q, case.v, [0.0, 0.37, 1.0])
+    many = case.chain.simulate(case.q, case.v, np.linspace(0, 1, 101))
+    np.testing.assert_array_equal(few.q[0], case.q)
+    at = int(np.flatnonzero(np.isclose(many.times, 0.37))[0])
+    np.testing.assert_allclose(few.q[1], many.q[at], atol=1e-8)
+    np.testing.assert_allclose(few.q[-1], many.q[-1], atol=1e-8)
+    alone = case.chain.simulate(case.q, case.v, [2.0])
+    assert alone.q.shape == (1, 3)
+
+
+def test_bad_input_is_refused():
+    case = moving("four-bar")
+    for call in (
+        lambda: case.chain.simulate(case.q, case.v, [0.0, 0.0]),
+        lambda: case.chain.simulate(case.q, case.v, [1.0, 0.5]),
+        lambda: case.chain.simulate(case.q, case.v, []),
+        lambda: case.chain.simulate(case.q, np.ones(3), [0.0, 1.0]),
+        lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], rtol=0.0),
+        lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], lambda t, q, v: np.ones(7)),
+        lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], stabilisation=np.nan),
+    ):
+        with pytest.raises(InvalidInput):
+            call()

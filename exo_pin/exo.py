@@ -60,7 +60,8 @@ class ShoulderExo(Questions):
     _recognised: Recognised | None = None
     _given_side: str = "left"
     _why_not: str = ""
-    _urdf: str | PathLike[str] | None = None
+    #: The URDF that it was loaded from, or its XML; None for all others.
+    urdf: str | PathLike[str] | None = None
 
     def __init__(
         self,
@@ -105,7 +106,7 @@ class ShoulderExo(Questions):
             The URDF that it was read from, or its XML, for its looks: a chain does not keep them.
         """
         exo = cls.__new__(cls)
-        exo._mechanism, exo.chain, exo._given_side, exo._urdf = None, chain, as_side(side), urdf
+        exo._mechanism, exo.chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
         try:
             exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
         except NotAWrist as error:
@@ -305,7 +306,7 @@ class ShoulderExo(Questions):
         from .view import ChainScene, Scene
 
         if not self.is_wrist:
-            return ChainScene(self.chain, self._urdf, **options)
+            return ChainScene(self.chain, self.urdf, **options)
         return Scene(self, **options)
 
 

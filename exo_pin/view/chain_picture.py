@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import coal
@@ -16,6 +15,7 @@ from ..chain import TYPES, ClosedChain, Closure
 from ..chain.topology import se3
 from ..validation import FloatArray
 from .colours import BLUE, GREY, ORANGE, PURPLE
+from .mechanism import urdf_visuals
 from .shapes import along, flat_material, frustum, segment
 from .stage import Stage
 from .viewer import MeshcatVisualizer, mg
@@ -118,11 +118,7 @@ class ChainPicture:
         if urdf is None:
             return pin.GeometryModel()
         try:
-            if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
-                return pin.buildGeomFromUrdfString(self._chain.model, urdf, pin.GeometryType.VISUAL)
-            folder = Path(urdf).resolve().parent
-            folders = [str(folder), *(str(above) for above in list(folder.parents)[:2])]
-            return pin.buildGeomFromUrdf(self._chain.model, str(urdf), pin.GeometryType.VISUAL, package_dirs=folders)
+            return urdf_visuals(self._chain.model, urdf)
         except (RuntimeError, ValueError) as error:
             reason = " ".join(str(error).split())
             self.notes.append(f"drawn by its joints: the URDF's visuals cannot be read ({reason:.200})")

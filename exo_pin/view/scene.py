@@ -118,7 +118,7 @@ class Scene(Socket, Playing, Pages):
     @property
     def messages(self) -> tuple[str, ...]:
         """What could not be drawn, and why."""
-        return (*self._notes, *self._massive)
+        return (*self._notes, *self._massive, *self._picture.notes)
 
     @property
     def metres_per_newton(self) -> float:
@@ -205,10 +205,10 @@ class Scene(Socket, Playing, Pages):
     def _draw(
         self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
     ) -> None:
-        notes = [*self._notes, *self._massive]
         with self._stage.update():
             self._orientation = pose
             self._place(offset)
+            notes = list(self.messages)
             try:
                 self._picture.show(pose)
             except LoopNotClosed:
@@ -234,6 +234,8 @@ class Scene(Socket, Playing, Pages):
             "exo",
             muscles=self._style == "muscles",
             with_arm=self._human is None,
+            # Its shapes belong to limbs that stand where it has them.
+            urdf=self._looks if self._offset is None else None,
         )
 
     def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
@@ -254,7 +256,7 @@ class Scene(Socket, Playing, Pages):
     def _set_exo(self, exo: ShoulderExo) -> None:
         # Asked first, so that a design that cannot be drawn leaves everything as it is.
         self._exo, self._massive = _drawable(exo)
-        self._offset = None
+        self._offset, self._looks = None, exo.urdf
         self._draw_mechanism()
         self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
         # As long as the longest arrow.

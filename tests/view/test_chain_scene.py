@@ -23,6 +23,16 @@ def written(named, folder):
     return folder / "mine.urdf"
 
 
+VISUAL = pin.GeometryType.VISUAL
+
+
+def bare(exo):
+    """Model and XML of the wrist with the same points that are on no circles."""
+    geometry = ep.WristGeometry(exo.geometry.base_points, exo.geometry.platform_points)
+    xml, _ = ep.chain.mechanism_urdf(exo.replace(geometry=geometry).mechanism)
+    return pin.buildModelFromXML(xml), xml
+
+
 def drawn(scene):
     return {item["path"] for item in commands(scene) if item["type"] == "set_object"}
 
@@ -179,6 +189,13 @@ def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys
     for i in range(3):
         body = f"/meshcat/exo/visuals/limb_{i + 1}_platform_body_0"
         np.testing.assert_allclose(place(scene, body), place(other, body), atol=1e-9)
+    # Its looks are its own: the rings' arcs, which points alone do not tell.
+    shapes = {
+        shape.name
+        for shape in pin.buildGeomFromUrdf(pin.buildModelFromUrdf(str(path)), str(path), VISUAL).geometryObjects
+    }
+    assert {f"/meshcat/exo/visuals/{name}" for name in shapes} <= drawn(scene)
+    assert len(shapes) > len(pin.buildGeomFromUrdfString(*bare(prototype), VISUAL).geometryObjects)
     # One whose masses the record holds has its forces.
     scene.replace_exo(ep.load(prototype.to_urdf(tmp_path / "light", assumed=None)))
     assert scene.messages == ()
@@ -189,6 +206,17 @@ def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys
     assert ep.load(path).is_wrist
     with pytest.raises(errors.NotAWrist):
         ep.load(written(four_bar(), tmp_path)).without_masses()
+
+
+def test_a_wrists_missing_mesh_is_told(tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
+    mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
+    text = path.read_text()
+    assert '<link name="arm">' in text
+    path.write_text(text.replace('<link name="arm">', f'<link name="arm">{mesh}', 1))
+    scene = ep.load(path).view(human=False)
+    assert "nowhere.stl" in scene.messages[0]
+    assert "/meshcat/exo/visuals/arm_0" in drawn(scene)
 
 
 def test_a_distance_closure_is_a_line():

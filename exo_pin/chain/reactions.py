@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, frozen
 from .balance import Balance, Wrench, axes_and_point
-from .sharing import Space, interval
+from .sharing import Bound, Space, interval
 
 __all__ = ["ClosedForces", "JointReaction", "wrench_of"]
 
@@ -99,9 +100,15 @@ class ClosedForces:
     effort_is_unique: NDArray[np.bool_]
     self_stresses: FloatArray
     _balance: Balance = field(repr=False)
-    _space: Space = field(repr=False)
     _start: FloatArray = field(repr=False)  # λ at z = 0
     _sharpness: float = field(repr=False)  # share of a self-stress that is rounding
+    _metric: str = field(repr=False)
+    _bounds: tuple[Bound, ...] = field(repr=False, default=())
+
+    @cached_property
+    def _space(self) -> Space:
+        metric = self._balance.metric(self._start, self.self_stresses, self._metric)
+        return Space(metric, self._bounds, self._sharpness)
 
     def effort(self, joint: str) -> FloatArray:
         """What a joint's actuator gives, shape (nv of the joint,), N or N m."""

@@ -231,6 +231,9 @@ class ClosedForces:
     ) -> FloatArray:
         """Shape (count, 2), of components constant + effect λ."""
         ranges = np.column_stack([value, value])
+        if not self._bounds:
+            ranges[~unique] = -np.inf, np.inf
+            return ranges
         start, slope = constant + effect @ self._start, effect @ self.self_stresses
         for k in np.flatnonzero(~unique):
             ranges[k] = interval(self._space, float(start[k]), slope[k])

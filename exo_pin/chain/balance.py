@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ..errors import InvalidInput, UnknownName
+from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, as_finite, as_mapping
-from .balance_kernels import tree_wrenches, wrenches_of
-from .structure import Structure
+from .balance_kernels import equations, wrenches_of
+from .structure import CLOSED, Structure
 
 __all__ = ["Balance", "Wrench", "axes_and_point", "balance_of", "put_on", "refuse_opening"]
 
@@ -45,7 +45,8 @@ class Wrench:
         Only of a wrench that is told about the world's origin in the world's axes.
         """
         both = np.column_stack([self.constant, self.effect])
-        moment = both[3:] - np.cross(point, both[:3], axisb=0, axisc=0)
+        x, y, z = point
+        moment = both[3:] - np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ both[:3]
         turned = np.vstack([axes @ both[:3], axes @ moment])
         return Wrench(turned[:, 0], turned[:, 1:])
 
@@ -125,6 +126,22 @@ class Balance:
         wrenches_of(self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out)
         return out
 
+    def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
+        """What a metric makes least, all in N, for λ = start + stresses z.
+
+        Returns
+        -------
+        ndarray
+            Shape (p, 1 + k): at z = 0 in the first column, its change per unit of z in the others.
+        """
+        top = self.chain._topology
+        columns = np.column_stack([start, stresses])
+        if metric == "closures":
+            return np.where(top.row_metres, 1.0, 1.0 / top.length)[:, None] * columns
+        wrenches = self.wrenches(columns).reshape(-1, 6, columns.shape[1])
+        wrenches[:, 3:] /= top.length
+        return wrenches.reshape(-1, columns.shape[1])
+
 
 def balance_of(
     chain: Structure,
@@ -145,50 +162,69 @@ def balance_of(
     external : mapping, optional
         As for :meth:`exo_pin.chain.ClosedChain.rnea`.
     keeps_closed : bool
-        Whether to refuse a motion that opens the loops.
+        Whether to refuse open loops and a motion that opens them.
 
     Raises
     ------
+    LoopNotClosed
+        If the loops stand open by more than 1e-8.
     InvalidInput
         If the motion opens the loops.
     UnknownName
         If a frame is not known.
     """
     work, top, model = chain._workspace, chain._topology, chain.model
-    still = np.zeros(model.nv)
-    work.linearise(q)
-    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    moves = [item is not None and bool(item.any()) for item in (v, a)]
-    v, a = still if v is None else v, still if a is None else a
-    if keeps_closed and any(moves):
-        refuse_opening(chain, q, v, a)
+    moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
+    v, a = work.still if v is None else v, work.still if a is None else a
+    if moves and keeps_closed:
+        pin.computeJointJacobiansTimeVariation(model, work.data, q, v)
+    else:
+        pin.computeJointJacobians(model, work.data, q)
     work.external[:] = 0.0
-    put_on(chain, external)
+    if external is not None:
+        put_on(chain, external)
     tau = np.array(pin.rnea(model, work.data, q, v, a, work.external_vector))
-    poses, tree = work.poses.copy(), np.empty_like(work.forces)
-    tree_wrenches(poses, work.forces, tree)
-    return Balance(chain, q, tau, work.jacobian.copy(), gap, poses, tree, work.unit_wrenches().copy())
+    jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
+        work.poses,
+        work.J,
+        work.dJ,
+        work.forces,
+        v,
+        a,
+        moves and keeps_closed,
+        top.joints,
+        top.local,
+        top.kinds,
+        top.distances,
+        top.rows,
+        top.signs,
+        top.supports,
+        top.row_scale,
+        top.column,
+    )
+    if keeps_closed:
+        if not worst <= CLOSED:
+            raise LoopNotClosed(q.copy(), worst, 0)
+        _refuse("velocity", opening_v, speed)
+        _refuse("acceleration", opening_a, size)
+    return Balance(chain, q, tau, jacobian, gap, poses, tree, unit)
 
 
-def refuse_opening(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray | None) -> None:
-    """Raise if a motion opens the loops; the chain must be linearised. Without ``a`` only v is looked at."""
+def refuse_opening(chain: Structure, v: FloatArray) -> None:
+    """Raise if a velocity opens the loops; the chain must be linearised."""
     work, top = chain._workspace, chain._topology
-    column = np.where(top.metres, top.length, 1.0)
-    speed = float(np.abs(v / column).max(initial=0.0))
     opening = float(np.abs(top.row_scale * (work.jacobian @ v)).max(initial=0.0))
-    if not opening <= _OPENING * max(speed, _REST):
-        raise InvalidInput(
-            f"the velocity opens the loops by {opening:.3g} (lengths and rad a second): use project_velocity or "
-            "dependent_motion"
-        )
-    if a is None:
-        return
-    size = float(np.abs(a / column).max(initial=0.0)) + speed**2
-    opening = float(np.abs(top.row_scale * (work.jacobian @ a + work.drift_of(q, v))).max(initial=0.0))
+    _refuse("velocity", opening, float(np.abs(v / top.column).max(initial=0.0)))
+
+
+def _refuse(what: str, opening: float, size: float) -> None:
     if not opening <= _OPENING * max(size, _REST):
+        unit, advice = {
+            "velocity": ("a second", "project_velocity"),
+            "acceleration": ("a second squared", "project_acceleration"),
+        }[what]
         raise InvalidInput(
-            f"the acceleration opens the loops by {opening:.3g} (lengths and rad a second squared): use "
-            "project_acceleration or dependent_motion"
+            f"the {what} opens the loops by {opening:.3g} (lengths and rad {unit}): use {advice} or dependent_motion"
         )
 
 

@@ -1,4 +1,4 @@
-"""Wrenches of all joints and closures of a chain at once, compiled."""
+"""Equations of motion of a chain, and the wrenches of all its joints and closures, compiled."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-__all__ = ["tree_wrenches", "wrenches_of"]
+from .kernels import jacobian_rate, residual_jacobian, unit_wrenches
+
+__all__ = ["equations", "wrenches_of"]
 
 _compile = njit(cache=True, error_model="numpy")
 
 
 @_compile
-def tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
+def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
     """Tell joints' wrenches in world axes about the world's origin.
 
     Parameters
@@ -44,7 +46,7 @@ def wrenches_of(
     Parameters
     ----------
     poses : ndarray
-        As for :func:`tree_wrenches`.
+        Shape (njoints, 4, 3).
     tree : ndarray
         Shape (njoints, 6), the joints' wrenches at λ = 0 about the world's origin, counted in the first set only.
     unit, carried, joints, local, rows : ndarray
@@ -83,3 +85,69 @@ def wrenches_of(
             block[3, s] -= p[1] * block[2, s] - p[2] * block[1, s]
             block[4, s] -= p[2] * block[0, s] - p[0] * block[2, s]
             block[5, s] -= p[0] * block[1, s] - p[1] * block[0, s]
+
+
+@_compile
+def equations(
+    poses: Any,
+    J: Any,
+    dJ: Any,
+    forces: Any,
+    v: Any,
+    a: Any,
+    moves: bool,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    signs: Any,
+    supports: Any,
+    row_scale: Any,
+    column: Any,
+) -> Any:
+    """What the closures add to the open tree's equations of motion, and how far state and motion open the loops.
+
+    Parameters
+    ----------
+    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports
+        As for the functions of :mod:`exo_pin.chain.kernels`.
+    forces : ndarray
+        Shape (njoints, 6), what RNEA leaves of the joints' wrenches.
+    v, a : ndarray
+        Shape (nv,).
+    moves : bool
+        Whether v or a is not zero.
+    row_scale, column : ndarray
+        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+
+    Returns
+    -------
+    tuple
+        Jacobian, unit wrenches, joints' wrenches about the world's origin, a copy of the poses; the largest residual,
+        the same scaled; and scaled, speed, acceleration, and the largest opening by either.
+    """
+    height, nv = len(row_scale), len(v)
+    gap, jacobian, unit = np.empty(height), np.empty((height, nv)), np.empty((height, 6))
+    worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, gap, jacobian)
+    unit_wrenches(poses, joints, local, kinds, lengths, rows, unit)
+    tree = np.empty(forces.shape)
+    _tree_wrenches(poses, forces, tree)
+    scaled = 0.0
+    for i in range(height):
+        scaled = max(scaled, abs(gap[i] * row_scale[i]))
+    speed, size, opening_v, opening_a = 0.0, 0.0, 0.0, 0.0
+    if moves:
+        rate, drift = np.empty((height, nv)), np.empty(height)
+        jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, rate, drift)
+        for k in range(nv):
+            speed = max(speed, abs(v[k] / column[k]))
+            size = max(size, abs(a[k] / column[k]))
+        for i in range(height):
+            along, across = 0.0, drift[i]
+            for k in range(nv):
+                along += jacobian[i, k] * v[k]
+                across += jacobian[i, k] * a[k]
+            opening_v = max(opening_v, abs(row_scale[i] * along))
+            opening_a = max(opening_a, abs(row_scale[i] * across))
+    return jacobian, unit, tree, poses.copy(), worst, scaled, speed, size + speed * speed, opening_v, opening_a

@@ -15,23 +15,12 @@ from .reactions import wrench_of
 from .sharing import Bound, bounds_of, settled
 from .structure import Structure
 
-__all__ = ["Objective", "Range", "effort_bounds_of", "metric_of", "objective_of", "reaction_bounds_of"]
+__all__ = ["Objective", "Range", "effort_bounds_of", "objective_of", "reaction_bounds_of"]
 
 #: Lower and upper bound, numbers or one for each component.
 Range = tuple[ArrayLike, ArrayLike]
 #: What is to be small: all efforts, or joints' and closures' wrenches by name with their weights.
 Objective = Literal["efforts"] | Mapping[str, ArrayLike]
-
-
-def metric_of(balance: Balance, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
-    """What the metric makes least, all in N: at z = 0 in the first column, its change per unit of z in the others."""
-    top = balance.chain._topology
-    columns = np.column_stack([start, stresses])
-    if metric == "closures":
-        return np.where(top.row_metres, 1.0, 1.0 / top.length)[:, None] * columns
-    wrenches = balance.wrenches(columns).reshape(-1, 6, columns.shape[1])
-    wrenches[:, 3:] /= top.length
-    return wrenches.reshape(-1, columns.shape[1])
 
 
 def objective_of(
@@ -52,7 +41,7 @@ def objective_of(
     if isinstance(objective, str):
         if objective != "efforts":
             raise UnknownName("objective", objective, ("efforts", "a mapping of joints and closures to weights"))
-        unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)[driven]
+        unit = chain._topology.per_newton[driven]
         return unit * efforts[0][driven], settled(unit[:, None] * efforts[1][driven], multipliers[2])
     start, stresses, sharpness = multipliers
     parts = []

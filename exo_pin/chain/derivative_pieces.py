@@ -80,7 +80,7 @@ def _drift_change(state: State, directions: FloatArray) -> FloatArray:
     out = np.zeros((chain.row_count, directions.shape[1]))
     if not state.v.any():
         return out
-    column = np.where(chain._topology.metres, chain.characteristic_length, 1.0)
+    column = chain._topology.column
     for k, direction in enumerate(directions.T):
         size = float(np.abs(direction / column).max(initial=0.0))
         if size == 0.0:
@@ -113,13 +113,11 @@ def open_change(state: State, change: Change) -> FloatArray:
     return found
 
 
-def force_change(state: State, change: Change, rates: FloatArray, driven: np.ndarray) -> tuple[FloatArray, FloatArray]:
+def force_change(state: State, change: Change, rates: FloatArray, passive: np.ndarray) -> tuple[FloatArray, FloatArray]:
     """Changes of efforts and multipliers, shapes (nv, columns) and (rows, columns)."""
     chain, top = state.chain, state.chain._topology
     left = open_change(state, change) - np.einsum("kij,i->jk", rates, state.multipliers)
-    passive = np.ones(chain.model.nv, dtype=bool)
-    passive[driven] = False
-    column = np.where(top.metres, top.length, 1.0)[passive]
+    column = top.column[passive]
     matrix = (state.balance.jacobian[:, passive] * top.row_scale[:, None] * column).T
     found = np.zeros((chain.row_count, change.q.shape[1]))
     if matrix.size:

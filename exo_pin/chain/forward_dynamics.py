@@ -61,7 +61,7 @@ class ClosedMotion:
         """
         chain, q, v, external = self._state
         balance = balance_of(chain, q, v, self.a, external, keeps_closed=False)
-        return solved(balance, np.zeros(0, dtype=np.int64), applied=self.tau)
+        return solved(balance, chain._drive(()), applied=self.tau)
 
 
 class ForwardDynamics(Structure):
@@ -118,7 +118,7 @@ class ForwardDynamics(Structure):
         v = np.zeros(self._model.nv) if v is None else self._tangent("v", v).copy()
         if not stabilisation:
             self._workspace.linearise(q)
-            refuse_opening(self, q, v, None)
+            refuse_opening(self, v)
         efforts = efforts_of(self, tau)
         chosen = chosen_method(self, method, stabilisation)
         if chosen == "proximal" and not _has_inertia(self, q):
@@ -193,7 +193,7 @@ def acceleration(
     work.linearise(q)
     J, gap = work.jacobian, float(np.abs(work.gap * top.row_scale).max(initial=0.0))
     right = -_stabilising(chain, v, stabilisation) - work.drift_of(q, v)
-    column = np.where(top.metres, top.length, 1.0)
+    column = top.column
     forces = column * (efforts - _bias(chain, q, v, external))
     M = _inertia(chain, q) * column[:, None] * column
     # a = column x: metres in characteristic lengths, as the rows.
@@ -242,14 +242,14 @@ def _heaviest(M: FloatArray) -> float:
 
 def _has_inertia(chain: Structure, q: FloatArray) -> bool:
     """Whether every motion of the open tree has inertia, as Pinocchio needs it."""
-    column = np.where(chain._topology.metres, chain._topology.length, 1.0)
+    column = chain._topology.column
     sizes = np.linalg.eigvalsh(_inertia(chain, q) * column[:, None] * column)
     return bool(sizes[0] > _MASSLESS * sizes[-1])
 
 
 def _massless(chain: Structure, q: FloatArray, basis: FloatArray) -> list[str]:
     """Joints that move in the motion of least inertia among those of a basis, the most moved first."""
-    column = np.where(chain._topology.metres, chain._topology.length, 1.0)
+    column = chain._topology.column
     M = _inertia(chain, q) * column[:, None] * column
     way = np.abs(basis @ np.linalg.eigh(basis.T @ M @ basis)[1][:, 0])
     names = [str(name) for name in list(chain.model.names)[1:]]

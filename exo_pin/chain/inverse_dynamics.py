@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from ..errors import UndrivenMotion, UnknownName
 from ..validation import FloatArray, frozen
 from .balance import Balance, balance_of
-from .demands import Objective, Range, effort_bounds_of, metric_of, objective_of, reaction_bounds_of
-from .rank import rank_tolerance
+from .demands import Objective, Range, effort_bounds_of, objective_of, reaction_bounds_of
 from .reactions import ClosedForces, JointReaction
-from .sharing import METRICS, Space, share
-from .structure import Structure
+from .sharing import METRICS, Bound, Space, share
+from .solution_kernels import efforts_and_residual, least, solutions
+from .structure import Drive, Structure
 
 __all__ = ["PULL", "PUSH", "InverseDynamics", "Objective", "Range"]
 
@@ -27,8 +27,6 @@ PUSH: Range = (0.0, np.inf)
 
 #: The equations of motion may be missed by so much of the largest force in them.
 _MISSING = 1e-7
-#: No component is called undetermined for less than this share of a self-stress, nor unique for more.
-_SHARPEST, _BLUNTEST = 1e-10, 1e-6
 
 
 class InverseDynamics(Structure):
@@ -97,13 +95,12 @@ class InverseDynamics(Structure):
         """
         balance = balance_of(
             self,
-            self._closed(q).copy(),
+            self._configuration(q).copy(),
             None if v is None else self._tangent("v", v),
             None if a is None else self._tangent("a", a),
             external,
         )
-        driven = self.velocity_indices(self.roles.actuated if actuated is None else actuated)
-        return solved(balance, driven, effort_bounds, reaction_bounds, objective, metric)
+        return solved(balance, self._drive(actuated), effort_bounds, reaction_bounds, objective, metric)
 
     def joint_reaction(
         self,
@@ -132,7 +129,7 @@ class InverseDynamics(Structure):
 
 def solved(
     balance: Balance,
-    driven: np.ndarray,
+    drive: Drive,
     effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
     reaction_bounds: Mapping[str, Range] | None = None,
     objective: Objective | None = None,
@@ -145,34 +142,56 @@ def solved(
     ----------
     balance : Balance
         At the state.
-    driven : ndarray of int
-        Indices in v of the coordinates that carry an actuator.
+    drive : Drive
+        Coordinates with and without actuator.
     applied : ndarray, optional
         Shape (nv,), generalised forces that are known to act.
+
+    Raises
+    ------
+    UndrivenMotion, InfeasibleForces, SolverFailed, UnknownName
+        As for :meth:`InverseDynamics.inverse_dynamics`.
     """
     if metric not in METRICS:
         raise UnknownName("metric", metric, METRICS)
-    chain = balance.chain
-    passive = np.ones(chain.model.nv, dtype=bool)
-    passive[driven] = False
+    top = balance.chain._topology
     if applied is not None:
         balance = replace(balance, tau=balance.tau - applied)
-    start, stresses, sharpness = solutions(balance, passive)
-    # Efforts are tau - Jᵀ λ.
-    effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
-    # What is determined must not be moved by the rounding of a self-stress, however far the program goes along it.
-    unit = np.where(chain._topology.metres, 1.0, 1.0 / chain.characteristic_length)
-    unique = passive | (np.abs(slope * unit[:, None]).max(axis=1, initial=0.0) <= sharpness)
-    slope[unique] = 0.0
-    bounds = effort_bounds_of(chain, driven, effort, slope, effort_bounds)
-    bounds += reaction_bounds_of(balance, start, (stresses, sharpness), reaction_bounds)
-    aims = objective_of(balance, driven, (effort, slope), (start, stresses, sharpness), objective)
-    space = Space(metric_of(balance, start, stresses, metric), bounds, sharpness)
-    z = share(space, aims)
-    multipliers = start + stresses @ z
-    tau = balance.tau - balance.jacobian.T @ multipliers
-    residual = float(np.abs(tau[passive]).max(initial=0.0))
-    tau[passive] = 0.0
+    start, stresses, sharpness, missing, share_of_largest = solutions(
+        balance.jacobian,
+        balance.tau,
+        balance.tree,
+        drive.passive,
+        top.row_scale,
+        top.column,
+        top.length,
+        balance.chain.model.njoints,
+        balance.gap,
+    )
+    if not share_of_largest <= _MISSING:
+        _refuse_undriven(balance, drive.passive, missing)
+    bounds: tuple[Bound, ...] = ()
+    if effort_bounds is None and reaction_bounds is None and objective is None:
+        multipliers = start
+        if metric == "reactions" and stresses.shape[1]:
+            multipliers = least(
+                start,
+                stresses,
+                balance.poses,
+                balance.tree,
+                balance.unit,
+                top.carried,
+                top.joints,
+                top.local,
+                top.rows,
+                top.length,
+            )
+    else:
+        open_part = start, stresses, sharpness
+        bounds, multipliers = _chosen(balance, drive, open_part, (effort_bounds, reaction_bounds), objective, metric)
+    tau, residual, unique = efforts_and_residual(
+        balance.jacobian, balance.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
+    )
     if applied is not None:
         tau += applied
     return ClosedForces(
@@ -183,59 +202,39 @@ def solved(
         frozen(unique),
         frozen(stresses),
         balance,
-        space,
-        frozen(start),
+        start,
         sharpness,
+        metric,
+        bounds,
     )
 
 
-def solutions(balance: Balance, passive: np.ndarray) -> tuple[FloatArray, FloatArray, float]:
-    """All λ with (tau - Jᵀλ) = 0 in the passive coordinates: one, a basis of the self-stresses, and its sharpness.
-
-    The one has the least sum of squares of closure forces and of moments over the characteristic length; the basis
-    is orthonormal in the same metric.
-
-    Raises
-    ------
-    UndrivenMotion
-        If there is none.
-    """
+def _chosen(
+    balance: Balance,
+    drive: Drive,
+    open_part: tuple[FloatArray, FloatArray, float],
+    given: tuple[Mapping[str, Range] | Literal["model"] | None, Mapping[str, Range] | None],
+    objective: Objective | None,
+    metric: str,
+) -> tuple[tuple[Bound, ...], FloatArray]:
+    """Bounds, and the λ that keeps them, is best in the objective, and then least in the metric."""
     chain = balance.chain
-    top = chain._topology
-    column = np.where(top.metres, top.length, 1.0)[passive]
-    matrix = (balance.jacobian[:, passive] * top.row_scale[:, None] * column).T
-    right = column * balance.tau[passive]
-    # In N: rows in metres have row_scale 1/length, so λ over row_scale is length times a force.
-    to_rows = top.row_scale * top.length
-    if not matrix.size:
-        left, found, null, sharpness = right, np.zeros(len(to_rows)), np.eye(len(to_rows)), _SHARPEST
-    else:
-        U, values, Vt = np.linalg.svd(matrix)
-        tolerance = rank_tolerance(matrix.shape, float(values[0]), chain.model.njoints, balance.gap)
-        rank = int(np.count_nonzero(values > tolerance))
-        found = Vt[:rank].T @ ((U[:, :rank].T @ right) / values[:rank])
-        left = right - matrix @ found
-        # Once more, for the rounding of an ill-conditioned solution.
-        found += Vt[:rank].T @ ((U[:, :rank].T @ left) / values[:rank])
-        left = right - matrix @ found
-        null = Vt[rank:].T
-        sharpness = min(max(10.0 * tolerance / values[rank - 1] if rank else 0.0, _SHARPEST), _BLUNTEST)
-    size = float(np.abs(column * np.abs(balance.tau[passive])).max(initial=0.0))
-    size = max(size, float(np.abs(matrix @ found).max(initial=0.0)), _weight(balance))
-    if np.abs(left).max(initial=0.0) > _MISSING * size:
-        _refuse_undriven(balance, passive, left / column)
-    return top.row_scale * found, to_rows[:, None] * null, sharpness
-
-
-def _weight(balance: Balance) -> float:
-    """The largest wrench in the open tree, N m, against which a generalised force counts as rounding."""
-    length = balance.chain.characteristic_length
-    return float(np.abs(balance.tree[1:] * ([length] * 3 + [1.0] * 3)).max(initial=0.0))
+    start, stresses, sharpness = open_part
+    # Efforts are tau - Jᵀ λ. What is determined must not be moved by the rounding of a self-stress, however far the
+    # program goes along it.
+    effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
+    slope[np.abs(slope * chain._topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
+    slope[drive.passive] = 0.0
+    bounds = effort_bounds_of(chain, drive.driven, effort, slope, given[0])
+    bounds += reaction_bounds_of(balance, start, (stresses, sharpness), given[1])
+    aims = objective_of(balance, drive.driven, (effort, slope), open_part, objective)
+    space = Space(balance.metric(start, stresses, metric), bounds, sharpness)
+    return tuple(bounds), start + stresses @ share(space, aims)
 
 
 def _refuse_undriven(balance: Balance, passive: np.ndarray, left: FloatArray) -> None:
     chain = balance.chain
-    missing = np.zeros(len(passive))
+    missing = np.zeros(chain.model.nv)
     missing[passive] = left
     names = [str(name) for name in list(chain.model.names)[1:]]
     sizes = {name: float(np.abs(missing[chain.velocity_slice(name)]).max(initial=0.0)) for name in names}

@@ -126,7 +126,7 @@ class Kinematics(Closing):
     def _dependent(self, q: ArrayLike, split: Split, right: FloatArray) -> FloatArray:
         """Solve J_d x = right, metres weighed against radians by the characteristic length."""
         top = self._topology
-        columns = np.where(top.metres, top.length, 1.0)[split.dependent]
+        columns = top.column[split.dependent]
         if not len(columns):
             return np.zeros((0, right.shape[1]))
         J = self.constraint_jacobian(q)[:, split.dependent] * top.row_scale[:, None] * columns
@@ -136,7 +136,7 @@ class Kinematics(Closing):
         """Jacobian with metres divided by the characteristic length, and what counts as zero of its singular values."""
         work, top = self._workspace, self._topology
         work.linearise(q)
-        scaled = work.jacobian * top.row_scale[:, None] * np.where(top.metres, top.length, 1.0)
+        scaled = work.jacobian * top.row_scale[:, None] * top.column
         largest = float(np.linalg.norm(scaled, 2)) if scaled.size else 0.0
         gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
         return scaled, rank_tolerance(scaled.shape, largest, self._model.njoints, gap) if scaled.size else 0.0
@@ -189,7 +189,7 @@ class Kinematics(Closing):
     def _least(self, right: FloatArray) -> FloatArray:
         """The least x with J x = right, J as last linearised."""
         work, top = self._workspace, self._topology
-        columns = np.where(top.metres, top.length, 1.0)
+        columns = top.column
         J = work.jacobian * top.row_scale[:, None] * columns
         if not J.size:
             return np.zeros(len(columns))

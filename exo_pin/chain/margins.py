@@ -111,7 +111,7 @@ def margins(
     output_lost, input_lost, idle = lost
     dof = null_space.shape[1]
     top = chain._topology
-    scale = np.where(top.metres, top.length, 1.0)
+    scale = top.column
     frame, counted = output
     tree = chain._tree_frame_jacobian(q, frame)
     tree[np.setdiff1d(np.arange(6), np.arange(6)[counted])] = 0.0
@@ -177,7 +177,7 @@ def _clearance(
     told by the loop alone: it does not depend on which of its joints is written as the closure.
     """
     top, model = chain._topology, chain.model
-    scale = np.where(top.metres, top.length, 1.0)
+    scale = top.column
     chain._workspace.linearise(q)
     opened = chain._workspace.unit_wrenches()[:, :3]
     stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)

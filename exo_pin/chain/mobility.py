@@ -199,7 +199,7 @@ class MobilityQueries(Kinematics):
         J, _ = self._scaled_jacobian(q)
         top, nv = self._topology, self._model.nv
         gap = float(np.abs(self._workspace.gap * top.row_scale).max(initial=0.0))
-        columns = np.where(top.metres, top.length, 1.0)
+        columns = top.column
         unit = np.eye(nv)
         free = np.concatenate([J, unit[held]])
         locked = np.concatenate([free, unit[driven]])
@@ -230,7 +230,7 @@ class MobilityQueries(Kinematics):
     ) -> _Ranks:
         """The highest ranks of the pose and some neighbours: what is usual around here."""
         rng = np.random.default_rng(0)
-        columns = np.where(self._topology.metres, self._topology.length, 1.0)
+        columns = self._topology.column
         usual = here
         for _ in range(_NEIGHBOURS if here.null_space.shape[1] else 0):
             away = here.null_space @ rng.normal(size=here.null_space.shape[1])

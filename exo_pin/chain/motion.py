@@ -115,7 +115,7 @@ def _dependent_motion(
         return v, a
     work.linearise(q)
     # Metres are divided by the characteristic length in rows and columns; the drift's units follow the rows.
-    column_scale = np.where(top.metres, top.length, 1.0)
+    column_scale = top.column
     scaled = work.jacobian * top.row_scale[:, None]
     dependent = scaled[:, others] * column_scale[others]
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numba import njit
 
 __all__ = ["rank_tolerance"]
 
+_ROUNDING = float(np.finfo(float).eps)
 
-def rank_tolerance(shape: tuple[int, int], largest: float, joints: int, residual: float) -> float:
+
+@njit(cache=True, error_model="numpy")
+def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> float:
     """Singular values of a scaled constraint Jacobian that may be zero.
 
     A perturbation E of a matrix moves its singular values by at most |E|₂ <= max(shape) max|E_ij|. Entries of the
@@ -25,4 +31,4 @@ def rank_tolerance(shape: tuple[int, int], largest: float, joints: int, residual
     residual : float
         Largest scaled residual of the loops.
     """
-    return max(shape) * largest * (joints * float(np.finfo(float).eps) + residual)
+    return max(shape[0], shape[1]) * largest * (joints * _ROUNDING + residual)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, frozen
 from .balance import Balance, Wrench, axes_and_point
-from .sharing import Space, interval
+from .sharing import Bound, Space, interval
 
 __all__ = ["ClosedForces", "JointReaction", "wrench_of"]
 
@@ -99,9 +99,15 @@ class ClosedForces:
     effort_is_unique: NDArray[np.bool_]
     self_stresses: FloatArray
     _balance: Balance = field(repr=False)
-    _space: Space = field(repr=False)
     _start: FloatArray = field(repr=False)  # λ at z = 0
     _sharpness: float = field(repr=False)  # share of a self-stress that is rounding
+    _metric: str = field(repr=False)
+    _bounds: tuple[Bound, ...] = field(repr=False, default=())
+
+    @cached_property
+    def _space(self) -> Space:
+        metric = self._balance.metric(self._start, self.self_stresses, self._metric)
+        return Space(metric, self._bounds, self._sharpness)
 
     def effort(self, joint: str) -> FloatArray:
         """What a joint's actuator gives, shape (nv of the joint,), N or N m."""
@@ -197,10 +203,8 @@ class ClosedForces:
         if on is not None:
             receiver = _body(balance, on)
             if receiver not in bodies:
-                raise InvalidInput(
-                    f"{name!r} joins {_body_name(balance, bodies[0])!r} and {_body_name(balance, bodies[1])!r}, not "
-                    f"{on!r}"
-                )
+                one, other = (balance.chain._body_names[body] for body in bodies)
+                raise InvalidInput(f"{name!r} joins {one!r} and {other!r}, not {on!r}")
             if receiver != bodies[0]:
                 wrench = wrench.reversed()
         told = wrench.told(*axes_and_point(balance, own, at, in_frame))
@@ -214,7 +218,7 @@ class ClosedForces:
         ranges[~unique] = -np.inf, np.inf
         if intervals:
             ranges = self._intervals(told.constant, told.effect, unique, value)
-        label = on if on is not None else _body_name(balance, receiver)
+        label = on if on is not None else balance.chain._body_names[receiver]
         return JointReaction(
             name, label, frozen(value), frozen(unique), frozen(np.ascontiguousarray(directions)), frozen(ranges)
         )
@@ -224,6 +228,9 @@ class ClosedForces:
     ) -> FloatArray:
         """Shape (count, 2), of components constant + effect λ."""
         ranges = np.column_stack([value, value])
+        if not self._bounds:
+            ranges[~unique] = -np.inf, np.inf
+            return ranges
         start, slope = constant + effect @ self._start, effect @ self.self_stresses
         for k in np.flatnonzero(~unique):
             ranges[k] = interval(self._space, float(start[k]), slope[k])
@@ -253,12 +260,3 @@ def _body(balance: Balance, frame: str) -> int:
     if not isinstance(frame, str) or frame not in frames:
         raise UnknownName("body", frame, frames)
     return int(balance.chain.model.frames[frames[frame]].parentJoint)
-
-
-def _body_name(balance: Balance, index: int) -> str:
-    """The first link's name of a body, else its joint's."""
-    if index == 0:
-        return "universe"
-    frames: Iterable = balance.chain.model.frames
-    links = [frame.name for frame in frames if frame.parentJoint == index and "BODY" in str(frame.type)]
-    return links[0] if links else str(balance.chain.model.names[index])

@@ -133,7 +133,7 @@ class Simulations(Kinematics, ForwardDynamics):
             if not 0.0 < value < 1.0:
                 raise InvalidInput(f"expected {name} between 0 and 1, got {value}")
         self._workspace.linearise(start)
-        refuse_opening(self, start, velocity, None)
+        refuse_opening(self, velocity)
         # Once through the front door: it says what does not fit, and which method does.
         first = self.forward_dynamics(
             start, velocity, _efforts(self, tau, float(when[0]), start, velocity),

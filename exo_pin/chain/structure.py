@@ -5,24 +5,38 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterable
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, LoopNotClosed, UnknownName
-from ..validation import FloatArray, as_finite
+from ..validation import FloatArray, as_finite, frozen
 from .closures import Closure, Closures, Roles
 from .topology import frame_table, make_topology
 from .workspace import ProximalProblem, Workspace
 
-__all__ = ["CLOSED", "PINOCCHIO_TYPES", "Structure"]
+__all__ = ["CLOSED", "PINOCCHIO_TYPES", "Drive", "Structure"]
 
 #: The closure types that Pinocchio has a constraint for.
 PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Largest residual, m and rad, at which a question about a closed chain is still answered.
 CLOSED = 1e-8
+
+
+class Drive(NamedTuple):
+    """Indices in v.
+
+    Attributes
+    ----------
+    driven, passive : ndarray of int
+        Of the coordinates that carry an actuator, in the order of their joints, and of the others.
+    """
+
+    driven: np.ndarray
+    passive: np.ndarray
 
 
 class Structure:
@@ -37,6 +51,7 @@ class Structure:
         self._check_roles(closures.roles)
         self._local = threading.local()
         self._freed_chains: dict[int, Any] = {}
+        self._drives: dict[tuple[str, ...], Drive] = {}
 
     @property
     def model(self) -> pin.Model:
@@ -128,6 +143,25 @@ class Structure:
         """Where a joint's coordinates stand in v and a."""
         index = self.joint_index(joint)
         return slice(self._model.idx_vs[index], self._model.idx_vs[index] + self._model.nvs[index])
+
+    @cached_property
+    def _body_names(self) -> tuple[str, ...]:
+        """Of every body the first link's name, else its joint's."""
+        names = [str(name) for name in self._model.names]
+        for frame in reversed(list(self._model.frames)):
+            if frame.type == pin.FrameType.BODY and frame.parentJoint:
+                names[frame.parentJoint] = frame.name
+        return tuple(names)
+
+    def _drive(self, joints: Iterable[str] | None) -> Drive:
+        """Coordinates with and without actuator; the roles' where no joints are named."""
+        names = self.roles.actuated if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
+        known = self._drives.get(names)
+        if known is None:
+            driven = self.velocity_indices(names)
+            passive = np.setdiff1d(np.arange(self._model.nv), driven)
+            known = self._drives[names] = Drive(frozen(driven), frozen(passive))
+        return known
 
     def velocity_indices(self, joints: Iterable[str]) -> np.ndarray:
         """Where the coordinates of several joints stand in v, in the order of ``joints``."""

@@ -48,6 +48,10 @@ class Topology:
         Shape (m,), what the distance closures keep, m; 0 for the others.
     metres : ndarray of bool
         Shape (nv,), which coordinates are in metres.
+    column : ndarray
+        Shape (nv,), length for metres, 1 for radians: a velocity over it has no length in it.
+    per_newton : ndarray
+        Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
     weight : ndarray
         Shape (nv,), mobility of each coordinate where the least movement is asked: length² for metres, 1 for radians.
     """
@@ -64,6 +68,8 @@ class Topology:
     row_scale: FloatArray
     distances: FloatArray
     metres: NDArray[np.bool_]
+    column: FloatArray
+    per_newton: FloatArray
     weight: FloatArray
 
     @property
@@ -133,9 +139,25 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
         array.setflags(write=False)
     signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
     metres = _metres(model)
-    weight = frozen(np.where(metres, length**2, 1.0))
+    column = frozen(np.where(metres, length, 1.0))
+    per_newton = frozen(np.where(metres, 1.0, 1.0 / length))
+    weight = frozen(column**2)
     return Topology(
-        joints, local, kinds, rows, supports, signs, carried, length, row_metres, row_scale, distances, metres, weight
+        joints,
+        local,
+        kinds,
+        rows,
+        supports,
+        signs,
+        carried,
+        length,
+        row_metres,
+        row_scale,
+        distances,
+        metres,
+        column,
+        per_newton,
+        weight,
     )
 
 

@@ -9,7 +9,7 @@ import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
 from ..errors import ExoPinError
-from ..validation import FloatArray
+from ..validation import FloatArray, frozen
 from . import kernels
 from .topology import Topology
 
@@ -33,6 +33,8 @@ class Workspace:
         Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
     gap, jacobian, jacobian_rate, drift, move, unit
         Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
+    still : ndarray
+        Shape (nv,), zeros.
     """
 
     def __init__(self, model: pin.Model, topology: Topology) -> None:
@@ -53,7 +55,7 @@ class Workspace:
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
-        self.move = np.zeros(model.nv)
+        self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
 

@@ -51,10 +51,10 @@ def add_commands(commands: Any) -> None:
         help="move from the pose to these three angles, degrees; forces are those at rest in every pose",
     )
     parser.add_argument(
-        "--joint",
+        "--set",
         action="append",
         default=[],
-        metavar="NAME=VALUE",
+        metavar="JOINT=VALUE",
         help="where a joint of a robot that is no wrist stands, rad or m; the others close its loops; may be repeated",
     )
     parser.add_argument("--seconds", type=float, default=3.0, metavar="S", help="how long that takes (default 3)")
@@ -70,8 +70,8 @@ def _view(options: argparse.Namespace) -> int:
     exo = design(options)
     if not exo.is_wrist:
         return _view_chain(exo, options)
-    if options.joint:
-        raise InvalidInput("--joint is for robots that are no wrist: a wrist's pose is --flexion and so on")
+    if options.set:
+        raise InvalidInput("--set is for robots that are no wrist: a wrist's pose is --flexion and so on")
     return _view_wrist(exo, options)
 
 
@@ -114,11 +114,11 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     }
     asked = [name for name, value in given.items() if value]
     if asked:
-        raise InvalidInput(f"{exo.name} is no wrist, so there is nothing for {', '.join(asked)} (joints: --joint)")
+        raise InvalidInput(f"{exo.name} is no wrist, so there is nothing for {', '.join(asked)} (joints: --set)")
     scene = exo.view()
     assert isinstance(scene, ChainScene)
-    if options.joint:
-        scene.move(dict(_joint(text) for text in options.joint))
+    if options.set:
+        scene.move(dict(_joint(text) for text in options.set))
     print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
     for message in scene.messages:
         print(message)
@@ -130,7 +130,7 @@ def _joint(text: str) -> tuple[str, float]:
     try:
         return name, float(value)
     except ValueError:
-        raise InvalidInput(f"expected --joint NAME=VALUE in rad or m, got {text!r}") from None
+        raise InvalidInput(f"expected --set JOINT=VALUE in rad or m, got {text!r}") from None
 
 
 def _deliver(

@@ -284,20 +284,20 @@ def test_bad_input_is_refused(act, kind, message):
 def test_command_shows_a_robot_that_is_no_wrist(tmp_path, capsys):
     path = written(four_bar(), tmp_path)
     page = tmp_path / "page.html"
-    assert main(["view", str(path), "--joint", "crank_hinge=1.2", "--html", str(page)]) == 0
+    assert main(["view", str(path), "--set", "crank_hinge=1.2", "--html", str(page)]) == 0
     told = capsys.readouterr().out
     assert "drawn as a closed chain" in told
     assert str(page) in told
     assert "MeshCat" in page.read_text()
     for arguments, said in (
-        (["--joint", "crank_hinge"], "NAME=VALUE"),
-        (["--joint", "crank=1"], "crank_hinge"),
+        (["--set", "crank_hinge"], "JOINT=VALUE"),
+        (["--set", "crank=1"], "crank_hinge"),
         (["--flexion", "30"], "--flexion"),
         (["--cone"], "--cone"),
     ):
         assert main(["view", str(path), *arguments, "--html", str(page)]) == 2
         assert said in capsys.readouterr().err
-    assert main(["view", "prototype", "--joint", "limb_1_slide=0", "--html", str(page)]) == 2
+    assert main(["view", "prototype", "--set", "limb_1_slide=0", "--html", str(page)]) == 2
     assert "--flexion" in capsys.readouterr().err
 
 

@@ -29,7 +29,7 @@ from .questions import Questions
 
 if TYPE_CHECKING:
     from .study import StudyTable
-    from .view import Scene
+    from .view import ChainScene, Scene
 
 __all__ = ["ShoulderExo", "load"]
 
@@ -60,6 +60,8 @@ class ShoulderExo(Questions):
     _recognised: Recognised | None = None
     _given_side: str = "left"
     _why_not: str = ""
+    #: The URDF that it was loaded from, or its XML; None for all others.
+    urdf: str | PathLike[str] | None = None
 
     def __init__(
         self,
@@ -87,7 +89,7 @@ class ShoulderExo(Questions):
         return exo
 
     @classmethod
-    def from_chain(cls, chain: ClosedChain, side: str = "left") -> ShoulderExo:
+    def from_chain(cls, chain: ClosedChain, side: str = "left", urdf: str | PathLike[str] | None = None) -> ShoulderExo:
         """Wrap a robot that is given as a closed chain.
 
         What :attr:`chain` can answer, it answers for any robot. If the chain is a wrist as :meth:`to_urdf` writes them,
@@ -100,9 +102,11 @@ class ShoulderExo(Questions):
             The robot.
         side : {"left", "right"}
             The shoulder that it is for; nothing is mirrored.
+        urdf : path-like or str, optional
+            The URDF that it was read from, or its XML, for its looks: a chain does not keep them.
         """
         exo = cls.__new__(cls)
-        exo._mechanism, exo.chain, exo._given_side = None, chain, as_side(side)
+        exo._mechanism, exo.chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
         try:
             exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
         except NotAWrist as error:
@@ -129,6 +133,24 @@ class ShoulderExo(Questions):
                 )
             raise NotAWrist(self.name, reason)
         return self._mechanism
+
+    @property
+    def is_wrist(self) -> bool:
+        """Whether its geometry is a wrist's; all but robots that were loaded from a URDF are."""
+        return self._mechanism is not None or self._recognised is not None
+
+    def without_masses(self) -> ShoulderExo:
+        """The wrist's geometry and kinds of limbs alone: kinematics, no forces.
+
+        Raises
+        ------
+        NotAWrist
+            If it is none.
+        """
+        known = self._recognised.mechanism if self._mechanism is None and self._recognised is not None else None
+        mechanism = known or self.mechanism
+        bare = mechanism.replace(arm=None, limbs=[Limb(limb.kind) for limb in mechanism.limbs])
+        return ShoulderExo.from_mechanism(bare)
 
     @property
     def name(self) -> str:
@@ -264,21 +286,27 @@ class ShoulderExo(Questions):
 
         return compare(self, other, orientations, **options)
 
-    def view(self, **options: Any) -> Scene:
+    def view(self, **options: Any) -> Scene | ChainScene:
         """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
+
+        A robot that is no wrist is drawn as a closed chain, without forces; see :class:`exo_pin.view.ChainScene`. A
+        wrist with masses that its record cannot hold is drawn without forces.
 
         Parameters
         ----------
         **options
-            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``.
+            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
+            ``stature``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
 
         Returns
         -------
-        Scene
+        Scene or ChainScene
             At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
         """
-        from .view import Scene
+        from .view import ChainScene, Scene
 
+        if not self.is_wrist:
+            return ChainScene(self.chain, self.urdf, **options)
         return Scene(self, **options)
 
 
@@ -313,7 +341,7 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
     elif text.endswith(".urdf"):
-        return ShoulderExo.from_chain(ClosedChain.from_urdf(text), "left" if side is None else side)
+        return ShoulderExo.from_chain(ClosedChain.from_urdf(text), "left" if side is None else side, text)
     else:
         raise UnknownName("preset, .toml or .urdf file", text, presets())
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

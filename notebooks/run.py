@@ -1,8 +1,14 @@
-"""Run notebooks from top to bottom, each in a fresh kernel: python notebooks/run.py [NOTEBOOK ...]
+"""Run notebooks from top to bottom, each in a fresh kernel: python notebooks/run.py [--store] [NOTEBOOK ...]
 
-Ends with status 1 if a cell fails, and prints how long each notebook took. Needs the extra ``notebooks``.
+Ends with status 1 if a cell fails, or if a notebook's stored text is not what it prints now, and tells how long each
+took. Needs the extra ``notebooks``. With ``--store`` the outputs are written into the notebooks, as a reader without
+Python sees them: scenes as pictures, which needs a headless browser, and no sliders.
 """
 
+import argparse
+import base64
+import html
+import re
 import sys
 import time
 from pathlib import Path
@@ -13,12 +19,16 @@ from nbclient.exceptions import CellExecutionError, CellTimeoutError
 
 #: After which a cell counts as hung, s; a whole notebook takes a few.
 SECONDS = 600
+#: Of a stored scene, pixels.
+SIZE = (1000, 620)
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]?\d+)?")
 
 
-def run(path: Path) -> str | None:
+def run(path, store):
     """Why a notebook fails, None if it does not."""
     start = time.monotonic()
     notebook = nbformat.read(path, as_version=4)
+    stored = [printed(cell) for cell in notebook.cells]
     client = NotebookClient(
         notebook, timeout=SECONDS, kernel_name="python3", resources={"metadata": {"path": str(path.parent)}}
     )
@@ -26,16 +36,64 @@ def run(path: Path) -> str | None:
         client.execute()
     except (CellExecutionError, CellTimeoutError) as error:
         return str(error)
+    if store:
+        write(notebook, path)
+    else:
+        for number, (old, cell) in enumerate(zip(stored, notebook.cells, strict=True)):
+            if not same(old, printed(cell)):
+                return f"cell {number} prints\n{printed(cell)}\nand is stored with\n{old}\n(run with --store)"
     print(f"{path.name}: {time.monotonic() - start:.1f} s", flush=True)
     return None
 
 
-def main() -> int:
+def printed(cell):
+    """What a cell prints."""
+    return "".join(output.text for output in cell.get("outputs", ()) if output.output_type == "stream")
+
+
+def same(text, other):
+    """Whether words are equal and numbers nearly so: the last digits differ from processor to processor."""
+    if NUMBER.sub("#", text).split() != NUMBER.sub("#", other).split():
+        return False
+    pairs = zip(NUMBER.findall(text), NUMBER.findall(other), strict=True)
+    return all(abs(float(a) - float(b)) <= 0.02 * abs(float(a)) + 0.011 for a, b in pairs)
+
+
+def write(notebook, path):
+    """Write the outputs into the notebook, without what only lives while it runs."""
+    notebook.metadata = {"kernelspec": notebook.metadata.kernelspec, "language_info": {"name": "python"}}
+    for cell in notebook.cells:
+        cell.metadata.pop("execution", None)
+        if cell.cell_type == "code":
+            streams = nbformat.v4.new_output("stream", text=printed(cell))
+            shown = [still(output) for output in cell.outputs if output.output_type != "stream"]
+            cell.outputs = [streams] * bool(streams.text) + [output for output in shown if output is not None]
+    nbformat.validate(notebook)
+    nbformat.write(notebook, path)
+
+
+def still(output):
+    """The output as it can be stored: a framed scene as a picture; None for sliders and live pages."""
+    frame = re.search(r'<iframe srcdoc="([^"]*)"', output.data.get("text/html", ""))
+    if frame is not None:
+        from exo_pin.view import Browser
+
+        with Browser(SIZE) as browser:
+            picture = browser.picture(html.unescape(frame[1]))
+        return nbformat.v4.new_output("display_data", {"image/png": base64.b64encode(picture).decode("ascii")})
+    lives = "<iframe" in output.data.get("text/html", "") or any("widget" in kind for kind in output.data)
+    return None if lives else output
+
+
+def main():
     here = Path(__file__).resolve().parent
-    paths = [Path(name).resolve() for name in sys.argv[1:]] or sorted(here.glob("*.ipynb"))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("notebooks", nargs="*", type=Path, default=sorted(here.glob("*.ipynb")))
+    parser.add_argument("--store", action="store_true", help="write outputs into the notebooks")
+    options = parser.parse_args()
     failed = 0
-    for path in paths:
-        reason = run(path)
+    for path in options.notebooks:
+        reason = run(path.resolve(), options.store)
         if reason is not None:
             failed += 1
             print(f"{path.name}: {reason}", file=sys.stderr)

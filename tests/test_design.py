@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import exo_pin as ep
 from exo_pin.conventions import MIRROR
 from exo_pin.design import (
     Arm,
@@ -385,3 +386,20 @@ def test_presets_cite_their_source():
         data = tomllib.loads((files("exo_pin.design") / "presets" / f"{name}.toml").read_text(encoding="utf-8"))
         assert "Tang" in data["source"]
         assert data["geometry"]["source"]
+
+
+def test_a_changed_design_does_not_cite_the_source_for_its_own_numbers(tmp_path):
+    exo = ep.load("optimised-table-5-3")
+    old = exo.mechanism.sources
+    wider = exo.replace(geometry=exo.geometry.replace(r_A=0.2))
+    assert wider.mechanism.sources["geometry"] == f"changed from: {old['geometry']}"
+    assert wider.mechanism.sources["mechanism"] == f"changed from: {old['mechanism']}"
+    again = wider.replace(geometry=wider.geometry.replace(r_A=0.21))
+    assert again.mechanism.sources == wider.mechanism.sources
+    again.save(tmp_path / "mine.toml")
+    assert ep.load(tmp_path / "mine.toml").mechanism.sources == wider.mechanism.sources
+    # Nothing changed, nothing to say.
+    assert exo.replace(geometry=exo.geometry).mechanism.sources == old
+    # An arm's source goes with the arm.
+    worn = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
+    assert worn.replace(arm=ep.Arm(2.0, [0, 0, -0.2])).mechanism.sources.keys() <= worn.mechanism.sources.keys()

@@ -15,9 +15,14 @@ pytest.importorskip("ipykernel", reason="the extra notebooks is not installed")
 
 
 def test_there_are_notebooks():
-    assert {"01_quickstart.ipynb", "03_shoulder_force.ipynb", "05_your_own_mechanism.ipynb"} <= {
-        path.name for path in NOTEBOOKS
-    }
+    assert {
+        "01_quickstart.ipynb",
+        "02_kinematics_and_singularity.ipynb",
+        "03_shoulder_force.ipynb",
+        "04_muscles_from_data.ipynb",
+        "05_your_own_mechanism.ipynb",
+        "06_design_study.ipynb",
+    } <= {path.name for path in NOTEBOOKS}
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -36,9 +41,21 @@ def test_notebook_opens_with_a_question_and_ends_in_asserts(path):
     assert "assert " in "".join(code[-1]["source"])
     assert cells[-1]["cell_type"] == "markdown"
     assert "learnt" in "".join(cells[-1]["source"])
-    for cell in code:
-        assert cell["outputs"] == []
-        assert cell["execution_count"] is None
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_stored_outputs_are_of_one_run_and_live_without_it(path):
+    cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
+    outputs = [output for cell in cells for output in cell["outputs"]]
+    assert any("image/png" in output.get("data", {}) for output in outputs)
+    assert any(output["output_type"] == "stream" for output in outputs)
+    for output in outputs:
+        assert output.get("name") != "stderr"
+        assert output["output_type"] != "error"
+        # A frame to a port, a page of megabytes or a slider without its kernel would show nothing.
+        assert not any("html" in kind or "widget" in kind for kind in output.get("data", {}))
+    assert path.stat().st_size < 1_000_000
 
 
 def test_a_failing_notebook_is_told(tmp_path):
@@ -49,3 +66,17 @@ def test_a_failing_notebook_is_told(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 1
     assert "AssertionError" in done.stderr
+
+
+def test_stale_text_is_told(tmp_path):
+    """run.py compares what is stored with what is printed: words exactly, numbers to their last digits."""
+    nbformat = pytest.importorskip("nbformat")
+    cell = nbformat.v4.new_code_cell("print('force 12.34 N')", execution_count=1)
+    for stored, status in (("force 12.35 N\n", 0), ("force 13.34 N\n", 1), ("moment 12.34 N\n", 1)):
+        cell.outputs = [nbformat.v4.new_output("stream", text=stored)]
+        nbformat.write(nbformat.v4.new_notebook(cells=[cell]), tmp_path / "old.ipynb")
+        command = [sys.executable, str(FOLDER / "run.py"), str(tmp_path / "old.ipynb")]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == status, (stored, done.stderr)
+    assert "force 12.34 N" in done.stderr
+    assert "--store" in done.stderr

@@ -45,7 +45,8 @@ class Wrench:
         Only of a wrench that is told about the world's origin in the world's axes.
         """
         both = np.column_stack([self.constant, self.effect])
-        moment = both[3:] - np.cross(point, both[:3], axisb=0, axisc=0)
+        x, y, z = point
+        moment = both[3:] - np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ both[:3]
         turned = np.vstack([axes @ both[:3], axes @ moment])
         return Wrench(turned[:, 0], turned[:, 1:])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -204,10 +203,8 @@ class ClosedForces:
         if on is not None:
             receiver = _body(balance, on)
             if receiver not in bodies:
-                raise InvalidInput(
-                    f"{name!r} joins {_body_name(balance, bodies[0])!r} and {_body_name(balance, bodies[1])!r}, not "
-                    f"{on!r}"
-                )
+                one, other = (balance.chain._body_names[body] for body in bodies)
+                raise InvalidInput(f"{name!r} joins {one!r} and {other!r}, not {on!r}")
             if receiver != bodies[0]:
                 wrench = wrench.reversed()
         told = wrench.told(*axes_and_point(balance, own, at, in_frame))
@@ -221,7 +218,7 @@ class ClosedForces:
         ranges[~unique] = -np.inf, np.inf
         if intervals:
             ranges = self._intervals(told.constant, told.effect, unique, value)
-        label = on if on is not None else _body_name(balance, receiver)
+        label = on if on is not None else balance.chain._body_names[receiver]
         return JointReaction(
             name, label, frozen(value), frozen(unique), frozen(np.ascontiguousarray(directions)), frozen(ranges)
         )
@@ -263,12 +260,3 @@ def _body(balance: Balance, frame: str) -> int:
     if not isinstance(frame, str) or frame not in frames:
         raise UnknownName("body", frame, frames)
     return int(balance.chain.model.frames[frames[frame]].parentJoint)
-
-
-def _body_name(balance: Balance, index: int) -> str:
-    """The first link's name of a body, else its joint's."""
-    if index == 0:
-        return "universe"
-    frames: Iterable = balance.chain.model.frames
-    links = [frame.name for frame in frames if frame.parentJoint == index and "BODY" in str(frame.type)]
-    return links[0] if links else str(balance.chain.model.names[index])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -142,6 +143,15 @@ class Structure:
         """Where a joint's coordinates stand in v and a."""
         index = self.joint_index(joint)
         return slice(self._model.idx_vs[index], self._model.idx_vs[index] + self._model.nvs[index])
+
+    @cached_property
+    def _body_names(self) -> tuple[str, ...]:
+        """Of every body the first link's name, else its joint's."""
+        names = [str(name) for name in self._model.names]
+        for frame in reversed(list(self._model.frames)):
+            if frame.type == pin.FrameType.BODY and frame.parentJoint:
+                names[frame.parentJoint] = frame.name
+        return tuple(names)
 
     def _drive(self, joints: Iterable[str] | None) -> Drive:
         """Coordinates with and without actuator; the roles' where no joints are named."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import threading
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +14,16 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ..conventions import shoulder_rotation
 from ..errors import InvalidInput
+from ..exo import ShoulderExo
 from ..validation import as_positive
 from ..view import LIMB_STYLES
 from .options import add_design, add_person, add_pose, design, pose
 
 if TYPE_CHECKING:
-    from ..view import Scene
+    from ..view import ChainScene, Recording, Scene
+
+    #: What plays a motion, and what records it.
+    _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
 
 __all__ = ["add_commands"]
 
@@ -45,6 +50,13 @@ def add_commands(commands: Any) -> None:
         metavar="F,A,I",
         help="move from the pose to these three angles, degrees; forces are those at rest in every pose",
     )
+    parser.add_argument(
+        "--joint",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="where a joint of a robot that is no wrist stands, rad or m; the others close its loops; may be repeated",
+    )
     parser.add_argument("--seconds", type=float, default=3.0, metavar="S", help="how long that takes (default 3)")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
     parser.add_argument("--png", type=Path, metavar="FILE", help="write a still picture; needs a headless browser")
@@ -55,15 +67,25 @@ def add_commands(commands: Any) -> None:
 
 
 def _view(options: argparse.Namespace) -> int:
+    exo = design(options)
+    if not exo.is_wrist:
+        return _view_chain(exo, options)
+    if options.joint:
+        raise InvalidInput("--joint is for robots that are no wrist: a wrist's pose is --flexion and so on")
+    return _view_wrist(exo, options)
+
+
+def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     from ..view import Scene
 
-    exo = design(options)
     start = pose(options, exo.side)
     size = _size(options.size)
     elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
-    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow)
+    # The person's height stands first; what is written there has been read as a person by now.
+    tall = None if options.person is None else float(options.person.split(",")[0])
+    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow, stature=tall)
     scene.show(start)
     if options.cone:
         scene.glenoid_cone()
@@ -72,27 +94,70 @@ def _view(options: argparse.Namespace) -> int:
     for message in scene.messages:
         print(message)
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
+    moving = None if path is None else (lambda: scene.play(*path), lambda: scene.record(*path))
+    return _deliver(scene, options, size, moving)
+
+
+def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
+    """A robot without a wrist's record: its links and closures, no person and no forces."""
+    from ..view import ChainScene
+
+    given = {
+        "--flexion": options.flexion,
+        "--abduction": options.abduction,
+        "--internal-rotation": options.internal_rotation,
+        "--limbs": options.limbs != "rods",
+        "--scale": options.scale,
+        "--cone": options.cone,
+        "--ghost": options.ghost,
+        "--to": options.to,
+    }
+    asked = [name for name, value in given.items() if value]
+    if asked:
+        raise InvalidInput(f"{exo.name} is no wrist, so there is nothing for {', '.join(asked)} (joints: --joint)")
+    scene = exo.view()
+    assert isinstance(scene, ChainScene)
+    if options.joint:
+        scene.move(dict(_joint(text) for text in options.joint))
+    print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
+    for message in scene.messages:
+        print(message)
+    return _deliver(scene, options, _size(options.size), None)
+
+
+def _joint(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise InvalidInput(f"expected --joint NAME=VALUE in rad or m, got {text!r}") from None
+
+
+def _deliver(
+    scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], moving: _Moving | None
+) -> int:
+    """Write the files that are asked for, or serve."""
     if options.html is None and options.png is None:
-        return _serve(scene, options, path)
+        return _serve(scene, options, moving)
     if options.png is not None:
         scene.save_png(options.png, size)
         print(options.png)
     if options.html is not None:
-        if path is None:
+        if moving is None:
             scene.save_html(options.html)
         else:
-            scene.record(*path).save(options.html)
+            moving[1]().save(options.html)
         print(options.html)
     return 0
 
 
-def _serve(scene: Scene, options: argparse.Namespace, path: tuple[Rotation, np.ndarray] | None) -> int:
+def _serve(scene: Scene | ChainScene, options: argparse.Namespace, moving: _Moving | None) -> int:
     try:
         print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
         if options.open:
             webbrowser.open(scene.url)
-        if path is not None:
-            scene.play(*path)
+        if moving is not None:
+            moving[0]()
         threading.Event().wait()
     except KeyboardInterrupt:
         pass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
@@ -131,7 +132,8 @@ class Mechanism:
         """Return a new mechanism with some fields changed.
 
         A geometry with another number of limbs keeps ``limbs`` only if all of them are alike; otherwise pass
-        ``limbs`` too.
+        ``limbs`` too. Sources of what is changed are kept as that from which it was changed; those of an arm go with
+        the arm.
 
         Raises
         ------
@@ -146,6 +148,10 @@ class Mechanism:
         grown = isinstance(geometry, WristGeometry) and geometry.limb_count != self.limb_count
         if grown and "limbs" not in changes and len(set(self.limbs)) == 1:
             changes["limbs"] = self.limbs[:1] * geometry.limb_count
+        if "sources" not in changes:
+            changed = {name for name in ("geometry", "limbs", "shoulder", "arm") if changes.get(name, self) is not self}
+            changed = {name for name in changed if changes[name] is not getattr(self, name)}
+            changes["sources"] = _sources_after(self.sources, changed)
         return replace(self, **changes)
 
     def mirrored(self) -> Mechanism:
@@ -179,3 +185,15 @@ def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
     if len(limbs) != count:
         raise InvalidInput(f"expected {count} limbs, one per joint pair of the geometry, got {len(limbs)}")
     return tuple(limbs)
+
+
+def _sources_after(sources: Mapping[str, str], changed: set[str]) -> dict[str, str]:
+    """Sources of a mechanism some of whose parts have been replaced: a citation must not vouch for other numbers."""
+    kept = {}
+    for key, text in sources.items():
+        part = re.split(r"[.\[]", key)[0]
+        if part == "arm" and "arm" in changed:
+            continue
+        stale = part in changed or (key == "mechanism" and "geometry" in changed)
+        kept[key] = f"changed from: {text}" if stale and not text.startswith("changed from: ") else text
+    return kept

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .browser import Browser, find_browser
+    from .chain_scene import ChainScene
     from .human import human_urdf
     from .recording import Recording
     from .scene import Scene
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 __all__ = [
     "LIMB_STYLES",
     "Browser",
+    "ChainScene",
     "Recording",
     "Scene",
     "Sliders",
@@ -28,6 +30,7 @@ LIMB_STYLES = ("rods", "muscles")
 # Meshcat takes half a second to import, which a table or a plot need not wait for.
 _HOMES = {
     "Browser": "browser",
+    "ChainScene": "chain_scene",
     "Recording": "recording",
     "Scene": "scene",
     "Sliders": "sliders",

@@ -1,4 +1,4 @@
-"""What can be added to a scene: points and surfaces coloured by a value, and the cone in which a shoulder is stable."""
+"""What can be added to a scene: points and surfaces coloured by a value."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, UnknownName
-from ..exo import ShoulderExo
-from ..reaction import GlenoidCone
 from ..validation import FloatArray, as_finite, as_positive
-from .colours import SKY, hexadecimal, scale_colours
-from .shapes import flat_material, frustum
+from .colours import hexadecimal, scale_colours
 from .stage import Stage
 from .viewer import mg
 
@@ -21,7 +18,7 @@ __all__ = ["Additions", "bar"]
 
 
 class Additions(ABC):
-    """Things in a scene besides the mechanism; base of :class:`Scene`."""
+    """Things in a scene besides the mechanism; base of every scene."""
 
     def __init__(self, stage: Stage) -> None:
         self._stage = stage
@@ -99,32 +96,6 @@ class Additions(ABC):
         material = mg.MeshLambertMaterial(color=0xFFFFFF, vertexColors=True, opacity=as_positive("opacity", opacity))
         self._added(name).set_object(mg.TriangularMeshGeometry(where, corners, colours), material)
 
-    def glenoid_cone(self, cone: GlenoidCone | None = None, length: float = 0.12) -> None:
-        """Draw the cone that the shoulder reaction should stay in, to the scale of the arrows.
-
-        While the arrow of F_s ends in the cone, the socket keeps the head of the humerus.
-
-        Parameters
-        ----------
-        cone : GlenoidCone, optional
-            Which; the default one if left out. Compression by the person's own muscles moves its apex from O into
-            the body, by as much as their arrow would be long.
-        length : float
-            Of the drawn part along its axis, m.
-        """
-        socket = GlenoidCone() if cone is None else cone
-        outward, superior, anterior = socket.axes(self.exo.side)
-        long = as_positive("length", length)
-        placed = np.eye(4)
-        placed[:3, :3] = long * np.column_stack([socket.anterior * anterior, socket.superior * superior, outward])
-        placed[:3, 3] = -self.metres_per_newton * socket.muscle_compression * outward
-        node = self._stage.viewer["additions/glenoid cone"]
-        with self._stage.update():
-            node.set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))
-            node.set_transform(placed)
-            self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}
-            self._write_legend()
-
     def remove(self, name: str) -> None:
         """Take away what was added under a name.
 
@@ -161,16 +132,6 @@ class Additions(ABC):
         self._bars[name] = bar(label, float(low), float(high))
         self._write_legend()
         return scale_colours(numbers, float(low), float(high))
-
-    @property
-    @abstractmethod
-    def exo(self) -> ShoulderExo:
-        """The design that is drawn."""
-
-    @property
-    @abstractmethod
-    def metres_per_newton(self) -> float:
-        """Scale of the arrows, m/N."""
 
     @abstractmethod
     def _write_legend(self) -> None:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..design import WristGeometry
 from ..exo import ShoulderExo
 from ..reaction import Reaction
 from ..validation import FloatArray
+from ..wrist import LimbState, inverse_kinematics
 from .colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
 from .shapes import Arrow, trimmed
 from .stage import Stage
@@ -32,6 +35,7 @@ class PoseForces:
     shoulder: FloatArray
     tensions: FloatArray
     side_forces: FloatArray
+    limb_forces: FloatArray
     determinant: float
     status: str
     percent: float | None
@@ -45,6 +49,7 @@ class PoseForces:
             answer.shoulder_force[index],
             answer.actuator_forces[index],
             answer.constraint_forces[index],
+            answer.limb_wrenches[index][..., :3],
             float(answer.determinant[index]),
             str(answer.status[index]),
             None if percent is None else float(percent[index]),
@@ -93,9 +98,15 @@ class ForcePicture:
         self._labels: list[dict[str, Any]] = []
         self._bar()
 
-    def show(self, orientation: Rotation, forces: PoseForces | None) -> None:
-        """Draw the forces of a pose, or none."""
-        self._labels = [] if self._exo.arm is None else [self._bar_label]
+    def show(
+        self,
+        orientation: Rotation,
+        forces: PoseForces | None,
+        geometry: WristGeometry,
+        labels: Sequence[dict[str, Any]] = (),
+    ) -> None:
+        """Draw the forces of a pose, or none, on joints that stand where ``geometry`` has them, and more labels."""
+        self._labels = [*labels] if self._exo.arm is None else [self._bar_label, *labels]
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
             R = orientation.as_matrix()
@@ -104,7 +115,13 @@ class ForcePicture:
             self._draw(shown, "weight", centre, self._weight, f"weight {size:.0f} N", GREEN)
             size = float(np.linalg.norm(forces.shoulder))
             self._draw(shown, "shoulder", np.zeros(3), forces.shoulder, f"shoulder {size:.0f} N", RED)
-            self._limbs(shown, orientation, forces)
+            state = inverse_kinematics(geometry, orientation)
+            if geometry is self._exo.geometry:
+                sides = -forces.side_forces[:, None] * state.normals
+            else:
+                # Off its centre a limb's side wrench is a screw: its force is what the limb pulls with across its line.
+                sides = forces.limb_forces + forces.tensions[:, None] * state.directions
+            self._limbs(shown, state, forces, sides)
         for name, arrow in self._arrows.items():
             if name not in shown:
                 arrow.hide()
@@ -122,10 +139,9 @@ class ForcePicture:
             {"glyph": "thin", "colour": PURPLE, "text": "side force of a limb, g"},
         ]
 
-    def _limbs(self, shown: set[str], orientation: Rotation, forces: PoseForces) -> None:
-        state = self._exo.inverse_kinematics(orientation)
-        for i, (b, s, X) in enumerate(zip(state.platform_points, state.directions, state.normals, strict=True)):
-            tension, side = float(forces.tensions[i]), float(forces.side_forces[i])
+    def _limbs(self, shown: set[str], state: LimbState, forces: PoseForces, sides: FloatArray) -> None:
+        for i, (b, s) in enumerate(zip(state.platform_points, state.directions, strict=True)):
+            tension = float(forces.tensions[i])
             outward = b - (b @ s) * s
             beside = b + _BESIDE * outward / max(float(np.linalg.norm(outward)), 1e-9)
             vector = -tension * s
@@ -135,8 +151,8 @@ class ForcePicture:
                 # A push is drawn up to the joint that it presses on.
                 start = beside - trimmed(self.scale * vector, LONGEST)[0]
                 self._draw(shown, f"push_{i}", start, vector, f"{i + 1} pushes {-tension:.0f} N", ORANGE, at_start=True)
-            if np.isfinite(X).all():
-                self._draw(shown, f"side_{i}", b, -side * X, f"{i + 1} side {abs(side):.0f} N", PURPLE)
+            side = sides[i]
+            self._draw(shown, f"side_{i}", b, side, f"{i + 1} side {float(np.linalg.norm(side)):.0f} N", PURPLE)
 
     def _draw(
         self,

@@ -1,8 +1,8 @@
 """The person in the exoskeleton: the human figure of example-robot-data.
 
 The package ships data and no loader. The figure is Y-up (x forward, z to its right) and its shoulders turn about
-Z, X and Y in that order; the signs of the axes are read from the URDF. It has its own size and is not scaled to a
-person. Its Euler angles are made here, at the edge, and nothing is computed from them.
+Z, X and Y in that order; the signs of the axes are read from the URDF. It can be scaled to a person's stature, as a
+whole. Its Euler angles are made here, at the edge, and nothing is computed from them.
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ _PACKAGE = "example-robot-data"
 _URDF = Path(_PACKAGE) / "robots" / "human_description" / "robots" / "human.urdf"
 #: Takes the figure's axes to x forward, y left, z up.
 _UPRIGHT = Rotation.from_euler("x", 90, degrees=True)
+#: From the soles to the crown of the figure's visuals, m.
+_OWN_STATURE = 1.787
 _SKIN, _CLOTH = (0.86, 0.70, 0.60), (0.62, 0.67, 0.73)
 
 
@@ -70,6 +72,8 @@ class Human:
         Of the arm that wears the device; 1 is opaque, less lets joints and forces in it be seen.
     elbow_flexion : float
         rad.
+    stature : float, optional
+        Of the person, m; the figure's own if left out.
 
     Raises
     ------
@@ -79,7 +83,14 @@ class Human:
 
     PATH = "/meshcat/human"
 
-    def __init__(self, stage: Stage, side: str, opacity: float = 0.5, elbow_flexion: float = 0.0) -> None:
+    def __init__(
+        self,
+        stage: Stage,
+        side: str,
+        opacity: float = 0.5,
+        elbow_flexion: float = 0.0,
+        stature: float | None = None,
+    ) -> None:
         urdf = human_urdf()
         share = str(urdf.parents[4])
         self._model = pin.buildModelFromUrdf(str(urdf))
@@ -103,8 +114,8 @@ class Human:
         frame = self._model.getFrameId(f"{side}_upperarm")
         shoulder = self._picture.data.oMf[frame].translation
         placed = np.eye(4)
-        placed[:3, :3] = _UPRIGHT.as_matrix()
-        placed[:3, 3] = -_UPRIGHT.as_matrix() @ shoulder
+        placed[:3, :3] = (1.0 if stature is None else stature / _OWN_STATURE) * _UPRIGHT.as_matrix()
+        placed[:3, 3] = -placed[:3, :3] @ shoulder
         stage.set_transform(self.PATH, placed)
 
     def show(self, orientation: Rotation) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from os import PathLike
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
@@ -17,7 +20,7 @@ from .shapes import flat_material, frustum, lathe, segment
 from .stage import Stage
 from .viewer import MeshcatVisualizer, mg
 
-__all__ = ["MechanismPicture"]
+__all__ = ["MechanismPicture", "urdf_visuals"]
 
 #: Radius of a muscle at its nominal length and of its end fittings, m, and the angle of its braid there: for the
 #: picture only. Threads that do not stretch make the radius follow from the length.
@@ -43,6 +46,13 @@ class MechanismPicture:
         Whether the limbs are drawn as muscles and not as telescoping rods.
     with_arm : bool
         Whether the arm is drawn; a human figure brings its own.
+    urdf : path-like or str, optional
+        The URDF that the mechanism was read from, or its XML, for its looks; the mechanism's own if left out.
+
+    Attributes
+    ----------
+    notes : list of str
+        What could not be drawn, and why.
     """
 
     def __init__(
@@ -53,15 +63,22 @@ class MechanismPicture:
         colour: tuple[float, ...] | None = None,
         muscles: bool = False,
         with_arm: bool = True,
+        urdf: str | PathLike[str] | None = None,
     ) -> None:
         self._stage, self.mechanism, self.root, self._muscles = stage, mechanism, root, muscles
         if mechanism.arm is None:
             # Where the parts stand does not depend on the arm's mass, and forces are not asked for here.
             mechanism = mechanism.replace(arm=Arm(1.0, np.array([0.0, 0.0, -0.2])))
         self._equilibrium = EquilibriumModel(mechanism)
-        xml, _ = mechanism_urdf(mechanism, part="whole")
         model = self._equilibrium.chain.model
-        visuals = pin.buildGeomFromUrdfString(model, xml, pin.GeometryType.VISUAL)
+        self.notes: list[str] = []
+        own = mechanism_urdf(mechanism, part="whole")[0]
+        try:
+            visuals = urdf_visuals(model, own if urdf is None else urdf)
+        except (RuntimeError, ValueError) as error:
+            reason = " ".join(str(error).split())
+            self.notes.append(f"drawn as exo_pin draws wrists: the URDF's visuals cannot be read ({reason:.200})")
+            visuals = urdf_visuals(model, own)
         hidden = []
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
@@ -127,3 +144,12 @@ class MechanismPicture:
         self._stage.set_transform(f"{path}/braid", segment(start, end, radius))
         self._stage.set_transform(f"{path}/fitting_a", segment(a, start, _FITTING_RADIUS))
         self._stage.set_transform(f"{path}/fitting_b", segment(end, b, _FITTING_RADIUS))
+
+
+def urdf_visuals(model: pin.Model, urdf: str | PathLike[str]) -> pin.GeometryModel:
+    """Visuals of a URDF or of its XML, on the links of the model that have the same names."""
+    if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
+        return pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
+    folder = Path(urdf).resolve().parent
+    folders = [str(folder), *(str(above) for above in list(folder.parents)[:2])]
+    return pin.buildGeomFromUrdf(model, str(urdf), pin.GeometryType.VISUAL, package_dirs=folders)

@@ -1,11 +1,17 @@
-"""Where a scene goes: a live page, a file, a still picture, a notebook cell."""
+"""How a scene is seen: from where, and as a live page, a file, a still picture or a notebook cell."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from os import PathLike
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ..design.files import write_bytes, write_text
+from ..errors import InvalidInput
+from ..validation import FloatArray, as_finite, as_positive
 from .browser import Browser
 from .page import static_page
 from .panels import notebook_cell
@@ -14,10 +20,38 @@ from .stage import Stage
 __all__ = ["Pages"]
 
 
-class Pages:
-    """Ways to look at a scene; base of :class:`Scene`."""
+class Pages(ABC):
+    """Ways to look at a scene; base of every scene."""
 
     _stage: Stage
+
+    def camera(
+        self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
+    ) -> None:
+        """Place the camera.
+
+        Parameters
+        ----------
+        position, target : array_like, optional
+            Shape (3,), m, base frame: where it stands and where it looks. Left out: where
+            all that matters is seen; of a wrist, from in front of the shoulder and a little outside.
+        field_of_view : float
+            From the bottom of the picture to the top, degrees.
+        """
+        default, centre = self._viewpoint()
+        look = centre if target is None else as_finite("target", target, (3,))
+        eye = default + look - centre if position is None else as_finite("position", position, (3,))
+        if float(np.linalg.norm(eye - look)) < 1e-6:
+            raise InvalidInput("expected the camera to stand away from where it looks")
+        angle = as_positive("field_of_view", field_of_view)
+        if angle >= 180.0:
+            raise InvalidInput(f"expected a field of view below 180 degrees, got {angle:g}")
+        self._stage.set_panel("camera", {"position": eye.tolist(), "target": look.tolist(), "angle": angle})
+
+    @property
+    def serial(self) -> int:
+        """Number of the last update; a page that has drawn it says so in ``document.body.dataset.serial``."""
+        return self._stage.serial
 
     def serve(self, port: int | None = None) -> str:
         """Open the live page on 127.0.0.1 and return its address.
@@ -82,6 +116,10 @@ class Pages:
     def static_cell(self, height: int = 520) -> Any:
         """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
         return notebook_cell(f'srcdoc="{self.escaped()}"', height)
+
+    @abstractmethod
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+        """Where the camera stands and where it looks, if nothing else is said; shape (3,) each, m."""
 
     def escaped(self) -> str:
         """:meth:`html` as the value of an attribute."""

@@ -41,7 +41,7 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
             remarks.append({"text": _STATUS.get(forces.status, forces.status), "warn": True})
         if forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
-        remarks.append({"text": _SPLITS.get(forces.split, f"split “{forces.split}”"), "warn": False})
+        remarks.append({"text": _assumption(exo, forces.split), "warn": False})
     if np.isfinite(determinant):
         values.append({"name": "margin, det X", "value": f"{determinant:+.3f}".replace("-", "−")})
     remarks += [{"text": note, "warn": True} for note in notes]
@@ -51,6 +51,13 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
         "values": values,
         "notes": remarks,
     }
+
+
+def _assumption(exo: ShoulderExo, split: str) -> str:
+    """What the numbers rest on, in words."""
+    if split == "minimal" and all(limb.kind == "SPS" for limb in exo.limbs):
+        return "of the limb forces that hold the arm, those of least |F_s| (split “minimal”)"
+    return _SPLITS.get(split, f"split “{split}”")
 
 
 def notebook_cell(source: str, height: int) -> Any:

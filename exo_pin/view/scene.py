@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..errors import InvalidInput, LoopNotClosed, MissingExtra, UnknownName
+from ..errors import InvalidInput, LoopNotClosed, MissingExtra, NotAWrist, UnknownName
 from ..exo import ShoulderExo
 from ..reaction import Reaction
 from ..validation import FloatArray, as_finite, as_positive, as_rotation
 from . import LIMB_STYLES
-from .additions import Additions, bar
+from .additions import bar
 from .colours import scale_colours
 from .forces import LONGEST, ForcePicture, PoseForces, nice_step
 from .human import Human
 from .mechanism import MechanismPicture
+from .offset import Offset, OffsetMarks, displaced
 from .pages import Pages
 from .panels import numbers_panel
-from .recording import FrameTaker, Recording
+from .playing import Playing
+from .socket import Socket
 from .stage import Stage
 
 __all__ = ["Scene"]
@@ -33,7 +33,7 @@ _GHOST = (0.34, 0.40, 0.48, 0.30)
 _PRESSURE_TOP = 4e5
 
 
-class Scene(Additions, Pages):
+class Scene(Socket, Playing, Pages):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -52,6 +52,9 @@ class Scene(Additions, Pages):
         The arrows' scale; one that suits the arm's weight if left out.
     elbow_flexion : float
         Of the human figure, rad. For the picture only.
+    stature : float, optional
+        Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. An arm does not tell how
+        tall its person is. For the picture only.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Scene(Additions, Pages):
         limbs: str = "rods",
         metres_per_newton: float | None = None,
         elbow_flexion: float = 0.0,
+        stature: float | None = None,
     ) -> None:
         if not isinstance(exo, ShoulderExo):
             raise InvalidInput(f"expected a ShoulderExo, got {type(exo).__name__}")
@@ -76,20 +80,23 @@ class Scene(Additions, Pages):
         if metres_per_newton is not None:
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
-        Additions.__init__(self, Stage())
+        tall = None if stature is None else as_positive("stature", stature)
+        Socket.__init__(self, Stage())
         self._style, self._asked_scale = limbs, metres_per_newton
         self._notes: list[str] = []
-        self._asides: list[str] = []
         self._human: Human | None = None
         self._ghost: MechanismPicture | None = None
+        self._offset: Offset | None = None
+        self._massive: list[str] = []
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: dict[str, Any] = {}
+        self._marks = OffsetMarks(self._stage)
         with self._stage.update():
-            self._background()
+            self._stage.plain()
             if human is not False:
                 try:
-                    self._human = Human(self._stage, exo.side, elbow_flexion=elbow)
+                    self._human = Human(self._stage, exo.side, elbow_flexion=elbow, stature=tall)
                 except MissingExtra as error:
                     if human:
                         raise
@@ -111,17 +118,12 @@ class Scene(Additions, Pages):
     @property
     def messages(self) -> tuple[str, ...]:
         """What could not be drawn, and why."""
-        return tuple(self._notes)
+        return (*self._notes, *self._massive, *self._picture.notes)
 
     @property
     def metres_per_newton(self) -> float:
         """Scale of the arrows, m/N."""
         return self._arrows.scale
-
-    @property
-    def serial(self) -> int:
-        """Number of the last update; a page that has drawn it says so in ``document.body.dataset.serial``."""
-        return self._stage.serial
 
     def replace_exo(self, exo: ShoulderExo) -> None:
         """Draw another design of the same side, in the same pose; the forces are those of the new one.
@@ -167,58 +169,10 @@ class Scene(Additions, Pages):
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
-        self._aside(query)
-        self._draw(pose, None if answer is None else PoseForces.of(answer, ()), pressure)
+        centre = self._offsets(pose, query)
+        forces = None if answer is None else PoseForces.of(answer, ())
+        self._draw(pose, forces, pressure, None if centre is None else centre[0])
         return answer
-
-    def play(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
-    ) -> Reaction | None:
-        """Play a motion in the live page, in real time.
-
-        Parameters
-        ----------
-        orientations : Rotation
-            Poses, shape (k,).
-        times : array_like
-            Shape (k,), s, rising.
-        pressures : array_like, optional
-            As in :meth:`show`, shape (k, n).
-        **query
-            Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``motion``, which broadcast to (k,).
-
-        Returns
-        -------
-        Reaction or None
-            Forces of all poses.
-        """
-        poses, stamps, air = self._motion(orientations, times, pressures)
-        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
-        self._aside(query)
-        start = time.monotonic()
-        for index in self._frames(poses, answer, air):
-            pause = start + float(stamps[index] - stamps[0]) - time.monotonic()
-            if pause > 0:
-                time.sleep(pause)
-        return answer
-
-    def record(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None = None, **query: Any
-    ) -> Recording:
-        """Record a motion; the arguments are those of :meth:`play`, and no time passes.
-
-        Returns
-        -------
-        Recording
-            Its ``save`` writes one file that plays without a network.
-        """
-        poses, stamps, air = self._motion(orientations, times, pressures)
-        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
-        self._aside(query)
-        taker = FrameTaker(self._stage)
-        for _ in self._frames(poses, answer, air):
-            taker.take()
-        return taker.finish(stamps, answer)
 
     def ghost(self, orientation: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
         """Draw a second pose, or a second design, as a grey ghost for comparison.
@@ -242,49 +196,47 @@ class Scene(Additions, Pages):
         self._stage.viewer["ghost"].delete()
         self._ghost = None
 
-    def camera(
-        self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
-    ) -> None:
-        """Place the camera.
-
-        Parameters
-        ----------
-        position, target : array_like, optional
-            Shape (3,), m, base frame: where it stands and where it looks. Left out: from in front of the shoulder
-            and a little outside.
-        field_of_view : float
-            From the bottom of the picture to the top, degrees.
-        """
-        outward = 1.0 if self._exo.side == "left" else -1.0
-        look = np.array([0.0, 0.02 * outward, -0.06]) if target is None else as_finite("target", target, (3,))
-        default = look + np.array([1.30, 1.25 * outward, 0.36])
-        eye = default if position is None else as_finite("position", position, (3,))
-        if float(np.linalg.norm(eye - look)) < 1e-6:
-            raise InvalidInput("expected the camera to stand away from where it looks")
-        angle = as_positive("field_of_view", field_of_view)
-        if angle >= 180.0:
-            raise InvalidInput(f"expected a field of view below 180 degrees, got {angle:g}")
-        self._stage.set_panel("camera", {"position": eye.tolist(), "target": look.tolist(), "angle": angle})
-
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No arm mass: no forces", [])
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
         legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
         self._stage.set_panel("legend", legend)
 
-    def _draw(self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None) -> None:
-        notes = [*self._notes, *self._asides]
+    def _draw(
+        self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
+    ) -> None:
         with self._stage.update():
             self._orientation = pose
+            self._place(offset)
+            notes = list(self.messages)
             try:
                 self._picture.show(pose)
             except LoopNotClosed:
                 notes.append("the limbs do not close in this pose; they are left as they were")
             if self._human is not None:
                 self._human.show(pose)
-            self._arrows.show(pose, forces)
+            marks = self._marks.show(offset, pose.as_matrix())
+            self._arrows.show(pose, forces, self._picture.mechanism.geometry, marks)
             self._colour_muscles(forces, pressures)
+            notes += [mark["text"] for mark in marks]
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
+
+    def _place(self, offset: Offset | None) -> None:
+        """Draw the design where an offset has it, if it stands elsewhere."""
+        if not _same(offset, self._offset):
+            self._offset = offset
+            self._draw_mechanism()
+
+    def _draw_mechanism(self) -> None:
+        self._picture = MechanismPicture(
+            self._stage,
+            displaced(self._exo.mechanism, self._offset),
+            "exo",
+            muscles=self._style == "muscles",
+            with_arm=self._human is None,
+            # Its shapes belong to limbs that stand where it has them.
+            urdf=self._looks if self._offset is None else None,
+        )
 
     def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
         if self._style != "muscles" or (forces is None and pressures is None):
@@ -302,53 +254,34 @@ class Scene(Additions, Pages):
         self._picture.colour_muscles(colours)
 
     def _set_exo(self, exo: ShoulderExo) -> None:
-        muscles, with_arm = self._style == "muscles", self._human is None
-        self._picture = MechanismPicture(self._stage, exo.mechanism, "exo", muscles=muscles, with_arm=with_arm)
-        self._exo = exo
-        self._arrows = ForcePicture(self._stage, exo, self._asked_scale)
+        # Asked first, so that a design that cannot be drawn leaves everything as it is.
+        self._exo, self._massive = _drawable(exo)
+        self._offset, self._looks = None, exo.urdf
+        self._draw_mechanism()
+        self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
         # As long as the longest arrow.
         self._tension_top = nice_step(LONGEST / self._arrows.scale)
         self._write_legend()
 
-    def _background(self) -> None:
-        viewer = self._stage.viewer
-        viewer["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
-        viewer["/Background"].set_property("bottom_color", [0.90, 0.92, 0.95])
-        for name in ("/Grid", "/Axes"):
-            viewer[name].set_property("visible", False)
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+        outward = 1.0 if self._exo.side == "left" else -1.0
+        target = np.array([0.12, 0.0, -0.05])
+        return target + np.array([0.80, 1.45 * outward, 0.46]), target
 
-    def _motion(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None
-    ) -> tuple[Rotation, FloatArray, FloatArray | None]:
-        """Poses, times and pressures that fit each other."""
-        poses = as_rotation("orientations", orientations)
-        stamps = as_finite("times", times, (None,))
-        if poses.shape != stamps.shape or not len(stamps):
-            raise InvalidInput(f"expected a time for every pose, got poses {poses.shape} and times {stamps.shape}")
-        if (np.diff(stamps) <= 0).any():
-            raise InvalidInput("expected times that rise")
-        return poses, stamps, None if pressures is None else self._pressures(pressures, stamps.shape)
 
-    def _frames(self, poses: Rotation, answer: Reaction | None, pressures: FloatArray | None) -> Iterator[int]:
-        """Draw pose after pose; a frame begins when the one before has been dealt with."""
-        for index, pose in enumerate(poses):
-            self._draw(
-                pose,
-                None if answer is None else PoseForces.of(answer, (index,)),
-                None if pressures is None else pressures[index],
-            )
-            yield index
+def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
+    """The design, without masses that a wrist's record cannot hold, and what to say about that."""
+    try:
+        _ = exo.mechanism
+    except NotAWrist as error:
+        return exo.without_masses(), [f"no forces: {error.reason}"]
+    return exo, []
 
-    def _aside(self, query: dict[str, Any]) -> None:
-        """Say what a query counts and the drawing does not show."""
-        offset = query.get("centre_offset") is not None
-        self._asides = ["forces with the centre offset, drawing without it"] if offset else []
 
-    def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-        values = as_finite("pressures", pressures, (self._exo.geometry.limb_count,), stack=True)
-        if values.shape[:-1] != shape:
-            raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
-        return values
+def _same(one: Offset | None, other: Offset | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
 def _single(orientation: Rotation) -> Rotation:

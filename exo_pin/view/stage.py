@@ -122,6 +122,13 @@ class Stage:
         """Set a property of a node in three.js; Meshcat's own way there turns the name into small letters."""
         self._apply({"type": "set_property", "path": path, "property": name, "value": value})
 
+    def plain(self) -> None:
+        """A light background, without Meshcat's grid and axes."""
+        self.viewer["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
+        self.viewer["/Background"].set_property("bottom_color", [0.90, 0.92, 0.95])
+        for name in ("/Grid", "/Axes"):
+            self.viewer[name].set_property("visible", False)
+
     def set_panel(self, name: str, data: Any) -> None:
         """Write a panel of the page, unless it says that already."""
         if self._panels.get(name) != data:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .clearing import arm_clearance, limb_clearance
 from .forces import WristForces, dynamics, statics
 from .forward import forward_kinematics, forward_kinematics_from_base_angles
 from .holding import Holding, holding
@@ -50,6 +51,7 @@ __all__ = [
     "SingularSurface",
     "Singularity",
     "WristForces",
+    "arm_clearance",
     "arm_motion",
     "centre_shift",
     "daily_crossings",
@@ -62,6 +64,7 @@ __all__ = [
     "joint_jacobian_derivatives",
     "joint_jacobians",
     "joint_motion",
+    "limb_clearance",
     "limb_jacobian",
     "locus_function",
     "nearest_singularity",

@@ -21,7 +21,7 @@ MAX_DEGREE = 8
 HALF_WIDTH = 1.0 + 1e-6
 
 #: Accuracy of the roots.
-_ROOT = 1e-13
+_ROOT = 1e-15
 #: Accuracy of the roots of derivatives, which only fence in others: off by δ, an extremum's value is off by δ².
 _FENCE = 1e-8
 
@@ -41,7 +41,8 @@ def _value(p: Any, degree: int, t: float) -> float:
 def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low: float, exact: float) -> float:
     """The root, to ``exact``, between ``low`` and ``high``, where p changes sign."""
     t = 0.5 * (low + high)
-    for _ in range(80):
+    last = high - low
+    for _ in range(200):
         value = _value(p, degree, t)
         if value == 0.0:
             return t
@@ -51,11 +52,16 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
             high = t
         rate = _value(slope, degree - 1, t)
         step = value / rate if rate != 0.0 else 2.0 * HALF_WIDTH
-        # Newton's step, or half of the bracket where that leaves it.
+        # Newton's step, or half of the bracket where that leaves it or does not halve the step before: Newton's method
+        # can go to and fro between two points on either side of the root for ever.
         following = t - step
-        if not low < following < high:
+        inside = low < following < high
+        if inside and abs(step) <= exact:
+            return following
+        if not inside or abs(step) > 0.5 * last:
             following = 0.5 * (low + high)
-        if abs(following - t) <= exact or following in (low, high):
+        last = abs(following - t)
+        if last <= exact or following in (low, high):
             return following
         t = following
     return t

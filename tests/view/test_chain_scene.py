@@ -1,0 +1,313 @@
+"""Robots that are no wrist: drawn from their URDF, or by their joints, with what closes their loops."""
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import delta, five_bar, four_bar, planar_3rrr, stewart
+from test_scene import URDF, commands, panel, place, pose
+
+import exo_pin as ep
+from exo_pin import errors
+from exo_pin.chain import ClosedChain, write_closures
+from exo_pin.cli import main
+from exo_pin.view import ChainScene, Scene
+
+ROBOTS = {"four-bar": four_bar, "five-bar": five_bar, "delta": delta, "stewart": stewart, "3rrr": planar_3rrr}
+
+
+def written(named, folder):
+    (folder / "mine.urdf").write_text(named.urdf)
+    write_closures(named.closures, folder / "mine.closures.toml")
+    return folder / "mine.urdf"
+
+
+VISUAL = pin.GeometryType.VISUAL
+
+
+def bare(exo):
+    """Model and XML of the wrist with the same points that are on no circles."""
+    geometry = ep.WristGeometry(exo.geometry.base_points, exo.geometry.platform_points)
+    xml, _ = ep.chain.mechanism_urdf(exo.replace(geometry=geometry).mechanism)
+    return pin.buildModelFromXML(xml), xml
+
+
+def drawn(scene):
+    return {item["path"] for item in commands(scene) if item["type"] == "set_object"}
+
+
+def closure_places(named, q):
+    """Where both frames of each closure stand, from Pinocchio's own frames."""
+    model = pin.buildModelFromXML(named.urdf)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    for closure in named.closures.closures:
+        yield [
+            data.oMf[model.getFrameId(frame)].act(np.array(placement.translation))
+            for frame, placement in ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
+        ]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_any_robot_is_viewed(name, tmp_path):
+    named = ROBOTS[name]()
+    scene = ep.load(written(named, tmp_path)).view()
+    assert isinstance(scene, ChainScene)
+    assert scene.messages == ()
+    chain = named.chain()
+    # Closed as it opens, with as many freedoms as Pinocchio counts, and its joints by name.
+    assert np.abs(chain.residual(scene.q)).max() < 1e-8
+    numbers = panel(scene, "numbers")
+    assert numbers["title"] == named.closures.name
+    assert numbers["values"][0]["value"] == f"{chain.mobility(scene.q).degrees_of_freedom}"
+    for joint in named.closures.roles.actuated:
+        assert joint in numbers["pose"]
+    # A ball at every joint, in Pinocchio's place.
+    placements = chain.placements(scene.q)
+    for joint in chain.model.names[1:]:
+        ball = place(scene, f"/meshcat/chain/visuals/{joint}_joint")
+        np.testing.assert_allclose(ball[:3, 3], placements[joint].translation, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["four-bar", "five-bar", "3rrr"])
+def test_closures_are_marked_where_they_are(name):
+    named = ROBOTS[name]()
+    scene = ChainScene(named.chain(), q=named.q)
+    for index, (a, b) in enumerate(closure_places(named, named.q)):
+        np.testing.assert_allclose(place(scene, f"/meshcat/closures/chain_{index}/a")[:3, 3], a, atol=1e-9)
+        np.testing.assert_allclose(place(scene, f"/meshcat/closures/chain_{index}/b")[:3, 3], b, atol=1e-9)
+        assert np.linalg.norm(place(scene, f"/meshcat/closures/chain_{index}/gap")[:3, :3]) < 1e-5
+
+
+def test_an_open_loop_shows_its_gap_and_says_so():
+    named = four_bar()
+    scene = ChainScene(named.chain(), q=named.q)
+    assert not any("open" in note["text"] for note in panel(scene, "numbers")["notes"])
+    ajar = named.q + np.array([0.1, -0.2, 0.15])
+    scene.show(ajar)
+    ((a, b),) = closure_places(named, ajar)
+    gap = place(scene, "/meshcat/closures/chain_0/gap")
+    np.testing.assert_allclose(gap[:3, 3], a, atol=1e-9)
+    np.testing.assert_allclose(gap[:3, 3] + gap[:3, 2], b, atol=1e-9)
+    size = np.abs(named.chain().residual(ajar)).max()
+    assert f"open by {size:.2g}" in " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
+    # What no closed configuration has is not told.
+    assert panel(scene, "numbers")["values"] == []
+
+
+def test_a_joint_moves_and_the_others_follow():
+    scene = ChainScene(four_bar().chain())
+    before = scene.q
+    q = scene.move({"crank_hinge": 1.2})
+    assert q[0] == 1.2
+    np.testing.assert_array_equal(scene.q, q)
+    assert np.abs(scene.chain.residual(q)).max() < 1e-8
+    assert np.abs(q - before)[1:].max() > 0.01
+    # The tip is above what the others reach: nothing moves.
+    kept = commands(scene)
+    with pytest.raises(errors.LoopNotClosed):
+        scene.move({"crank_hinge": 1.2, "coupler_hinge": 0.0})
+    assert commands(scene) == kept
+    with pytest.raises(errors.UnknownName, match="crank_hinge"):
+        scene.move({"crank": 1.0})
+
+
+def test_a_motion_is_recorded():
+    scene = ChainScene(four_bar().chain())
+    path = np.array([scene.move({"crank_hinge": angle}) for angle in (1.5, 1.6, 1.7)])
+    recording = scene.record(path, [0.0, 0.2, 0.4])
+    assert recording.reaction is None
+    assert "/meshcat/chain/visuals/universe_rod_0" not in recording._frames["moving"]
+    assert "/meshcat/chain/visuals/coupler_hinge_joint" in recording._frames["moving"]
+    poses = [frame["numbers"]["pose"] for frame in recording._frames["panels"]]
+    assert poses == [f"crank_hinge {angle:.1f}°" for angle in np.degrees([1.5, 1.6, 1.7])]
+    assert "data:" in recording.html()
+    scene.play(path, [0.0, 0.01, 0.02])
+    np.testing.assert_array_equal(scene.q, path[-1])
+
+
+def test_a_configuration_moves_only_what_moves():
+    scene = ChainScene(four_bar().chain())
+    q = scene.move({"crank_hinge": 1.4})
+    moved = set(scene._stage.changes.transforms)
+    assert "/meshcat/chain/visuals/coupler_hinge_joint" in moved
+    assert not any("universe" in path for path in moved)
+    serial = scene.serial
+    scene.show(q)
+    assert scene._stage.changes.transforms == {}
+    assert scene.serial == serial
+
+
+def test_visuals_of_the_urdf_are_used_and_the_rest_is_drawn_by_joints():
+    named = four_bar()
+    tree = ET.fromstring(named.urdf)
+    visual = ET.SubElement(next(link for link in tree.findall("link") if link.get("name") == "crank"), "visual")
+    ET.SubElement(ET.SubElement(visual, "geometry"), "box", size="0.3 0.02 0.02")
+    xml = ET.tostring(tree, encoding="unicode")
+    scene = ChainScene(ClosedChain.from_urdf(xml, named.closures), xml, q=named.q)
+    assert "/meshcat/chain/visuals/crank_0" in drawn(scene)
+    assert not any("crank_hinge" in path for path in drawn(scene))
+    assert {f"/meshcat/chain/visuals/{name}_hinge_joint" for name in ("coupler", "rocker")} <= drawn(scene)
+
+
+def test_a_missing_mesh_is_told_and_the_joints_are_drawn(tmp_path):
+    named = four_bar()
+    mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
+    xml = named.urdf.replace('<link name="crank">', f'<link name="crank">{mesh}', 1)
+    path = written(named._replace(urdf=xml), tmp_path)
+    scene = ep.load(path).view()
+    assert "nowhere.stl" in scene.messages[0]
+    assert "/meshcat/chain/visuals/crank_hinge_joint" in drawn(scene)
+    assert any("nowhere.stl" in note["text"] for note in panel(scene, "numbers")["notes"])
+
+
+def test_meshes_beside_the_urdf_are_found(tmp_path):
+    named = four_bar()
+    corners = "".join(f"vertex {x} {y} 0\n" for x, y in ((0, 0), (1, 0), (0, 1)))
+    shape = f"solid a\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid a\n"
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes/tri.stl").write_text(shape)
+    mesh = f'<visual><geometry><mesh filename="package://{tmp_path.name}/meshes/tri.stl"/></geometry></visual>'
+    xml = named.urdf.replace('<link name="crank">', f'<link name="crank">{mesh}', 1)
+    scene = ep.load(written(named._replace(urdf=xml), tmp_path)).view()
+    assert scene.messages == ()
+    assert "/meshcat/chain/visuals/crank_0" in drawn(scene)
+
+
+def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys):
+    prototype = ep.load("prototype")
+    path = prototype.to_urdf(tmp_path)
+    scene = ep.load(path).view(human=False)
+    assert isinstance(scene, Scene)
+    assert "masses of" in scene.messages[0]
+    assert scene.show(pose(60, 30, 0)) is None
+    assert any("masses of" in note["text"] for note in panel(scene, "numbers")["notes"])
+    # It stands where the prototype stands.
+    other = Scene(prototype, human=False)
+    other.show(pose(60, 30, 0))
+    for i in range(3):
+        body = f"/meshcat/exo/visuals/limb_{i + 1}_platform_body_0"
+        np.testing.assert_allclose(place(scene, body), place(other, body), atol=1e-9)
+    # Its looks are its own: the rings' arcs, which points alone do not tell.
+    shapes = {
+        shape.name
+        for shape in pin.buildGeomFromUrdf(pin.buildModelFromUrdf(str(path)), str(path), VISUAL).geometryObjects
+    }
+    assert {f"/meshcat/exo/visuals/{name}" for name in shapes} <= drawn(scene)
+    assert len(shapes) > len(pin.buildGeomFromUrdfString(*bare(prototype), VISUAL).geometryObjects)
+    # One whose masses the record holds has its forces.
+    scene.replace_exo(ep.load(prototype.to_urdf(tmp_path / "light", assumed=None)))
+    assert scene.messages == ()
+    assert scene.show(pose(60, 30, 0)) is not None
+    page = tmp_path / "page.html"
+    assert main(["view", str(path), "--flexion", "60", "--no-human", "--html", str(page)]) == 0
+    assert "no forces" in capsys.readouterr().out
+    assert ep.load(path).is_wrist
+    with pytest.raises(errors.NotAWrist):
+        ep.load(written(four_bar(), tmp_path)).without_masses()
+
+
+def test_a_wrists_missing_mesh_is_told(tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
+    mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
+    text = path.read_text()
+    assert '<link name="arm">' in text
+    path.write_text(text.replace('<link name="arm">', f'<link name="arm">{mesh}', 1))
+    scene = ep.load(path).view(human=False)
+    assert "nowhere.stl" in scene.messages[0]
+    assert "/meshcat/exo/visuals/arm_0" in drawn(scene)
+
+
+def test_a_distance_closure_is_a_line():
+    named = delta()
+    scene = ChainScene(named.chain(), q=named.q)
+    assert {closure.type for closure in named.closures.closures} == {"distance"}
+    for index, closure in enumerate(named.closures.closures):
+        line = place(scene, f"/meshcat/closures/chain_{index}/gap")[:3, 2]
+        assert np.linalg.norm(line) == pytest.approx(closure.distance)
+        assert f"{closure.name}: {closure.distance:g} m apart" in [item["text"] for item in panel(scene, "labels")]
+
+
+def seen(scene, points, aspect=1.4):
+    """Which points a picture of that width over height holds; a pinhole camera, z upwards."""
+    camera = panel(scene, "camera")
+    eye, target = np.array(camera["position"]), np.array(camera["target"])
+    ahead = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(ahead, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    up, away, edge = np.cross(right, ahead), points - eye, np.tan(np.radians(camera["angle"] / 2))
+    depth = away @ ahead
+    return (np.abs(away @ up) < edge * depth) & (np.abs(away @ right) < aspect * edge * depth)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_all_of_it_is_in_the_picture(name):
+    named = ROBOTS[name]()
+    scene = ChainScene(named.chain(), q=named.q)
+    joints = [place.translation for place in named.chain().placements(named.q).values()]
+    assert seen(scene, np.array(joints)).all()
+
+
+def test_the_camera_follows_what_would_leave_the_picture_unless_it_was_placed():
+    named = four_bar()
+    scene = ChainScene(named.chain(), q=named.q)
+    first = panel(scene, "camera")
+    scene.move({"crank_hinge": named.q[0] + 0.05})
+    assert panel(scene, "camera") == first
+    scene.show([-1.5, -0.1, -2.5])
+    joints = [place.translation for place in named.chain().placements(scene.q).values()]
+    assert panel(scene, "camera") != first
+    assert seen(scene, np.array(joints)).all()
+    scene.camera(position=[0.0, 0.0, 3.0], target=[0.1, 0.1, 0.0])
+    placed = panel(scene, "camera")
+    scene.show(named.q)
+    assert panel(scene, "camera") == placed
+
+
+@pytest.mark.parametrize(
+    ("act", "kind", "message"),
+    [
+        (lambda s: ChainScene("robot.urdf"), errors.InvalidInput, "ClosedChain"),
+        (lambda s: s.show([0.0, 1.0]), errors.InvalidInput, "q"),
+        (lambda s: s.show([0.0, np.nan, 1.0]), errors.InvalidInput, "finite"),
+        (lambda s: s.move({"crank_hinge": [0.0, 1.0]}), errors.InvalidInput, "crank_hinge"),
+        (lambda s: s.record([s.q], [0.0, 1.0]), errors.InvalidInput, "a time for every configuration"),
+        (lambda s: s.record([s.q, s.q], [1.0, 1.0]), errors.InvalidInput, "rise"),
+    ],
+)
+def test_bad_input_is_refused(act, kind, message):
+    with pytest.raises(kind, match=message):
+        act(ChainScene(four_bar().chain()))
+
+
+def test_command_shows_a_robot_that_is_no_wrist(tmp_path, capsys):
+    path = written(four_bar(), tmp_path)
+    page = tmp_path / "page.html"
+    assert main(["view", str(path), "--joint", "crank_hinge=1.2", "--html", str(page)]) == 0
+    told = capsys.readouterr().out
+    assert "drawn as a closed chain" in told
+    assert str(page) in told
+    assert "MeshCat" in page.read_text()
+    for arguments, said in (
+        (["--joint", "crank_hinge"], "NAME=VALUE"),
+        (["--joint", "crank=1"], "crank_hinge"),
+        (["--flexion", "30"], "--flexion"),
+        (["--cone"], "--cone"),
+    ):
+        assert main(["view", str(path), *arguments, "--html", str(page)]) == 2
+        assert said in capsys.readouterr().err
+    assert main(["view", "prototype", "--joint", "limb_1_slide=0", "--html", str(page)]) == 2
+    assert "--flexion" in capsys.readouterr().err
+
+
+def test_the_dummys_shoulder_has_no_closures_and_is_drawn():
+    scene = ep.load(URDF / "dummy-shoulder.urdf").view()
+    assert not any("closures" in path for path in drawn(scene))
+    assert panel(scene, "numbers")["values"][0]["value"] == "3"
+
+
+def test_points_can_be_added():
+    scene = ChainScene(four_bar().chain())
+    scene.points("cloud", np.zeros((2, 3)), [0.0, 1.0], "x, m")
+    assert [bar["label"] for bar in panel(scene, "legend")["bars"]] == ["x, m"]

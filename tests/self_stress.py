@@ -65,13 +65,13 @@ def settled(constant, effect, z, N, rounding):
     return z, N @ Vt[rank:].T
 
 
-def lexicographic(goal, metric, C, c):
+def lexicographic(goal, metric, C, c, rounding=1e-9):
     """The z with C z <= c that makes |goal| and then |metric| least, by trying every set of rows as equalities.
 
-    ``goal`` and ``metric`` are (constant, effect).
+    ``goal`` and ``metric`` are (constant, effect); what is below ``rounding`` of the largest effect is none.
     """
     size, best = goal[1].shape[1], (np.inf, np.inf, None)
-    rounding = 1e-9 * np.abs(metric[1]).max(initial=1.0)
+    rounding = rounding * np.abs(metric[1]).max(initial=1.0)
     for count in range(min(len(c), size) + 1):
         for rows in itertools.combinations(range(len(c)), count):
             A, b = C[list(rows)], c[list(rows)]

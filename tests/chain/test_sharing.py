@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from closed_motion import wrist
 from mechanisms import random_wrist
@@ -116,7 +117,7 @@ def test_side_forces_and_pulling_limbs_together_make_the_shoulder_force_least(ki
     assert any(answered)
 
 
-def lexicographic_answer(chain, q, v, a, bounds, goal):
+def lexicographic_answer(chain, q, v, a, bounds, goal, rounding=1e-9):
     """Own answer to bounds on efforts and an objective, with every self-stress tried."""
     other = Open(chain, q, v, a)
     C, c = [], []
@@ -133,7 +134,7 @@ def lexicographic_answer(chain, q, v, a, bounds, goal):
     told = (np.zeros(0), np.zeros((0, other.size)))
     if goal is not None:
         told = other.affine(lambda z: goal(other, z))
-    return other, lexicographic(told, metric, rows, sides)
+    return other, lexicographic(told, metric, rows, sides, rounding)
 
 
 @pytest.mark.parametrize("bounded", [False, True])
@@ -167,7 +168,7 @@ def test_the_answer_is_the_best_of_all_sets_of_bounds_and_then_the_shortest(kind
         with pytest.raises(InfeasibleForces):
             chain.inverse_dynamics(q, v, a, effort_bounds=bounds, objective=objective)
         return
-    forces = chain.inverse_dynamics(q, v, a, effort_bounds=bounds, objective=objective)
+    forces = chain.inverse_dynamics(q, v, a, effort_bounds=bounds or None, objective=objective)
     size = np.abs(other.everything(z)).max()
     for joint in [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]:
         told = forces.joint_reaction(joint, intervals=False).wrench
@@ -197,3 +198,24 @@ def test_two_motors_of_a_four_bar_share_its_load_as_the_least_squares_of_their_t
     other = chain.inverse_dynamics(q, effort_bounds={"A": wrong}, objective="efforts")
     assert other.effort("A")[0] == pytest.approx(0.0, abs=1e-7 * abs(alone))
     assert other.effort("B")[0] == pytest.approx(alone / rate, rel=1e-7)
+
+
+@pytest.mark.parametrize(("kinds", "seed"), [("USUSU", 20), ("USUSU", 24), ("UUUUU", 6)])
+def test_rounding_of_five_efforts_that_are_open_in_two_ways_chooses_nothing(kinds, seed):
+    # Five efforts, two ways to share them: along the other ways they change by rounding, which is more in these poses
+    # than usual, and those are the metric's to choose.
+    named = wrist(random_wrist(seed, kinds, with_masses=True))
+    chain = named.chain()
+    rng = np.random.default_rng(seed)
+    q = chain.close(pin.integrate(chain.model, named.q, rng.uniform(-0.4, 0.4, chain.model.nv)))
+    slides = chain.velocity_indices(chain.roles.actuated)
+    forces = chain.inverse_dynamics(q, objective="efforts")
+    still = np.zeros(chain.model.nv)
+    other, (best, _, z) = lexicographic_answer(
+        chain, q, still, still, {}, lambda other, z: other.forces(z).tau[slides], rounding=1e-7
+    )
+    assert np.linalg.norm(forces.tau[slides]) == pytest.approx(best, rel=1e-8)
+    size = np.abs(other.everything(z)).max()
+    for joint in [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]:
+        told = forces.joint_reaction(joint, intervals=False).wrench
+        np.testing.assert_allclose(told, other.wrench(joint, z), rtol=0, atol=1e-6 * size)

@@ -232,6 +232,8 @@ class Answer:
 
     def refuse_what_is_not_finite(self) -> None:
         """A row that overflowed has no answer, and says so."""
+        if np.isfinite(self.shoulder.sum() + self.f.sum() + self.g.sum() + self.on_arm.sum()):
+            return
         arrays = (self.shoulder, self.f, self.g, self.on_arm.reshape(len(self.f), self.f.shape[1] * 6))
         finite = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
         lost = ~finite & (self.status < STATUS.index("singular"))

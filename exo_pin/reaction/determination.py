@@ -8,7 +8,7 @@ interval is a linear program.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,9 +22,8 @@ from ..wrist.stacks import Query
 from .bounds import ConstraintBounds, SideForceBounds
 from .certificate import Components, component_names, is_determined
 from .elastic import Displaced
-from .result import Reaction
 
-__all__ = ["ComponentSource", "TensionBounds", "certified"]
+__all__ = ["ComponentSource", "TensionBounds"]
 
 #: None, "pull" (no limb pushes), or a pair (lower, upper) of numbers or arrays in N.
 TensionBounds = str | tuple[ArrayLike, ArrayLike] | None
@@ -47,24 +46,6 @@ class _Open(NamedTuple):
     def all(self) -> FloatArray:
         """Effects on f, g and F_s one below the other, shape (2 n + 3, m)."""
         return np.concatenate([self.of_f, self.of_g, self.of_shoulder])
-
-
-def certified(
-    answer: Reaction,
-    mechanism: Mechanism,
-    query: Query,
-    offset: tuple[FloatArray, FloatArray] | None,
-    bounds: SideForceBounds,
-) -> Reaction:
-    """The answer with a certificate that can tell its components apart; the work is done when it is asked."""
-    none = np.zeros((len(query.matrices), 3))
-    base, cuff = (none, none) if offset is None else offset
-    if answer.split == "standalone":
-        base = np.einsum("kij,kj->ki", query.matrices, cuff)
-    n = mechanism.limb_count
-    values = np.concatenate([answer.actuator_forces, answer.constraint_forces, answer.shoulder_force], axis=-1)
-    source = ComponentSource(mechanism, query, base, cuff, answer.split, bounds, values.reshape(-1, 2 * n + 3))
-    return replace(answer, certificate=replace(answer.certificate, source=source))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from ..wrist.forces import STATUS
 from ..wrist.stacks import Query
 from .answer import QUERY_STATUS, STANDARD_GRAVITY, Answer, Wanted
 from .certificate import Certificate
+from .determination import ComponentSource
 from .infeasibility import Infeasibility
 from .loads import arm_loads
 from .result import Optimum, Reaction
@@ -25,8 +26,10 @@ _CHOSEN_BY = {
 }
 
 
-def finished(answer: Answer, query: Query, wanted: Wanted) -> Reaction:
-    """The record of an answer whose poses are filled."""
+def finished(
+    answer: Answer, query: Query, wanted: Wanted, offset: tuple[FloatArray, FloatArray] | None = None
+) -> Reaction:
+    """The record of an answer whose poses are filled, at centre offsets of base and cuff, shape (N, 3) each, m."""
     split = wanted.split
     answer.refuse_what_is_not_finite()
     answered = answer.status < STATUS.index("singular")
@@ -56,7 +59,7 @@ def finished(answer: Answer, query: Query, wanted: Wanted) -> Reaction:
         margin=stacked(answer.margin),
         determinant=stacked(answer.determinant),
         residual=stacked(_residual(answer, limbs, arm_force, arm_moment, largest)),
-        certificate=_certificate(answer, query, wanted),
+        certificate=_certificate(answer, query, wanted, offset),
         body_weight=weight,
         trivial=split == "minimal" and bool(answered.any() and answer.trivial[answered].all()),
         optimum=Optimum(stacked(answer.kkt), stacked(answer.gap), stacked(answer.unique)),
@@ -96,7 +99,15 @@ def _ratio(answer: Answer, largest: FloatArray) -> FloatArray:
     return np.asarray(ratio)
 
 
-def _certificate(answer: Answer, query: Query, wanted: Wanted) -> Certificate:
+def _certificate(
+    answer: Answer, query: Query, wanted: Wanted, offset: tuple[FloatArray, FloatArray] | None
+) -> Certificate:
+    """What equilibrium determines; its components' kinds and intervals are worked out when they are asked for."""
+    base, cuff = offset if offset is not None else (np.zeros((len(answer.f), 3)),) * 2
+    if wanted.split == "standalone" and offset is not None:
+        base = np.einsum("kij,kj->ki", query.matrices, cuff)
+    values = np.concatenate([answer.f, answer.g, answer.shoulder], axis=1)
+    source = ComponentSource(answer.mechanism, query, base, cuff, wanted.split, wanted.side_bounds, values)
     stacked = partial(_stacked, query.shape)
     return Certificate(
         stacked(answer.undetermined),
@@ -108,4 +119,5 @@ def _certificate(answer: Answer, query: Query, wanted: Wanted) -> Certificate:
         _CHOSEN_BY[wanted.split]
         + ("" if wanted.limits.is_free else ", within the limits of the limbs")
         + ("" if wanted.cone is None else ", with regard to the socket"),
+        source,
     )

@@ -53,7 +53,7 @@ def misaligned_reaction(
         for row in rows.tolist():
             _choose(row, state, answer, split, bounds, g, tensions)
     _fill(state, answer, g, tensions)
-    return finished(answer, query, wanted)
+    return finished(answer, query, wanted, offset)
 
 
 def _choose(

@@ -19,7 +19,6 @@ from .answer import QUERY_STATUS, Answer, Wanted
 from .bounds import ConstraintBounds, SideForceBounds
 from .choice import Weights
 from .cone import GlenoidCone
-from .determination import certified
 from .elastic import as_offset, shoulder_stiffness
 from .equilibrium import EquilibriumModel
 from .finished import finished
@@ -73,7 +72,7 @@ def reaction(
         centre_offset = centre_offset.offset(orientation)
     if centre_offset is not None:
         offset = as_offset(centre_offset, query.shape)
-        return certified(misaligned_reaction(mechanism, query, offset, wanted), mechanism, query, offset, bounds)
+        return misaligned_reaction(mechanism, query, offset, wanted)
     answer = Answer(mechanism, query)
     if split == "elastic":
         answer.prepare_elastic(query)
@@ -86,7 +85,7 @@ def reaction(
         outside = np.concatenate([query.force[row], query.moment[row]])
         state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
         answer.fill(row, state, wanted)
-    return certified(finished(answer, query, wanted), mechanism, query, None, bounds)
+    return finished(answer, query, wanted)
 
 
 def _check_options(

@@ -75,7 +75,10 @@ def test_without_a_browser_a_picture_is_refused_in_one_line(capsys, monkeypatch,
 
 
 def test_the_live_page_is_served_until_it_is_interrupted():
-    command = [sys.executable, "-m", "exo_pin.cli", *BARE, "--port", "0", "--to", "31,0,0", "--seconds", "0.1"]
+    # A job in the background starts with SIGINT ignored; this one is to hear it wherever the tests run.
+    program = "import signal, sys, exo_pin.cli; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    program += "sys.exit(exo_pin.cli.main(sys.argv[1:]))"
+    command = [sys.executable, "-c", program, *BARE, "--port", "0", "--to", "31,0,0", "--seconds", "0.1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             address = process.stdout.readline().split()[0]

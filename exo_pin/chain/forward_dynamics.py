@@ -12,7 +12,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, MasslessMotion, SolverFailed, UnknownName
-from ..validation import FloatArray, as_real, frozen
+from ..validation import FloatArray, as_finite, as_real, frozen
 from .balance import balance_of, put_on, refuse_opening
 from .inverse_dynamics import solved
 from .rank import rank_tolerance
@@ -112,7 +112,8 @@ class ForwardDynamics(Structure):
         """
         if method not in METHODS:
             raise UnknownName("method", method, METHODS)
-        if not (np.isfinite(stabilisation) and stabilisation >= 0.0):
+        stabilisation = float(as_finite("stabilisation", stabilisation, ()))
+        if stabilisation < 0.0:
             raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
         q = (self._configuration(q) if stabilisation else self._closed(q)).copy()
         v = np.zeros(self._model.nv) if v is None else self._tangent("v", v).copy()

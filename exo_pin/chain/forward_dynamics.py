@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, MasslessMotion, SolverFailed, UnknownName
 from ..validation import FloatArray, as_finite, as_real, frozen
-from .balance import balance_of, put_on, refuse_opening
+from .balance import Balance, balance_of, put_on, refuse_opening
 from .inverse_dynamics import solved
 from .rank import rank_tolerance
 from .reactions import ClosedForces
@@ -50,7 +50,7 @@ class ClosedMotion:
     tau: FloatArray
     method: str
     residual: float
-    _state: tuple[Structure, FloatArray, FloatArray, Mapping[str, ArrayLike] | None] = field(repr=False)
+    _balance: Balance = field(repr=False)
 
     @cached_property
     def forces(self) -> ClosedForces:
@@ -59,9 +59,7 @@ class ClosedMotion:
         Where closures are redundant the multipliers are those of least norm in the metric "reactions" of
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
-        chain, q, v, external = self._state
-        balance = balance_of(chain, q, v, self.a, external, keeps_closed=False)
-        return solved(balance, chain._drive(()), applied=self.tau)
+        return solved(self._balance, self._balance.chain._drive(()), applied=self.tau)
 
 
 class ForwardDynamics(Structure):
@@ -130,9 +128,9 @@ class ForwardDynamics(Structure):
         work = self._workspace
         work.linearise(q)
         missed = work.jacobian @ a + work.drift_of(q, v) + _stabilising(self, v, stabilisation)
-        return ClosedMotion(
-            frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), (self, q, v, external)
-        )
+        # At once, not when forces are asked for: gravity and the caller's arrays may be others by then.
+        balance = balance_of(self, q, v, a, external, keeps_closed=False)
+        return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), balance)
 
 
 def efforts_of(chain: Structure, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -17,7 +17,7 @@ from .balance import Balance, balance_of, put_on, refuse_opening
 from .inverse_dynamics import solved
 from .rank import rank_tolerance
 from .reactions import ClosedForces
-from .structure import PINOCCHIO_TYPES, Structure
+from .structure import CLOSED, PINOCCHIO_TYPES, Structure
 
 __all__ = ["METHODS", "ClosedMotion", "ForwardDynamics"]
 
@@ -130,6 +130,8 @@ class ForwardDynamics(Structure):
         missed = work.jacobian @ a + work.drift_of(q, v) + _stabilising(self, v, stabilisation)
         # At once, not when forces are asked for: gravity and the caller's arrays may be others by then.
         balance = balance_of(self, q, v, a, external, keeps_closed=False)
+        # Loops that stand open on purpose say nothing about rounding: the same rank as in the acceleration.
+        balance = replace(balance, gap=min(balance.gap, CLOSED))
         return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), balance)
 
 
@@ -190,7 +192,7 @@ def acceleration(
         return _proximal(chain, q, v, efforts, external)
     work, top, model = chain._workspace, chain._topology, chain.model
     work.linearise(q)
-    J, gap = work.jacobian, float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
     right = -_stabilising(chain, v, stabilisation) - work.drift_of(q, v)
     column = top.column
     forces = column * (efforts - _bias(chain, q, v, external))
@@ -199,7 +201,7 @@ def acceleration(
     start, basis = np.zeros(model.nv), np.eye(model.nv)
     if J.size:
         U, values, Vt = np.linalg.svd(J * top.row_scale[:, None] * column)
-        rank = int(np.count_nonzero(values > rank_tolerance(J.shape, float(values[0]), model.njoints, min(gap, 1e-8))))
+        rank = int(np.count_nonzero(values > rank_tolerance(J.shape, float(values[0]), model.njoints, gap)))
         start = Vt[:rank].T @ ((U[:, :rank].T @ (top.row_scale * right)) / values[:rank])
         basis = Vt[rank:].T
     if not basis.shape[1]:

@@ -63,7 +63,10 @@ class Simulation:
 
     @property
     def energy_drift(self) -> float:
-        """Largest change of the energy that no work explains, as a share of the largest kinetic energy."""
+        """Largest change of the energy that no work explains, as a share of the largest kinetic energy that is told.
+
+        It says nothing of a chain that hardly moves.
+        """
         largest = float(self.kinetic_energy.max())
         change = float(np.abs(self.energy - self.work - self.energy[0]).max())
         return change / largest if largest > 0.0 else change
@@ -126,7 +129,7 @@ class Simulations(Kinematics, ForwardDynamics):
             If v opens the loops at the start, or the times do not ascend.
         SimulationStopped
             If the steps become too small, or the energy jumps: as a rule the motion has run into a singular
-            configuration, where more than one motion goes on.
+            configuration, where more than one motion goes on. A step over one is not noticed.
         """
         start, velocity = self._closed(q).copy(), self._tangent("v", v).copy()
         when = as_finite("times", times, (None,))

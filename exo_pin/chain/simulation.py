@@ -26,8 +26,9 @@ _JUMP = 1e-4
 #: What a step's tolerances and rounding explain of that, with so much to spare, is no jump: a chain at rest has no
 #: kinetic energy to compare with.
 _SPARE = 10.0
-#: A step below this, s, means that the equations cannot be integrated any further.
-_LEAST_STEP = 1e-9
+#: More than so many steps in a row below this, s, mean that the equations cannot be integrated any further. A jump of
+#: the efforts takes fewer, six at most where it was tried: behind it steps may grow tenfold each.
+_LEAST_STEP, _SHORT_STEPS = 1e-9, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +206,7 @@ def _integrate(
     progress: bool,
 ) -> tuple[list[_State], int]:
     """States at the wanted times, and the number of steps."""
-    states, steps, step = [state], 0, None
+    states, steps, step, short = [state], 0, None, 0
     time, end = float(when[0]), float(when[-1])
     for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
         while time < target and len(states) < len(when):
@@ -213,8 +214,10 @@ def _integrate(
             y = np.concatenate([np.zeros(len(state.v)), state.v, [state.work]])
             solver = DOP853(rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1])
             message = solver.step()
-            if solver.status == "failed" or (solver.step_size < _LEAST_STEP and solver.status == "running"):
-                reason = message or f"a step would have to be below {_LEAST_STEP:g} s"
+            failed = solver.status == "failed"
+            short = short + 1 if not failed and solver.step_size < _LEAST_STEP else 0
+            if failed or short > _SHORT_STEPS:
+                reason = message or f"steps would have to be below {_LEAST_STEP:g} s"
                 raise SimulationStopped(time, state.q.copy(), state.v.copy(), reason)
             inside = solver.dense_output()
             while len(states) < len(when) and when[len(states)] <= solver.t:

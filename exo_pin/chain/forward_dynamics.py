@@ -125,13 +125,14 @@ class ForwardDynamics(Structure):
                 raise MasslessMotion(_massless(self, q, np.eye(self._model.nv)))
             chosen = "projected"
         a = acceleration(self, q, v, efforts, external, chosen, stabilisation)
-        work = self._workspace
-        work.linearise(q)
-        missed = work.jacobian @ a + work.drift_of(q, v) + _stabilising(self, v, stabilisation)
         # At once, not when forces are asked for: gravity and the caller's arrays may be others by then.
         balance = balance_of(self, q, v, a, external, keeps_closed=False)
         # Loops that stand open on purpose say nothing about rounding: the same rank as in the acceleration.
         balance = replace(balance, gap=min(balance.gap, CLOSED))
+        missed = balance.jacobian @ a + self._workspace.drift_of(q, v)
+        if stabilisation:
+            self._workspace.linearise(q)
+            missed += _stabilising(self, v, stabilisation)
         return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), balance)
 
 

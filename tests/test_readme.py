@@ -6,6 +6,7 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from exo_pin.cli import main
@@ -46,6 +47,17 @@ def test_code_and_its_output():
     with contextlib.redirect_stdout(printed):
         exec(block("code: quickstart"), {})
     assert_same(block("output: quickstart"), printed.getvalue().rstrip())
+
+
+def test_code_on_dynamics_runs(monkeypatch, capsys):
+    root = Path(__file__).parents[1]
+    monkeypatch.chdir(root)
+    names = {}
+    text = (root / "docs" / "dynamics.md").read_text(encoding="utf-8")
+    for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(code, names)
+    assert "undetermined" in capsys.readouterr().out
+    assert np.isfinite(names["motion"].a).all()
 
 
 def test_ledger_is_not_stale():

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from ..validation import FloatArray
 from .balance import Balance
@@ -38,7 +37,8 @@ class State(NamedTuple):
     a: FloatArray
     multipliers: FloatArray
     balance: Balance
-    external: Mapping[str, ArrayLike] | None
+    external: Mapping[str, FloatArray]
+    gravity: pin.Motion
 
 
 def rates_along(chain: Structure, q: FloatArray, directions: FloatArray) -> FloatArray:
@@ -103,13 +103,13 @@ def open_change(state: State, change: Change) -> FloatArray:
     upper = np.triu(M)
     found = by_q @ change.q + by_v @ change.v + (upper + np.triu(upper, 1).T) @ change.a
     axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    for name, wrench in (state.external or {}).items():
+    for name, wrench in state.external.items():
         for k, direction in enumerate(change.q.T):
             if direction.any():
                 pin.computeJointJacobiansTimeVariation(model, data, state.q, direction)
                 pin.updateFramePlacements(model, data)
                 rate = pin.getFrameJacobianTimeVariation(model, data, chain._frames[name], axes)
-                found[:, k] -= np.reshape(rate, (6, model.nv)).T @ np.asarray(wrench, dtype=np.float64)
+                found[:, k] -= np.reshape(rate, (6, model.nv)).T @ wrench
     return found
 
 

@@ -54,7 +54,9 @@ def joint_change(state: State, index: int, change: Change, multipliers: FloatArr
     if index == 0:
         raise InvalidInput("the world hangs on no joint")
     freed, into = _freed(chain, index)
-    freed.model.gravity = chain.model.gravity
+    freed.model.gravity = state.gravity
+    for body in range(1, chain.model.njoints):
+        freed.model.inertias[body] = chain.model.inertias[body]
     pose = _local_pose(state, index)
     q = freed.neutral()
     for joint, name in enumerate(chain.model.names):
@@ -62,7 +64,7 @@ def joint_change(state: State, index: int, change: Change, multipliers: FloatArr
             here = state.q[chain.configuration_slice(name)]
             q[freed.configuration_slice(name)] = pose if joint == index else here
     moved = Change(into @ change.q, into @ change.v, into @ change.a)
-    beyond = State(freed, q, into @ state.v, into @ state.a, state.multipliers, state.balance, state.external)
+    beyond = state._replace(chain=freed, q=q, v=into @ state.v, a=into @ state.a)
     found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), state.multipliers)
     freed._workspace.linearise(q)
     found -= freed._workspace.jacobian.T @ multipliers

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import UnknownName
@@ -163,7 +164,10 @@ class DynamicsDerivatives(InverseDynamics, Kinematics):
         drive = self._drive(actuated)
         forces = solved(balance, drive, metric="closures")
         split = self.split(q, independent)
-        state = State(self, q, v, a, np.array(forces.multipliers), balance, external)
+        # Copies: reactions are asked for later, when gravity and the caller's arrays may be others.
+        wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
+        gravity = pin.Motion(self._model.gravity)
+        state = State(self, q, v, a, np.array(forces.multipliers), balance, wrenches, gravity)
         change, rates = change_of(self, state, split)
         tau, multipliers = force_change(state, change, rates, drive.passive)
         d = len(split.independent)

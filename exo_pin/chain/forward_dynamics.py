@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -12,12 +12,12 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, MasslessMotion, SolverFailed, UnknownName
-from ..validation import FloatArray, as_real, frozen
-from .balance import balance_of, put_on, refuse_opening
+from ..validation import FloatArray, as_finite, as_real, frozen
+from .balance import Balance, balance_of, put_on, refuse_opening
 from .inverse_dynamics import solved
 from .rank import rank_tolerance
 from .reactions import ClosedForces
-from .structure import PINOCCHIO_TYPES, Structure
+from .structure import CLOSED, PINOCCHIO_TYPES, Structure
 
 __all__ = ["METHODS", "ClosedMotion", "ForwardDynamics"]
 
@@ -50,7 +50,7 @@ class ClosedMotion:
     tau: FloatArray
     method: str
     residual: float
-    _state: tuple[Structure, FloatArray, FloatArray, Mapping[str, ArrayLike] | None] = field(repr=False)
+    _balance: Balance = field(repr=False)
 
     @cached_property
     def forces(self) -> ClosedForces:
@@ -59,9 +59,7 @@ class ClosedMotion:
         Where closures are redundant the multipliers are those of least norm in the metric "reactions" of
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
-        chain, q, v, external = self._state
-        balance = balance_of(chain, q, v, self.a, external, keeps_closed=False)
-        return solved(balance, chain._drive(()), applied=self.tau)
+        return solved(self._balance, self._balance.chain._drive(()), applied=self.tau)
 
 
 class ForwardDynamics(Structure):
@@ -112,7 +110,8 @@ class ForwardDynamics(Structure):
         """
         if method not in METHODS:
             raise UnknownName("method", method, METHODS)
-        if not (np.isfinite(stabilisation) and stabilisation >= 0.0):
+        stabilisation = float(as_finite("stabilisation", stabilisation, ()))
+        if stabilisation < 0.0:
             raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
         q = (self._configuration(q) if stabilisation else self._closed(q)).copy()
         v = np.zeros(self._model.nv) if v is None else self._tangent("v", v).copy()
@@ -126,12 +125,15 @@ class ForwardDynamics(Structure):
                 raise MasslessMotion(_massless(self, q, np.eye(self._model.nv)))
             chosen = "projected"
         a = acceleration(self, q, v, efforts, external, chosen, stabilisation)
-        work = self._workspace
-        work.linearise(q)
-        missed = work.jacobian @ a + work.drift_of(q, v) + _stabilising(self, v, stabilisation)
-        return ClosedMotion(
-            frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), (self, q, v, external)
-        )
+        # At once, not when forces are asked for: gravity and the caller's arrays may be others by then.
+        balance = balance_of(self, q, v, a, external, keeps_closed=False)
+        # Loops that stand open on purpose say nothing about rounding: the same rank as in the acceleration.
+        balance = replace(balance, gap=min(balance.gap, CLOSED))
+        missed = balance.jacobian @ a + self._workspace.drift_of(q, v)
+        if stabilisation:
+            self._workspace.linearise(q)
+            missed += _stabilising(self, v, stabilisation)
+        return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), balance)
 
 
 def efforts_of(chain: Structure, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
@@ -191,7 +193,7 @@ def acceleration(
         return _proximal(chain, q, v, efforts, external)
     work, top, model = chain._workspace, chain._topology, chain.model
     work.linearise(q)
-    J, gap = work.jacobian, float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
     right = -_stabilising(chain, v, stabilisation) - work.drift_of(q, v)
     column = top.column
     forces = column * (efforts - _bias(chain, q, v, external))
@@ -200,7 +202,7 @@ def acceleration(
     start, basis = np.zeros(model.nv), np.eye(model.nv)
     if J.size:
         U, values, Vt = np.linalg.svd(J * top.row_scale[:, None] * column)
-        rank = int(np.count_nonzero(values > rank_tolerance(J.shape, float(values[0]), model.njoints, min(gap, 1e-8))))
+        rank = int(np.count_nonzero(values > rank_tolerance(J.shape, float(values[0]), model.njoints, gap)))
         start = Vt[:rank].T @ ((U[:, :rank].T @ (top.row_scale * right)) / values[:rank])
         basis = Vt[rank:].T
     if not basis.shape[1]:

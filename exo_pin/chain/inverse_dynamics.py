@@ -49,8 +49,8 @@ class InverseDynamics(Structure):
 
         All solutions of M a + h - external = τ + Jᵀλ with τ = 0 in the joints without actuator are known: τ and λ are
         determined up to the chain's self-stresses. Of these solutions the one with the least objective within the
-        bounds is given, by ProxSuite, and among equals the one of least norm in the metric. Without bounds that is a
-        linear least-squares problem and is solved as one.
+        bounds is given, by ProxSuite, and among equals the one of least norm in the metric. Without objective and
+        bounds that is a linear least-squares problem and is solved as one.
 
         Parameters
         ----------

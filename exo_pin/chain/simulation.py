@@ -23,8 +23,12 @@ __all__ = ["Simulation", "Simulations"]
 Efforts = ArrayLike | Mapping[str, ArrayLike] | None
 #: A step may lose or make so much energy, as a share of the kinetic one; more only where a motion passes a singularity.
 _JUMP = 1e-4
-#: A step below this, s, means that the equations cannot be integrated any further.
-_LEAST_STEP = 1e-9
+#: What a step's tolerances and rounding explain of that, with so much to spare, is no jump: a chain at rest has no
+#: kinetic energy to compare with.
+_SPARE = 10.0
+#: More than so many steps in a row below this, s, mean that the equations cannot be integrated any further. A jump of
+#: the efforts takes fewer, six at most where it was tried: behind it steps may grow tenfold each.
+_LEAST_STEP, _SHORT_STEPS = 1e-9, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +64,10 @@ class Simulation:
 
     @property
     def energy_drift(self) -> float:
-        """Largest change of the energy that no work explains, as a share of the largest kinetic energy."""
+        """Largest change of the energy that no work explains, as a share of the largest kinetic energy that is told.
+
+        It says nothing of a chain that hardly moves.
+        """
         largest = float(self.kinetic_energy.max())
         change = float(np.abs(self.energy - self.work - self.energy[0]).max())
         return change / largest if largest > 0.0 else change
@@ -123,14 +130,14 @@ class Simulations(Kinematics, ForwardDynamics):
             If v opens the loops at the start, or the times do not ascend.
         SimulationStopped
             If the steps become too small, or the energy jumps: as a rule the motion has run into a singular
-            configuration, where more than one motion goes on.
+            configuration, where more than one motion goes on. A step over one is not noticed.
         """
         start, velocity = self._closed(q).copy(), self._tangent("v", v).copy()
         when = as_finite("times", times, (None,))
         if len(when) < 1 or (np.diff(when) <= 0.0).any():
             raise InvalidInput("expected ascending times")
         for name, value in (("rtol", rtol), ("atol", atol)):
-            if not 0.0 < value < 1.0:
+            if not 0.0 < as_finite(name, value, ()) < 1.0:
                 raise InvalidInput(f"expected {name} between 0 and 1, got {value}")
         self._workspace.linearise(start)
         refuse_opening(self, velocity)
@@ -199,7 +206,7 @@ def _integrate(
     progress: bool,
 ) -> tuple[list[_State], int]:
     """States at the wanted times, and the number of steps."""
-    states, steps, step = [state], 0, None
+    states, steps, step, short = [state], 0, None, 0
     time, end = float(when[0]), float(when[-1])
     for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
         while time < target and len(states) < len(when):
@@ -207,15 +214,17 @@ def _integrate(
             y = np.concatenate([np.zeros(len(state.v)), state.v, [state.work]])
             solver = DOP853(rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1])
             message = solver.step()
-            if solver.status == "failed" or (solver.step_size < _LEAST_STEP and solver.status == "running"):
-                reason = message or f"a step would have to be below {_LEAST_STEP:g} s"
+            failed = solver.status == "failed"
+            short = short + 1 if not failed and solver.step_size < _LEAST_STEP else 0
+            if failed or short > _SHORT_STEPS:
+                reason = message or f"steps would have to be below {_LEAST_STEP:g} s"
                 raise SimulationStopped(time, state.q.copy(), state.v.copy(), reason)
             inside = solver.dense_output()
             while len(states) < len(when) and when[len(states)] <= solver.t:
                 states.append(_state(rates, inside(float(when[len(states)])), projection))
             before, state = state, _state(rates, solver.y, projection)
             if not rates.stabilisation:
-                _refuse_jump(rates.chain, before, state, time)
+                _refuse_jump(rates.chain, before, state, time, solver.y[: len(state.v)], tolerances)
             time, steps = float(solver.t), steps + 1
             step = min(solver.h_abs, end - time) or None
     return states, steps
@@ -237,13 +246,40 @@ def _energies(chain: Simulations, state: _State) -> tuple[float, float]:
     return total, float(data.kinetic_energy)
 
 
-def _refuse_jump(chain: Simulations, before: _State, after: _State, time: float) -> None:
+def _refuse_jump(
+    chain: Simulations,
+    before: _State,
+    after: _State,
+    time: float,
+    shift: FloatArray,
+    tolerances: tuple[float, float],
+) -> None:
+    """Raise if a step changed the energy by more than its work and its tolerances explain."""
     (old, kinetic), (new, moving) = _energies(chain, before), _energies(chain, after)
     jump = abs(new - old - (after.work - before.work))
-    if jump > _JUMP * max(kinetic, moving):
+    explained = _SPARE * _explained(chain, after, (new, moving), shift, tolerances)
+    if jump > _JUMP * max(kinetic, moving) + explained:
         raise SimulationStopped(
             time, before.q.copy(), before.v.copy(), f"the next step changes the energy by {jump:.3g} J"
         )
+
+
+def _explained(
+    chain: Simulations,
+    state: _State,
+    energies: tuple[float, float],
+    shift: FloatArray,
+    tolerances: tuple[float, float],
+) -> float:
+    """Error of the energy that the tolerances of a step and rounding allow, J."""
+    (rtol, atol), (total, kinetic) = tolerances, energies
+    model, data = chain.model, chain._workspace.data
+    # A closed loop may still stand open by 1e-12.
+    height = np.abs(pin.computeGeneralizedGravity(model, data, state.q)) @ (atol + 1e-12 + rtol * np.abs(shift))
+    stray = pin.computeKineticEnergy(model, data, state.q, atol + rtol * np.abs(state.v))
+    speed = stray + 2.0 * np.sqrt(kinetic * stray)
+    rounding = np.finfo(float).eps * (abs(total) + abs(state.work))
+    return float(height + speed + atol + rtol * abs(state.work) + rounding)
 
 
 def _told(chain: Simulations, when: FloatArray, states: list[_State], steps: int) -> Simulation:

@@ -30,7 +30,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as the file says)")
     parser.add_argument(
         "--external", action="append", default=[], metavar="FRAME=FX,FY,FZ[,MX,MY,MZ]",
-        help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated",
+        help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
     )  # fmt: skip
     parser.add_argument("--pull", action="store_true", help="actuators that only pull (slides that only shorten)")
     parser.add_argument("--least", metavar="NAME", help="make the force in this joint or closure as small as it can be")
@@ -46,7 +46,7 @@ def _forces(options: argparse.Namespace) -> int:
     actuated = chain.roles.actuated if options.actuated is None else tuple(options.actuated.split(","))
     forces = chain.inverse_dynamics(
         configuration(options, exo),
-        external=dict(_wrench(text) for text in options.external),
+        external=_wrenches(options.external),
         actuated=actuated,
         effort_bounds=dict.fromkeys(actuated, PULL) if options.pull else None,
         objective=None if options.least is None else {options.least: [1.0] * 3 + [0.0] * 3},
@@ -71,6 +71,15 @@ def _default_joints(chain: ClosedChain) -> list[str]:
     if chain.roles.shoulder is not None:
         return [chain.roles.shoulder]
     return [closure.name for closure in chain.closures]
+
+
+def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
+    """Wrenches by frame; several on one frame add up."""
+    total: dict[str, np.ndarray] = {}
+    for text in texts:
+        frame, wrench = _wrench(text)
+        total[frame] = total.get(frame, np.zeros(6)) + wrench
+    return total
 
 
 def _wrench(text: str) -> tuple[str, list[float]]:

@@ -90,6 +90,36 @@ def test_a_change_of_gravity_is_seen_by_reactions_asked_for_before():
     assert np.abs(first.q[:2]).max() <= 1e-10 < np.abs(then.q[:2]).max()
 
 
+def test_a_change_of_mass_is_seen_by_reactions_asked_for_before():
+    def reaction(chain, q):
+        found = chain.inverse_dynamics_derivatives(q, independent=case.independent)
+        return found.joint_reaction("left_crank_hinge").a
+
+    case, _ = loaded("five-bar")
+    first = reaction(case.chain, case.q)
+    for body in range(1, case.chain.model.njoints):
+        inertia = case.chain.model.inertias[body]
+        case.chain.model.inertias[body] = pin.Inertia(3 * inertia.mass, inertia.lever, 3 * inertia.inertia)
+    np.testing.assert_allclose(reaction(case.chain, case.q), 3 * first, atol=1e-12 * np.abs(first).max())
+
+
+def test_what_changes_after_the_question_does_not_change_the_answer():
+    case, external = loaded("five-bar")
+    chain = case.chain
+
+    def question():
+        found = chain.inverse_dynamics_derivatives(case.q, case.v, case.a, external=external)
+        motion = chain.forward_dynamics(case.q, case.v, external=external)
+        return lambda: (found.joint_reaction("left_crank_hinge").q, motion.forces.multipliers)
+
+    before, after = question()(), question()
+    chain.model.gravity.linear = np.array([0.0, -9.81, 0.0])
+    for wrench in external.values():
+        wrench *= 100.0
+    for one, other in zip(before, after(), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_the_independent_joints_are_chosen_if_none_are_named():
     case, _ = loaded("Stewart platform")
     found = case.chain.inverse_dynamics_derivatives(case.q, case.v, case.a)

@@ -46,6 +46,13 @@ def test_forces_of_any_robot_with_a_load(capsys, robot):
     assert status == 0
 
 
+def test_loads_on_one_body_add_up(capsys, robot):
+    path = robot(stewart())
+    once = run(capsys, "forces", path, "--external", "platform=1,2,-100,3,0,1", "--joint", "ball_0")
+    twice = ("--external", "platform=1,2,-60", "--external", "platform=0,0,-40,3,0,1")
+    assert run(capsys, "forces", path, *twice, "--joint", "ball_0") == once
+
+
 def test_what_cannot_be_asked_is_told(capsys, robot):
     path = robot(four_bar())
     for arguments, words in (

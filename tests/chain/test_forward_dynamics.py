@@ -183,6 +183,17 @@ def test_open_states_close_as_a_critically_damped_oscillator():
     np.testing.assert_allclose(J @ a, asked, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ALL)
+def test_forces_of_an_open_state_make_its_motion(name):
+    case, tau, external = pushed(name)
+    chain, rng = case.chain, np.random.default_rng(0)
+    q = pin.integrate(chain.model, case.q, 1e-3 * rng.normal(size=chain.model.nv))
+    motion = chain.forward_dynamics(q, case.v, tau, external=external, stabilisation=20.0)
+    multipliers = motion.forces.multipliers
+    asked = chain.rnea(q, case.v, motion.a, multipliers, external).tau
+    np.testing.assert_allclose(asked, tau, atol=1e-9 * (1 + np.abs(multipliers).max()))
+
+
 def test_bad_input_is_refused():
     case = moving("five-bar")
     chain, q, v = case.chain, case.q, case.v

@@ -116,6 +116,47 @@ def test_states_are_told_at_the_times_that_were_asked_for():
     assert alone.q.shape == (1, 3)
 
 
+def test_a_chain_that_is_held_or_comes_to_rest_runs_into_no_singular_configuration():
+    # At rest there is no kinetic energy that rounding could be compared with.
+    case = moving("five-bar")
+    chain, joints = case.chain, case.chain.roles.actuated
+    chain.model.gravity.linear = DOWN
+    hold = chain.inverse_dynamics(case.q)
+    held = chain.simulate(case.q, 0.0 * case.v, TEN_SECONDS[:11], {joint: hold.effort(joint) for joint in joints})
+    np.testing.assert_allclose(held.q, np.broadcast_to(case.q, held.q.shape), atol=1e-7)
+
+    own = chain.velocity_indices(joints)
+    goal = chain.close(case.q + 0.1 * np.isin(np.arange(4), own), hold=joints)
+    there = chain.inverse_dynamics(goal).tau
+
+    def servo(t, q, v):
+        tau = there.copy()
+        tau[own] -= 20.0 * (q - goal)[own] + 3.0 * v[own]
+        return tau
+
+    moved = chain.simulate(case.q, 0.0 * case.v, TEN_SECONDS, servo)
+    np.testing.assert_allclose(moved.q[-1], goal, atol=1e-9)
+    np.testing.assert_allclose(moved.energy - moved.energy[0], moved.work, atol=1e-8 * np.abs(moved.work).max())
+
+
+def test_efforts_may_jump_at_any_time():
+    case = moving("five-bar")
+    case.chain.model.gravity.linear = DOWN
+
+    def pulses(t, q, v):
+        return {"left_crank_hinge": 1.0 if t % 0.1 < 0.05 else -1.0}
+
+    moved = case.chain.simulate(case.q, case.v, [0.0, 0.5], pulses)
+    # The same, stopped and started at every jump.
+    q, v = case.q, case.v
+    for k in range(10):
+        start = 0.05 * k
+        piece = case.chain.simulate(q, v, [start, start + 0.05], {"left_crank_hinge": -1.0 if k % 2 else 1.0})
+        q, v = piece.q[-1], piece.v[-1]
+    np.testing.assert_allclose(moved.q[-1], q, atol=1e-6)
+    assert moved.energy_drift <= 1e-7
+
+
 def test_bad_input_is_refused():
     case = moving("four-bar")
     for call in (
@@ -124,6 +165,8 @@ def test_bad_input_is_refused():
         lambda: case.chain.simulate(case.q, case.v, []),
         lambda: case.chain.simulate(case.q, np.ones(3), [0.0, 1.0]),
         lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], rtol=0.0),
+        lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], atol="small"),
+        lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], stabilisation=None),
         lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], lambda t, q, v: np.ones(7)),
         lambda: case.chain.simulate(case.q, case.v, [0.0, 1.0], stabilisation=np.nan),
     ):

@@ -10,12 +10,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ..errors import InvalidInput, LoopNotClosed, UnknownName
+from ..errors import InvalidInput, LoopNotClosed, SingularConfiguration, UnknownName
 from ..validation import FloatArray, as_finite, as_mapping
 from .balance_kernels import equations, wrenches_of
 from .structure import CLOSED, Structure
 
-__all__ = ["Balance", "Wrench", "axes_and_point", "balance_of", "put_on", "refuse_opening"]
+__all__ = ["Balance", "Wrench", "axes_and_point", "balance_of", "put_on", "refuse_missing", "refuse_opening"]
 
 #: A motion may open the loops by so much of its own size: what dependent_motion and projections leave, and typing.
 _OPENING = 1e-6
@@ -226,6 +226,15 @@ def _refuse(what: str, opening: float, size: float) -> None:
         raise InvalidInput(
             f"the {what} opens the loops by {opening:.3g} (lengths and rad {unit}): use {advice} or dependent_motion"
         )
+
+
+def refuse_missing(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray, missed: FloatArray) -> None:
+    """Raise if an acceleration misses the closures' rows by ``missed``, shape (rows,)."""
+    top = chain._topology
+    opening = float(np.abs(top.row_scale * missed).max(initial=0.0))
+    speed = float(np.abs(v / top.column).max(initial=0.0))
+    if not opening <= _OPENING * max(float(np.abs(a / top.column).max(initial=0.0)) + speed**2, _REST):
+        raise SingularConfiguration(q, v, opening)
 
 
 def put_on(chain: Structure, external: Mapping[str, ArrayLike] | None) -> None:

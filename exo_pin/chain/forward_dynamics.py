@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput, MasslessMotion, SolverFailed, UnknownName
 from ..validation import FloatArray, as_finite, as_real, frozen
-from .balance import Balance, balance_of, put_on, refuse_opening
+from .balance import Balance, balance_of, put_on, refuse_missing, refuse_opening
 from .inverse_dynamics import solved
 from .rank import rank_tolerance
 from .reactions import ClosedForces
@@ -103,6 +103,8 @@ class ForwardDynamics(Structure):
             If the loops stand open by more than 1e-8, without stabilisation.
         MasslessMotion
             If some motion moves no mass.
+        SingularConfiguration
+            If no acceleration keeps the loops closed, without stabilisation.
         InvalidInput
             If v opens the loops, without stabilisation, or "proximal" does not fit the closures.
         UnknownName
@@ -133,6 +135,8 @@ class ForwardDynamics(Structure):
         if stabilisation:
             self._workspace.linearise(q)
             missed += _stabilising(self, v, stabilisation)
+        else:
+            refuse_missing(self, q, v, a, missed)
         return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), balance)
 
 

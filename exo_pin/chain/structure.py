@@ -155,6 +155,8 @@ class Structure:
 
     def _drive(self, joints: Iterable[str] | None) -> Drive:
         """Coordinates with and without actuator; the roles' where no joints are named."""
+        if joints is not None and not isinstance(joints, Iterable):
+            raise InvalidInput(f"expected names of joints, got {joints!r}")
         names = self.roles.actuated if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
         known = self._drives.get(names)
         if known is None:
@@ -167,6 +169,8 @@ class Structure:
         """Where the coordinates of several joints stand in v, in the order of ``joints``."""
         if isinstance(joints, str):
             joints = (joints,)
+        if not isinstance(joints, Iterable):
+            raise InvalidInput(f"expected names of joints, got {joints!r}")
         pieces = [np.arange(self._model.nv)[self.velocity_slice(joint)] for joint in joints]
         return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
 
@@ -236,7 +240,8 @@ class Structure:
     def _vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
         array = np.asarray(value)
-        if array.dtype != np.float64 or array.shape != (size,) or not math.isfinite(array @ array):
+        plain = array.dtype == np.float64 and array.shape == (size,) and not isinstance(value, np.ma.MaskedArray)
+        if not plain or not math.isfinite(array @ array):
             return as_finite(name, value, (size,))
         return array
 

@@ -58,8 +58,10 @@ def _forces(options: argparse.Namespace) -> int:
         return 0
     print(exo.name)
     for joint in actuated:
-        for value, low, high in zip(forces.effort(joint), *forces.effort_interval(joint).T, strict=True):
-            told = "unique" if low == high else f"undetermined, from {low:.6g} to {high:.6g}"
+        unique = forces.effort_is_unique[chain.velocity_slice(joint)]
+        rows = zip(forces.effort(joint), unique, forces.effort_interval(joint), strict=True)
+        for value, alone, (low, high) in rows:
+            told = "unique" if alone else f"undetermined, from {low:.6g} to {high:.6g}"
             print(f"effort of {joint:24} {value:14.6f} {told}")
     for reaction in reactions:
         print(f"\n{reaction}")

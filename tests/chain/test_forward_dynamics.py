@@ -3,12 +3,12 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import four_bar, random_loop, stewart
+from mechanisms import four_bar, parallelogram, random_loop, stewart
 from moving_chains import ALL, WITH_MASS, drivers, moving
 
 from exo_pin.chain import ClosedChain, Closure, Closures, mechanism_urdf
 from exo_pin.design import Limb, preset
-from exo_pin.errors import InvalidInput, LoopNotClosed, MasslessMotion, UnknownName
+from exo_pin.errors import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName
 
 
 def pushed(name, seed=5):
@@ -216,3 +216,27 @@ def test_bad_input_is_refused():
     ):
         with pytest.raises(UnknownName):
             call()
+
+
+@pytest.mark.parametrize("method", ["proximal", "projected"])
+def test_a_velocity_that_leads_nowhere_is_told(method):
+    # All cranks along the bar: the bar may rise and tilt to first order, but not both go on.
+    named = parallelogram(0.0)
+    chain = named.chain()
+    ways = np.linalg.svd(chain.constraint_jacobian(named.q))[2][2:]
+    assert np.abs(chain.constraint_jacobian(named.q) @ ways.T).max() <= 1e-12
+    for v in (ways[0] + ways[1], ways[0] - ways[1]):
+        with pytest.raises(SingularConfiguration) as caught:
+            chain.forward_dynamics(named.q, v, method=method)
+        assert caught.value.opening > 1e-3
+    assert np.isfinite(chain.forward_dynamics(named.q, method="projected").a).all()
+
+
+def test_names_that_are_none_and_masked_numbers_are_refused():
+    case = moving("five-bar")
+    with pytest.raises(InvalidInput, match="names of joints"):
+        case.chain.inverse_dynamics(case.q, actuated=3)
+    with pytest.raises(InvalidInput, match="names of joints"):
+        case.chain.inverse_dynamics_derivatives(case.q, independent=3)
+    with pytest.raises(InvalidInput):
+        case.chain.forward_dynamics(case.q, np.ma.masked_array(case.v, mask=[True, False, False, False]))

@@ -1,0 +1,49 @@
+"""What can go wrong, one class a kind, each with its evidence as attributes."""
+
+from __future__ import annotations
+
+from .base import ExoPinError
+from .chains import (
+    BeyondLimits,
+    InfeasibleForces,
+    LoopNotClosed,
+    MasslessMotion,
+    SimulationStopped,
+    SingularConfiguration,
+    UndeterminedMotion,
+    UndrivenMotion,
+)
+from .inputs import (
+    FileFormatError,
+    InfeasibleBounds,
+    InvalidInput,
+    MissingData,
+    MissingExtra,
+    NonConvexBound,
+    NotAWrist,
+    UnknownName,
+)
+from .tools import BrowserFailed, BrowserNotFound, SolverFailed
+
+__all__ = [
+    "BeyondLimits",
+    "BrowserFailed",
+    "BrowserNotFound",
+    "ExoPinError",
+    "FileFormatError",
+    "InfeasibleBounds",
+    "InfeasibleForces",
+    "InvalidInput",
+    "LoopNotClosed",
+    "MasslessMotion",
+    "MissingData",
+    "MissingExtra",
+    "NonConvexBound",
+    "NotAWrist",
+    "SimulationStopped",
+    "SingularConfiguration",
+    "SolverFailed",
+    "UndeterminedMotion",
+    "UndrivenMotion",
+    "UnknownName",
+]

@@ -1,0 +1,131 @@
+"""Questions that cannot be asked as they are: input, files, missing data and extras."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from os import PathLike, fspath
+
+from .base import ExoPinError
+
+__all__ = [
+    "FileFormatError",
+    "InfeasibleBounds",
+    "InvalidInput",
+    "MissingData",
+    "MissingExtra",
+    "NonConvexBound",
+    "NotAWrist",
+    "UnknownName",
+]
+
+
+class InvalidInput(ExoPinError, ValueError):
+    """An argument has a wrong type, shape, range or value."""
+
+
+class UnknownName(InvalidInput):
+    """A name (preset, key, frame, closure type, ...) that nothing answers to.
+
+    Attributes
+    ----------
+    kind : str
+        What was looked for, for example ``"preset"``.
+    name : str
+        The name that was asked for.
+    available : tuple of str
+        The names there are.
+    """
+
+    def __init__(self, kind: str, name: object, available: Iterable[str], where: str = "") -> None:
+        self.kind = kind
+        self.name = str(name)
+        self.available = tuple(sorted(available))
+        near = get_close_matches(self.name, self.available, n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        place = f" in {where}" if where else ""
+        there = ", ".join(self.available) if self.available else "none"
+        super().__init__(f"unknown {kind} {self.name!r}{place}{hint}; there are: {there}")
+
+
+class MissingData(ExoPinError, ValueError):
+    """The question needs a value that the mechanism does not have.
+
+    What a source does not print is left out of its parameter set; it never defaults to 0 or 1.
+
+    Attributes
+    ----------
+    missing : tuple of str
+        Names of the values that are needed.
+    """
+
+    def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "") -> None:
+        self.missing = tuple(missing)
+        owner = f"mechanism {mechanism!r} has no " if mechanism else "missing: "
+        super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs")
+
+
+class MissingExtra(ExoPinError, ImportError):
+    """A package is needed that comes with an extra of exo_pin.
+
+    Attributes
+    ----------
+    extra : str
+        Name of the extra.
+    """
+
+    def __init__(self, extra: str, package: str) -> None:
+        self.extra = extra
+        super().__init__(f"this needs {package}: pip install 'exo_pin[{extra}]'")
+
+
+class FileFormatError(InvalidInput):
+    """A file cannot be read as what it should be.
+
+    Attributes
+    ----------
+    path : str or None
+        The file.
+    key : str or None
+        Dotted name of the offending key, for example ``"geometry.circles.base_radius"``.
+    """
+
+    def __init__(self, message: str, path: str | PathLike[str] | None = None, key: str | None = None) -> None:
+        self.path = None if path is None else fspath(path)
+        self.key = key
+        super().__init__(f"{self.path}: {message}" if self.path is not None else message)
+
+
+class NonConvexBound(InvalidInput):
+    """The bound ``|g_i| <= |f_i|`` is not convex where f_i is itself chosen and may take both signs."""
+
+
+class InfeasibleBounds(InvalidInput):
+    """A lower bound stands above its upper bound.
+
+    Attributes
+    ----------
+    limbs : tuple of int
+        Indices of the limbs concerned, from 0.
+    """
+
+    def __init__(self, limbs: Iterable[int]) -> None:
+        self.limbs = tuple(int(i) for i in limbs)
+        super().__init__(f"lower bound above upper bound for limb index {', '.join(map(str, self.limbs))}")
+
+
+class NotAWrist(ExoPinError, RuntimeError):
+    """A closed form of the wrist was asked of a robot that is none, or is not known to be one.
+
+    Attributes
+    ----------
+    robot : str
+        Its name.
+    reason : str
+        Why.
+    """
+
+    def __init__(self, robot: str, reason: str) -> None:
+        self.robot = robot
+        self.reason = reason
+        super().__init__(f"{robot!r} has no wrist's closed form: {reason}")

@@ -1,0 +1,58 @@
+"""Solvers and programs that did not do what was asked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .base import ExoPinError
+
+__all__ = ["BrowserFailed", "BrowserNotFound", "SolverFailed"]
+
+
+class BrowserNotFound(ExoPinError, RuntimeError):
+    """A still picture needs a browser that draws without a screen, and there is none.
+
+    Attributes
+    ----------
+    programs : tuple of str
+        What was looked for.
+    """
+
+    def __init__(self, programs: Iterable[str], variable: str) -> None:
+        self.programs = tuple(programs)
+        super().__init__(
+            f"a still picture needs a headless browser, and none of these is there: {', '.join(self.programs)}. "
+            f"Install one (Debian: chromium) or name it in {variable}; save_html and --html need none"
+        )
+
+
+class BrowserFailed(ExoPinError, RuntimeError):
+    """A browser did not draw a scene.
+
+    Attributes
+    ----------
+    program : str
+        The browser.
+    """
+
+    def __init__(self, program: str, reason: str) -> None:
+        self.program = program
+        super().__init__(f"{program}: {reason}")
+
+
+class SolverFailed(ExoPinError, RuntimeError):
+    """A numerical solver did not reach its accuracy.
+
+    Attributes
+    ----------
+    solver : str
+        Name of the solver.
+    residual : float
+        The residual it stopped at.
+    """
+
+    def __init__(self, solver: str, residual: float, detail: str = "") -> None:
+        self.solver = solver
+        self.residual = float(residual)
+        tail = f": {detail}" if detail else ""
+        super().__init__(f"{solver} stopped at residual {self.residual:.3e}{tail}")

@@ -21,7 +21,13 @@ _STEP = 1e-3
 
 
 class Change(NamedTuple):
-    """How a state changes, column by column: with q_i, then v_i, then a_i. Shape (nv, 3 d)."""
+    """How a state changes, column by column: with q_i, then v_i, then a_i of the d independent coordinates.
+
+    Attributes
+    ----------
+    q, v, a : ndarray
+        Shape (nv, 3 d): per rad or m, rad/s or m/s, rad/s² or m/s² of the column's coordinate.
+    """
 
     q: FloatArray
     v: FloatArray
@@ -29,7 +35,23 @@ class Change(NamedTuple):
 
 
 class State(NamedTuple):
-    """A state with its multipliers."""
+    """A state of a chain with its forces.
+
+    Attributes
+    ----------
+    chain : Structure
+        The chain.
+    q, v, a : ndarray
+        Shapes (nq,), (nv,), (nv,), a motion that keeps the loops closed.
+    multipliers : ndarray
+        λ, shape (rows,), N and N m, the least in the metric "closures".
+    balance : Balance
+        Equations of motion there.
+    external : mapping of str to ndarray
+        Frame name to wrench, shape (6,), about the frame's origin, world axes, N and N m.
+    gravity : pinocchio.Motion
+        As it was, m/s².
+    """
 
     chain: Structure
     q: FloatArray

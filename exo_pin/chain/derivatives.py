@@ -38,7 +38,8 @@ class ReactionDerivatives:
     Attributes
     ----------
     q, v, a : ndarray
-        Shape (6, d), of the wrench with respect to the independent coordinates, velocities and accelerations.
+        Shape (6, d), of the wrench (force and moment, N and N m, in the axes that were asked for) with respect to the
+        independent coordinates (m, rad), velocities (m/s, rad/s) and accelerations (m/s², rad/s²).
     unique : ndarray of bool
         Shape (6,), which components every solution shares; the others are those of the least multipliers.
     """

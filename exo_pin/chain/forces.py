@@ -71,7 +71,8 @@ class TreeForces:
         closure : str
             Name of the closure.
         at : "origin" or array_like
-            Point about which the moment is told: the closure's point, or shape (3,), m, world frame.
+            Point about which the moment is told: the closure's point, frame b's origin, or shape (3,), m, world
+            frame.
         frame : {"world", "local"}
             Axes of the answer: the world's or those of the closure's frame a.
 
@@ -85,9 +86,10 @@ class TreeForces:
             raise UnknownName("closure", closure, names)
         index = names.index(closure)
         top = self._chain._topology
-        carrier = self._poses[top.joints[index, 0]]
-        pose = top.local[index, 0] @ carrier[:3]
-        pose[3] += carrier[3]
+        # The closure's point is frame b's, and its axes are frame a's: a sliding closure parts the two origins.
+        carrier_a, carrier_b = self._poses[top.joints[index]]
+        pose = top.local[index, 0] @ carrier_a[:3]
+        pose[3] = top.local[index, 1, 3] @ carrier_b[:3] + carrier_b[3]
         point = pose[3] if _is_origin(at) else at
         return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
 

@@ -137,8 +137,8 @@ class ClosedForces:
             The body that receives it, by the name of one of its frames; by default the child link of a joint and the
             body of frame a of a closure.
         at : str or array_like
-            Point about which the moment is told: "origin" (the joint's, or the closure's point), a frame's name for
-            its origin, or shape (3,), m, world frame.
+            Point about which the moment is told: "origin" (the joint's, or the closure's point, which is frame b's
+            origin), a frame's name for its origin, or shape (3,), m, world frame.
         in_frame : str
             Axes of the answer: "world", "local" (the child link's, or those of the closure's frame a), or a frame's
             name.

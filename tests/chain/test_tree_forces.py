@@ -2,6 +2,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import four_bar, random_wrist
+from moving_chains import moving as motion_of
 
 from exo_pin.chain import ClosedChain, mechanism_urdf
 from exo_pin.conventions import thesis_rotation
@@ -173,3 +174,26 @@ def test_answers_are_the_callers_own():
     after = forces.joint_wrench("limb_1_slide"), forces.closure_wrench("limb_1_base"), forces.tau
     for one, other in zip(before, after, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("kind", ["rigid", "revolute", "universal", "prismatic", "cylindrical", "distance"])
+def test_a_closure_tells_its_wrench_about_the_point_where_its_multipliers_act(kind):
+    # A closure that has slid has two origins: λ acts at frame b's, and both ways of asking say so.
+    case = motion_of(f"{kind} loop")
+    chain = case.chain
+    solved = chain.inverse_dynamics(case.q, case.v, case.a, actuated=case.independent)
+    forces = chain.rnea(case.q, case.v, case.a, solved.multipliers)
+    size = np.abs(solved.multipliers).max()
+    for frame in ("world", "local"):
+        told = solved.joint_reaction("loop", in_frame=frame).wrench
+        np.testing.assert_allclose(forces.closure_wrench("loop", frame=frame), told, atol=1e-12 * size)
+    closure = chain.closures[0]
+    place = chain.placement(case.q, closure.frame_b)
+    point = place.rotation @ np.array(closure.placement_b.translation) + place.translation
+    np.testing.assert_allclose(
+        forces.closure_wrench("loop"), forces.closure_wrench("loop", at=point), atol=1e-12 * size
+    )
+    if kind in ("prismatic", "cylindrical"):
+        # Free along and about its own z axis there.
+        free = forces.closure_wrench("loop", frame="local")[[2] if kind == "prismatic" else [2, 5]]
+        np.testing.assert_allclose(free, 0.0, atol=1e-12 * size)

@@ -12,7 +12,7 @@ from ..exo import ShoulderExo
 from ..validation import FloatArray
 from .options import add_pose, pose
 
-__all__ = ["add_configuration", "configuration"]
+__all__ = ["add_configuration", "configuration", "joint_value"]
 
 
 def add_configuration(parser: argparse.ArgumentParser) -> None:
@@ -45,16 +45,22 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
     return chain.close(q, hold=held)
 
 
-def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
-    """Put JOINT=VALUE into q and return the joint's name."""
+def joint_value(text: str) -> tuple[str, float]:
+    """The joint and the number, rad or m, of JOINT=VALUE."""
     joint, _, number = text.partition("=")
     try:
         value = float(number)
     except ValueError:
-        raise InvalidInput(f"expected --set JOINT=VALUE with a number, got {text!r}") from None
-    part = chain.configuration_slice(joint)
+        raise InvalidInput(f"expected --set JOINT=VALUE with a number, rad or m, got {text!r}") from None
     if not np.isfinite(value):
         raise InvalidInput(f"expected --set with a finite number, got {text!r}")
+    return joint, value
+
+
+def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
+    """Put JOINT=VALUE into q and return the joint's name."""
+    joint, value = joint_value(text)
+    part = chain.configuration_slice(joint)
     if part.stop - part.start == 1:
         q[part] = value
     elif part.stop - part.start == 2:

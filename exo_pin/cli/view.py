@@ -17,6 +17,7 @@ from ..errors import InvalidInput
 from ..exo import ShoulderExo
 from ..validation import as_positive
 from ..view import LIMB_STYLES
+from .configurations import joint_value
 from .options import add_design, add_person, add_pose, design, pose
 
 if TYPE_CHECKING:
@@ -118,19 +119,11 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     scene = exo.view()
     assert isinstance(scene, ChainScene)
     if options.set:
-        scene.move(dict(_joint(text) for text in options.set))
+        scene.move(dict(joint_value(text) for text in options.set))
     print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
     for message in scene.messages:
         print(message)
     return _deliver(scene, options, _size(options.size), None)
-
-
-def _joint(text: str) -> tuple[str, float]:
-    name, _, value = text.partition("=")
-    try:
-        return name, float(value)
-    except ValueError:
-        raise InvalidInput(f"expected --set JOINT=VALUE in rad or m, got {text!r}") from None
 
 
 def _deliver(

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from mechanisms import delta, five_bar, four_bar, planar_3rrr, stewart
-from test_scene import URDF, commands, panel, place, pose
+from scenes import URDF, commands, panel, place, pose
 
 import exo_pin as ep
 from exo_pin import errors

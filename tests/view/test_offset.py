@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from test_scene import PERSON, commands, panel, place, pose
+from scenes import PERSON, commands, panel, place, pose
 
 import exo_pin as ep
 from exo_pin.design import LimbGuide

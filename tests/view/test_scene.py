@@ -1,73 +1,17 @@
 """The scene without a browser: what moves, what is said, what is refused."""
 
-import builtins
-import importlib.metadata
-import socket
-import struct
-import time
-import urllib.request
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
 import umsgpack
-from scipy.spatial.transform import Rotation
+from scenes import URDF, commands, has_human, panel, place, pose
 
 import exo_pin as ep
 from exo_pin import errors
 from exo_pin.reaction import GlenoidCone
-from exo_pin.view import Scene, Sliders, find_browser, human_urdf
-from exo_pin.view import human as human_module
+from exo_pin.view import Scene, Sliders, find_browser
 from exo_pin.view.colours import scale_colours
 from exo_pin.view.forces import LONGEST, nice_step
-from exo_pin.view.page import viewer_script
-
-URDF = Path(__file__).parents[2] / "urdf"
-PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
-
-
-def pose(*angles, side="left"):
-    return ep.shoulder_rotation(*angles, side=side, degrees=True)
-
-
-@pytest.fixture(scope="module")
-def exo():
-    return ep.load("prototype").worn_by(PERSON)
-
-
-@pytest.fixture
-def no_human(monkeypatch):
-    monkeypatch.setattr(human_module, "_shares", lambda: iter(()))
-
-
-def has_human():
-    try:
-        human_urdf()
-    except errors.MissingExtra:
-        return False
-    return True
-
-
-needs_human = pytest.mark.skipif(not has_human(), reason="example-robot-data is not installed")
-
-
-def commands(scene):
-    """The scene's commands as a browser reads them."""
-    data, at, found = scene._stage.snapshot(), 0, []
-    while at < len(data):
-        (size,) = struct.unpack_from("<I", data, at)
-        found.append(umsgpack.unpackb(data[at + 4 : at + 4 + size]))
-        at += 4 + size
-    return found
-
-
-def panel(scene, name):
-    return next(item["data"] for item in commands(scene) if item["type"] == "panel" and item["name"] == name)
-
-
-def place(scene, path):
-    return scene._stage.placements()[path]
 
 
 def test_the_scene_uses_the_mechanisms_own_visuals(exo):
@@ -192,70 +136,6 @@ def test_a_design_without_an_arm_is_drawn_without_forces():
     assert "no forces" in panel(scene, "legend")["scale"]
 
 
-@needs_human
-@pytest.mark.parametrize("side", ["left", "right"])
-def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
-    design = exo if side == "left" else exo.mirrored()
-    scene = Scene(design, human=True, elbow_flexion=np.pi / 2)
-    root = place(scene, "/meshcat/human")
-    for angles in ((0, 0, 0), (70, 20, 0), (30, 80, 40)):
-        R = pose(*angles, side=side)
-        scene.show(R)
-        upper = root @ place(scene, f"/meshcat/human/visuals/{side}_upperarm_0")
-        fore = root @ place(scene, f"/meshcat/human/visuals/{side}_lowerarm_1")
-        np.testing.assert_allclose(upper[:3, 3], 0.0, atol=1e-12)
-        # The elbow lies down the arm; a bent forearm leaves it forward, where the arm frame's x points.
-        elbow = fore[:3, 3]
-        np.testing.assert_allclose(elbow / np.linalg.norm(elbow), R.as_matrix() @ [0, 0, -1], atol=1e-9)
-        hand = (root @ place(scene, f"/meshcat/human/visuals/{side}_hand_0"))[:3, 3] - elbow
-        np.testing.assert_allclose(hand / np.linalg.norm(hand), R.as_matrix() @ [1, 0, 0], atol=1e-9)
-    # It stands upright: the head above O, the other shoulder across the body at the same height.
-    head = (root @ place(scene, "/meshcat/human/visuals/middle_head_0"))[:3, 3]
-    assert head[2] > 0.1
-    other = "right" if side == "left" else "left"
-    across = (root @ place(scene, f"/meshcat/human/visuals/{other}_upperarm_0"))[:3, 3]
-    np.testing.assert_allclose(across, [0.0, -0.42 if side == "left" else 0.42, 0.0], atol=1e-9)
-
-
-@needs_human
-def test_the_figure_is_as_tall_as_it_is_told(exo):
-    """Scaled about the shoulder: head above O and the other shoulder across the body, in proportion."""
-    places = {}
-    for stature in (None, 1.60, 1.92):
-        scene = Scene(exo, human=True, stature=stature)
-        scene.show(pose(60, 30, 0))
-        root = place(scene, "/meshcat/human")
-        names = ("left_upperarm_0", "right_upperarm_0", "middle_head_0", "left_foot_0", "left_hand_0")
-        places[stature] = [(root @ place(scene, f"/meshcat/human/visuals/{name}"))[:3, 3] for name in names]
-        np.testing.assert_allclose(places[stature][0], 0.0, atol=1e-12)
-    np.testing.assert_allclose(np.array(places[1.92]), 1.2 * np.array(places[1.60]), atol=1e-12)
-    np.testing.assert_allclose(np.array(places[1.60]), 1.60 / 1.787 * np.array(places[None]), atol=1e-12)
-    # The soles' joint to the crown, roughly: a person of 1.6 m has about 1.4 m between ankle and head's middle.
-    assert 1.2 < places[1.60][2][2] - places[1.60][3][2] < 1.6
-    with pytest.raises(errors.InvalidInput, match="stature"):
-        Scene(exo, stature=-1.7)
-
-
-def test_without_the_human_figure_there_is_a_message(exo, no_human):
-    scene = Scene(exo)
-    assert any("exo_pin[human]" in message for message in scene.messages)
-    assert any("exo_pin[human]" in note["text"] for note in panel(scene, "numbers")["notes"])
-    with pytest.raises(errors.MissingExtra, match=r"exo_pin\[human\]"):
-        Scene(exo, human=True)
-
-
-def test_a_figure_that_is_no_distribution_is_looked_for_elsewhere(monkeypatch, tmp_path):
-    def missing(_):
-        raise importlib.metadata.PackageNotFoundError
-
-    monkeypatch.setattr(importlib.metadata, "files", missing)
-    urdf = tmp_path / "share/example-robot-data/robots/human_description/robots/human.urdf"
-    urdf.parent.mkdir(parents=True)
-    urdf.touch()
-    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
-    assert human_urdf() == urdf
-
-
 def test_mirrored_scene_is_the_mirror_image(exo):
     left, right = Scene(exo, human=False), Scene(exo.mirrored(), human=False)
     left.show(pose(50, 30, 20))
@@ -349,57 +229,6 @@ def test_points_surface_and_cone_come_and_go(exo):
         scene.remove("cloud")
 
 
-def test_a_used_port_moves_on(exo):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        scene = Scene(exo, human=False)
-        try:
-            url = scene.serve(port)
-            assert url != f"http://127.0.0.1:{port}/"
-            assert scene.serve() == url == scene.url
-            page = urllib.request.urlopen(url, timeout=10).read().decode()
-            assert "viewer.js" in page
-            script = urllib.request.urlopen(f"{url}viewer.js", timeout=10).read().decode()
-            assert script == viewer_script()
-        finally:
-            scene.close()
-    with pytest.raises(OSError, match="refused"):
-        urllib.request.urlopen(url, timeout=10)
-
-
-def test_exported_page_is_the_same_for_the_same_scene_and_is_written_whole(exo, tmp_path):
-    scene = Scene(exo, human=False)
-    assert scene.html() == scene.html()
-    scene.save_html(tmp_path / "scene.html")
-    assert (tmp_path / "scene.html").read_text() == scene.html()
-    with pytest.raises(errors.InvalidInput, match="none"):
-        scene.save_html(tmp_path / "none" / "scene.html")
-
-
-def test_recording_holds_the_motion(exo):
-    scene = Scene(exo, human=False)
-    times = np.array([0.0, 0.1, 0.3])
-    poses = pose([0.0, 30.0, 60.0], [0.0, 15.0, 30.0], 0.0)
-    recording = scene.record(poses, times, motion=ep.Motion([0.0, -1.0, 0.0], [0.0, 0.0, 0.0]))
-    expected = exo.reaction(poses, motion=ep.Motion([0.0, -1.0, 0.0], [0.0, 0.0, 0.0]))
-    np.testing.assert_allclose(recording.reaction.shoulder_force, expected.shoulder_force)
-    frames = recording._frames
-    assert "/meshcat/exo/visuals/limb_1_base_0" not in frames["moving"]
-    assert "/meshcat/exo/visuals/arm_0" in frames["moving"]
-    values = [frame["numbers"]["values"][0]["value"] for frame in frames["panels"]]
-    assert values == [f"{size:.1f} N" for size in expected.magnitude]
-
-
-def test_playing_takes_its_time(exo):
-    scene = Scene(exo, human=False)
-    start = time.monotonic()
-    scene.play(pose([0.0, 5.0, 10.0], 0.0, 0.0), [0.0, 0.1, 0.2])
-    assert time.monotonic() - start >= 0.2
-    assert scene.orientation.approx_equal(pose(10, 0, 0))
-
-
 @pytest.mark.parametrize(
     ("act", "kind", "message"),
     [
@@ -440,74 +269,6 @@ def test_no_browser_is_a_clear_error(monkeypatch):
     monkeypatch.setenv("EXO_PIN_BROWSER", "/no/such/browser")
     with pytest.raises(errors.BrowserNotFound, match="/no/such/browser"):
         find_browser()
-
-
-def test_sliders_move_the_scene_and_the_numbers(exo):
-    sliders = Sliders(exo, human=False)
-    answer = sliders.set(flexion=60, abduction=30, r_A=0.15)
-    changed = exo.replace(geometry=exo.geometry.replace(r_A=0.15))
-    expected = changed.reaction(pose(60, 30, 0))
-    np.testing.assert_allclose(answer.shoulder_force, expected.shoulder_force, rtol=1e-9)
-    assert f"{expected.magnitude:.1f} N" in sliders.summary()
-    assert panel(sliders.scene, "numbers")["values"][0]["value"] == f"{expected.magnitude:.1f} N"
-    # What cannot be leaves everything as it was.
-    before = sliders.values, sliders.summary()
-    with pytest.raises(errors.ExoPinError):
-        sliders.set(r_A=-0.1, flexion=10)
-    assert (sliders.values, sliders.summary()) == before
-    assert sliders.exo.geometry.circles.r_A == 0.15
-
-
-def test_widgets_drive_the_sliders(exo):
-    widgets = pytest.importorskip("ipywidgets")
-    sliders = Sliders(exo, dimensions=["r_B"], human=False)
-    box = sliders.widget()
-    found = {}
-
-    def collect(widget):
-        for child in getattr(widget, "children", ()):
-            collect(child)
-        if isinstance(widget, widgets.FloatSlider):
-            found[widget.description] = widget
-
-    collect(box)
-    assert list(found) == ["flexion, °", "abduction, °", "internal rotation, °", "platform radius r_B, mm"]
-    found["flexion, °"].value = 45.0
-    found["platform radius r_B, mm"].value = 130.0
-    assert sliders.values == {"flexion": 45.0, "abduction": 0.0, "internal_rotation": 0.0, "r_B": pytest.approx(0.13)}
-    expected = exo.replace(geometry=exo.geometry.replace(r_B=0.13)).reaction(pose(45, 0, 0)).magnitude
-    assert f"{expected:.1f} N" in box.children[1].value
-    static = Sliders(exo, dimensions=[], live=False, human=False).widget()
-    first = static.children[2].value
-    static.children[0].children[0].children[0].value = 30.0
-    assert "srcdoc" in first
-    assert static.children[2].value != first
-
-
-def test_without_widgets_a_cell_shows_the_scene_as_it_is(exo, monkeypatch):
-    sliders = Sliders(exo, human=False)
-    real = builtins.__import__
-
-    def no_widgets(name, *rest):
-        if name == "ipywidgets":
-            raise ImportError(name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", no_widgets)
-    with pytest.raises(errors.MissingExtra, match="notebooks"):
-        sliders.widget()
-    shown = []
-    monkeypatch.setattr("IPython.display.display", shown.append)
-    sliders._ipython_display_()
-    assert "no sliders" in shown[0]
-    assert "srcdoc" in shown[1].data
-
-
-def test_a_motion_through_the_lock_of_the_human_figures_angles(exo):
-    """The figure's own Euler angles lock within reach; the drawing goes on, and so do the forces."""
-    scene = Scene(exo)
-    for turn in Rotation.from_euler("YXZ", [[0, 90, 0], [-90, 90, 0], [-45, 89.999, 30]], degrees=True):
-        assert scene.show(turn) is not None
 
 
 def test_steps_of_scales():

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from .closures import ROOT_JOINTS, TYPES, Closure, Closures, ClosureType, LimbRole, Placement, Roles, Root
+from .closures import (
+    ROOT_JOINTS,
+    TYPES,
+    Closure,
+    Closures,
+    ClosureType,
+    JointProperties,
+    LimbRole,
+    Placement,
+    Roles,
+    Root,
+)
 from .derivatives import Derivatives, ReactionDerivatives
 from .export import published_urdf, write_published_urdf, write_urdf
 from .files import read_closures, write_closures
@@ -35,6 +46,7 @@ __all__ = [
     "ClosureType",
     "Closures",
     "Derivatives",
+    "JointProperties",
     "JointReaction",
     "LimbRole",
     "Margins",

@@ -1,4 +1,4 @@
-"""Loop closures as data: what closes the loops of a URDF tree, how its root hangs, what its parts are for."""
+"""What a URDF cannot say, as data: what closes its loops, how its root hangs, what its parts are for, its springs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,18 @@ from ..errors import InvalidInput, UnknownName
 from ..validation import as_finite, as_positive, as_unit_vector
 from .projection import CODES
 
-__all__ = ["ROOT_JOINTS", "TYPES", "Closure", "ClosureType", "Closures", "LimbRole", "Placement", "Roles", "Root"]
+__all__ = [
+    "ROOT_JOINTS",
+    "TYPES",
+    "Closure",
+    "ClosureType",
+    "Closures",
+    "JointProperties",
+    "LimbRole",
+    "Placement",
+    "Roles",
+    "Root",
+]
 
 #: How the root link can hang in the world. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
@@ -198,6 +209,44 @@ class Root:
 
 
 @dataclass(frozen=True)
+class JointProperties:
+    """What a URDF cannot say about a joint.
+
+    Attributes
+    ----------
+    joint : str
+        A joint of the model.
+    stiffness : float
+        Of the spring in the joint, N/m or N m/rad. The spring's generalised force is -stiffness times the difference
+        (:func:`pinocchio.difference`) that takes the reference to the joint's configuration: the coordinate itself
+        for a hinge or a slide, the rotation vector for a spherical joint.
+    spring_reference : tuple of float or None
+        Shape (nq of the joint,), where the spring is slack, m, rad or unit quaternion (x, y, z, w); the joint's
+        neutral configuration where left out.
+    armature : tuple of float or None
+        Shape (nv of the joint,), inertia of the actuator's rotor seen from the joint, kg or kg m², not negative. It is
+        put into the model when the file is loaded; None leaves the model's own.
+    """
+
+    joint: str
+    stiffness: float = 0.0
+    spring_reference: tuple[float, ...] | None = None
+    armature: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        _require_name("joint", self.joint)
+        stiffness = float(as_finite(f"stiffness of joint {self.joint!r}", self.stiffness, ()))
+        object.__setattr__(self, "stiffness", stiffness)
+        for key in ("spring_reference", "armature"):
+            value = getattr(self, key)
+            if value is not None:
+                array = as_finite(f"{key} of joint {self.joint!r}", value, (None,))
+                object.__setattr__(self, key, tuple(array.tolist()))
+        if self.armature is not None and min(self.armature, default=0.0) < 0.0:
+            raise InvalidInput(f"expected an armature of zero or more for joint {self.joint!r}, got {self.armature}")
+
+
+@dataclass(frozen=True)
 class LimbRole:
     """Which parts of the model make one limb of an exoskeleton.
 
@@ -273,6 +322,8 @@ class Closures:
         In the order of the constraint rows.
     roles : Roles
         What the parts are for.
+    joints : tuple of JointProperties
+        Springs and armatures of joints, which a URDF cannot hold.
 
     Raises
     ------
@@ -284,10 +335,13 @@ class Closures:
     root: Root = field(default_factory=Root)
     closures: tuple[Closure, ...] = ()
     roles: Roles = field(default_factory=Roles)
+    joints: tuple[JointProperties, ...] = ()
 
     def __post_init__(self) -> None:
         _require_name("name", self.name)
         object.__setattr__(self, "closures", tuple(self.closures))
+        object.__setattr__(self, "joints", tuple(self.joints))
+        _require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
         _require_distinct("closure", names)
         for limb in self.roles.limbs:

@@ -57,7 +57,7 @@ class Wrench:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Balance:
-    """M a + h - external = τ + Jᵀλ at one state.
+    """M a + h - passive - external = τ + Jᵀλ at one state; passive are the forces of springs and damping.
 
     Attributes
     ----------
@@ -66,7 +66,8 @@ class Balance:
     q : ndarray
         Shape (nq,).
     tau : ndarray
-        Shape (nv,), the left side: generalised forces of the open tree, N and N m.
+        Shape (nv,), the left side: generalised forces of the open tree less those of its springs and dampers, N and
+        N m.
     jacobian : ndarray
         J, shape (rows, nv).
     gap : float
@@ -172,18 +173,23 @@ def balance_of(
         If the motion opens the loops.
     UnknownName
         If a frame is not known.
+    UnsupportedDynamics
+        If a joint has dry friction.
     """
     work, top, model = chain._workspace, chain._topology, chain.model
     moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
     v, a = work.still if v is None else v, work.still if a is None else a
     if moves and keeps_closed:
-        pin.computeJointJacobiansTimeVariation(model, work.data, q, v)
+        work.jacobian_rates(q, v)
     else:
         pin.computeJointJacobians(model, work.data, q)
     work.external[:] = 0.0
     if external is not None:
         put_on(chain, external)
+    chain._passive.refuse_friction()
     tau = np.array(pin.rnea(model, work.data, q, v, a, work.external_vector))
+    if chain._passive.act:
+        tau -= chain._passive.force(q, v)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
         work.poses,
         work.J,

@@ -118,17 +118,17 @@ def _drift_change(state: State, directions: FloatArray) -> FloatArray:
 def open_change(state: State, change: Change) -> FloatArray:
     """Change of the open tree's generalised forces, shape (nv, columns)."""
     chain = state.chain
-    model, data = chain.model, chain._workspace.data
-    parts = pin.computeRNEADerivatives(model, data, state.q, state.v, state.a)
-    # With a single coordinate the bindings give numbers.
-    by_q, by_v, M = (np.reshape(part, (model.nv, model.nv)) for part in parts)
-    upper = np.triu(M)
-    found = by_q @ change.q + by_v @ change.v + (upper + np.triu(upper, 1).T) @ change.a
+    constant, data = chain._axes, chain._workspace.rate_data
+    model = constant.model
+    constant.follow()
+    by_q, by_v, M = constant.rnea_derivatives(data, state.q, state.v, state.a)
+    found = by_q @ change.q + by_v @ change.v + M @ change.a
+    found -= chain._passive.change(state.q, change.q, change.v)
     axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
     for name, wrench in state.external.items():
         for k, direction in enumerate(change.q.T):
             if direction.any():
-                pin.computeJointJacobiansTimeVariation(model, data, state.q, direction)
+                constant.jacobian_rate(data, state.q, np.ascontiguousarray(direction))
                 pin.updateFramePlacements(model, data)
                 rate = pin.getFrameJacobianTimeVariation(model, data, chain._frames[name], axes)
                 found[:, k] -= np.reshape(rate, (6, model.nv)).T @ wrench

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 
@@ -108,7 +110,8 @@ def _set_free(chain: Structure, index: int) -> tuple[Structure, FloatArray]:
         other.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
     for frame in list(model.frames)[1:]:
         other.addFrame(frame, False)
-    freed = Structure(other, chain.description)
+    # Without springs: a free flight transmits the whole wrench, whatever makes it.
+    freed = Structure(other, replace(chain.description, joints=()))
     into = np.zeros((other.nv, model.nv))
     for name in list(model.names)[1:]:
         here, there = chain.velocity_slice(name), freed.velocity_slice(name)

@@ -128,7 +128,8 @@ class Forces(Structure):
     ) -> TreeForces:
         """Generalised forces of the tree, and the wrench that every joint transmits.
 
-        τ = M a + h - Jᵀλ - external: what the joints' actuators have to give when the closures give λ.
+        τ = M a + h - passive - Jᵀλ - external: what the joints' actuators have to give when the closures give λ and
+        springs and damping their passive forces.
 
         Parameters
         ----------
@@ -145,7 +146,13 @@ class Forces(Structure):
         Returns
         -------
         TreeForces
-            With ``tau`` and the joints' wrenches.
+            With ``tau`` and the joints' wrenches; a wrench is all that the joint transmits, by its bearing, its
+            actuator, its spring and its damper.
+
+        Raises
+        ------
+        UnsupportedDynamics
+            If a joint has dry friction.
         """
         zero = np.zeros(self._model.nv)
         return _rnea(
@@ -177,5 +184,8 @@ def _rnea(
             work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
         )
     put_on(chain, external)
+    chain._passive.refuse_friction()
     tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
+    if chain._passive.act:
+        tau -= chain._passive.force(q, v)
     return TreeForces(tau, chain, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

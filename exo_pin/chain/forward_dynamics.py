@@ -77,7 +77,8 @@ class ForwardDynamics(Structure):
     ) -> ClosedMotion:
         """Acceleration that efforts make.
 
-        M a + h - external = τ + Jᵀλ with J a + J̇ v = 0. "proximal" is Pinocchio's constrained dynamics, for rigid and
+        M a + h - passive - external = τ + Jᵀλ with J a + J̇ v = 0, where passive are the forces of springs and damping.
+        "proximal" is Pinocchio's constrained dynamics, for rigid and
         spherical closures and chains whose links all have inertia. "projected" solves the equations on the motions
         that the closures leave, a = a_0 + Z z with J Z = 0: it takes every closure type, redundant closures, and
         links without mass as long as no motion of the chain is without inertia. "auto" takes Pinocchio's where it fits.
@@ -109,6 +110,8 @@ class ForwardDynamics(Structure):
             If v opens the loops, without stabilisation, or "proximal" does not fit the closures.
         UnknownName
             If a joint, frame or method is not known.
+        UnsupportedDynamics
+            If a joint has dry friction.
         """
         if method not in METHODS:
             raise UnknownName("method", method, METHODS)
@@ -228,11 +231,13 @@ def _stabilising(chain: Structure, v: FloatArray, rate: float) -> FloatArray:
 
 
 def _bias(chain: Structure, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> FloatArray:
-    """h - external; the poses must be there."""
+    """h - passive - external; the poses must be there."""
     work = chain._workspace
     work.external[:] = 0.0
     put_on(chain, external)
-    return np.array(pin.rnea(chain.model, work.data, q, v, np.zeros(len(v)), work.external_vector))
+    chain._passive.refuse_friction()
+    bare = np.array(pin.rnea(chain.model, work.data, q, v, np.zeros(len(v)), work.external_vector))
+    return bare - chain._passive.force(q, v) if chain._passive.act else bare
 
 
 def _inertia(chain: Structure, q: FloatArray) -> FloatArray:
@@ -279,6 +284,9 @@ def _proximal(
         still = np.zeros(model.nv)
         bare = _bias(chain, q, still, None)
         efforts = efforts + bare - _bias(chain, q, still, external)
+    chain._passive.refuse_friction()
+    if chain._passive.act:
+        efforts = efforts + chain._passive.force(q, v)
     settings = pin.ProximalSettings(*_PROXIMAL)
     a = np.array(pin.constraintDynamics(model, problem.data, q, v, efforts, problem.models, problem.datas, settings))
     if not np.isfinite(a).all():

@@ -47,7 +47,8 @@ class InverseDynamics(Structure):
     ) -> ClosedForces:
         """Efforts of the actuators and multipliers of the closures that make a motion.
 
-        All solutions of M a + h - external = τ + Jᵀλ with τ = 0 in the joints without actuator are known: τ and λ are
+        All solutions of M a + h - passive - external = τ + Jᵀλ with τ = 0 in the joints without actuator are known,
+        passive being the forces of springs and damping: τ and λ are
         determined up to the chain's self-stresses. Of these solutions the one with the least objective within the
         bounds is given, by ProxSuite, and among equals the one of least norm in the metric. Without objective and
         bounds that is a linear least-squares problem and is solved as one.
@@ -92,6 +93,8 @@ class InverseDynamics(Structure):
             If none do within the bounds.
         SolverFailed
             If the optimality conditions hold to no better than 1e-8.
+        UnsupportedDynamics
+            If a joint has dry friction.
         """
         balance = balance_of(
             self,

@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InvalidInput
@@ -104,6 +105,13 @@ class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, 
         See :func:`exo_pin.chain.mjcf_reading.read_mjcf` for what is refused.
         """
         return cls(*read_mjcf(path))
+
+    def without_friction(self) -> ClosedChain:
+        """The same chain without dry friction in its joints, on a copy of the model."""
+        model = self._model.copy()
+        none = np.zeros(model.nv)
+        model.lowerDryFrictionLimit, model.upperDryFrictionLimit = none, none
+        return ClosedChain(model, self._data_of_file)
 
     def to_urdf(self, folder: str | PathLike[str]) -> Path:
         """Write a URDF and the closures file beside it, both called after the chain, and return the URDF's path.

@@ -42,11 +42,13 @@ class Simulation:
     q, v : ndarray
         Shapes (count, nq) and (count, nv).
     energy : ndarray
-        Shape (count,), kinetic and potential, J.
+        Shape (count,), kinetic, of the weight, and of the springs, J.
     kinetic_energy : ndarray
         Shape (count,), J.
     work : ndarray
         Shape (count,), what efforts and external wrenches have put in since the start, J.
+    dissipated : ndarray
+        Shape (count,), what dampers have taken out since the start, J; it never falls.
     opening : ndarray
         Shape (count,), largest residual of the loops, m and rad.
     steps : int
@@ -59,17 +61,18 @@ class Simulation:
     energy: FloatArray
     kinetic_energy: FloatArray
     work: FloatArray
+    dissipated: FloatArray
     opening: FloatArray
     steps: int
 
     @property
     def energy_drift(self) -> float:
-        """Largest change of the energy that no work explains, as a share of the largest kinetic energy that is told.
+        """Largest change of the energy that neither work nor damping explains, over the largest kinetic energy.
 
-        It says nothing of a chain that hardly moves.
+        Meaningless for a chain that hardly moves.
         """
         largest = float(self.kinetic_energy.max())
-        change = float(np.abs(self.energy - self.work - self.energy[0]).max())
+        change = float(np.abs(self.energy - self.work + self.dissipated - self.energy[0]).max())
         return change / largest if largest > 0.0 else change
 
 
@@ -91,7 +94,9 @@ class Simulations(Kinematics, ForwardDynamics):
         atol: float = 1e-11,
         progress: bool = False,
     ) -> Simulation:
-        """Integrate the motion that efforts make.
+        """Integrate the motion under given efforts, weight, springs and damping.
+
+        Joint limits do not stop the motion, and bodies pass through each other.
 
         SciPy's DOP853 on the configuration manifold: every step has coordinates of its own around the configuration
         that it starts from, so that quaternions stay of length 1. After every step the state is projected
@@ -147,21 +152,22 @@ class Simulations(Kinematics, ForwardDynamics):
             external=external, method=method, stabilisation=stabilisation,
         )  # fmt: skip
         rates = _Rates(self, tau, external, first.method, stabilisation)
-        states, steps = _integrate(rates, _State(start, velocity, 0.0), when, projection, (rtol, atol), progress)
+        states, steps = _integrate(rates, _State(start, velocity, 0.0, 0.0), when, projection, (rtol, atol), progress)
         return _told(self, when, states, steps)
 
 
 class _State(NamedTuple):
-    """Configuration, velocity, and the work done so far."""
+    """Configuration, velocity, and the work done and energy dissipated so far."""
 
     q: FloatArray
     v: FloatArray
     work: float
+    dissipated: float
 
 
 @dataclass
 class _Rates:
-    """The right side of the equations, in coordinates around ``base``: y = (ξ, v, work), q = base ⊕ ξ."""
+    """The right side of the equations, in coordinates around ``base``: y = (ξ, v, work, dissipated), q = base ⊕ ξ."""
 
     chain: Simulations
     tau: object
@@ -172,13 +178,13 @@ class _Rates:
 
     def __call__(self, t: float, y: FloatArray) -> FloatArray:
         chain, model = self.chain, self.chain.model
-        shift, v = y[: model.nv], y[model.nv : -1]
+        shift, v = y[: model.nv], y[model.nv : -2]
         q = pin.integrate(model, self.base, shift)
         efforts = _efforts(chain, self.tau, t, q, v)
         a = acceleration(chain, q, v, efforts, self.external, self.method, self.stabilisation)
         # d/dt (base ⊕ ξ) is v where ξ' is v seen through the right Jacobian of the step.
         rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
-        return np.concatenate([rate, a, [efforts @ v + self._power(q, v)]])
+        return np.concatenate([rate, a, [efforts @ v + self._power(q, v), chain._passive.loss(v)]])
 
     def _power(self, q: FloatArray, v: FloatArray) -> float:
         """Of the external wrenches, W."""
@@ -211,7 +217,7 @@ def _integrate(
     for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
         while time < target and len(states) < len(when):
             rates.base = state.q
-            y = np.concatenate([np.zeros(len(state.v)), state.v, [state.work]])
+            y = np.concatenate([np.zeros(len(state.v)), state.v, [state.work, state.dissipated]])
             solver = DOP853(rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1])
             message = solver.step()
             failed = solver.status == "failed"
@@ -232,18 +238,18 @@ def _integrate(
 
 def _state(rates: _Rates, y: FloatArray, projection: bool) -> _State:
     chain, nv = rates.chain, rates.chain.model.nv
-    q, v = pin.integrate(chain.model, rates.base, y[:nv]), y[nv:-1].copy()
+    q, v = pin.integrate(chain.model, rates.base, y[:nv]), y[nv:-2].copy()
     if projection and chain.row_count:
         q = chain.close(q, restarts=0)
         v = chain.project_velocity(q, v)
-    return _State(q, v, float(y[-1]))
+    return _State(q, v, float(y[-2]), float(y[-1]))
 
 
 def _energies(chain: Simulations, state: _State) -> tuple[float, float]:
     """Total and kinetic energy, J."""
     data = chain._workspace.data
     total = float(pin.computeMechanicalEnergy(chain.model, data, state.q, state.v))
-    return total, float(data.kinetic_energy)
+    return total + chain._passive.energy(state.q), float(data.kinetic_energy)
 
 
 def _refuse_jump(
@@ -256,7 +262,7 @@ def _refuse_jump(
 ) -> None:
     """Raise if a step changed the energy by more than its work and its tolerances explain."""
     (old, kinetic), (new, moving) = _energies(chain, before), _energies(chain, after)
-    jump = abs(new - old - (after.work - before.work))
+    jump = abs(new - old - (after.work - before.work) + (after.dissipated - before.dissipated))
     explained = _SPARE * _explained(chain, after, (new, moving), shift, tolerances)
     if jump > _JUMP * max(kinetic, moving) + explained:
         raise SimulationStopped(
@@ -275,11 +281,12 @@ def _explained(
     (rtol, atol), (total, kinetic) = tolerances, energies
     model, data = chain.model, chain._workspace.data
     # A closed loop may still stand open by 1e-12.
-    height = np.abs(pin.computeGeneralizedGravity(model, data, state.q)) @ (atol + 1e-12 + rtol * np.abs(shift))
+    pull = np.abs(pin.computeGeneralizedGravity(model, data, state.q)) + np.abs(chain._passive.force(state.q, None))
+    height = pull @ (atol + 1e-12 + rtol * np.abs(shift))
     stray = pin.computeKineticEnergy(model, data, state.q, atol + rtol * np.abs(state.v))
     speed = stray + 2.0 * np.sqrt(kinetic * stray)
-    rounding = np.finfo(float).eps * (abs(total) + abs(state.work))
-    return float(height + speed + atol + rtol * abs(state.work) + rounding)
+    rounding = np.finfo(float).eps * (abs(total) + abs(state.work) + state.dissipated)
+    return float(height + speed + 2.0 * atol + rtol * (abs(state.work) + state.dissipated) + rounding)
 
 
 def _told(chain: Simulations, when: FloatArray, states: list[_State], steps: int) -> Simulation:
@@ -291,6 +298,7 @@ def _told(chain: Simulations, when: FloatArray, states: list[_State], steps: int
         frozen(energies[:, 0].copy()),
         frozen(energies[:, 1].copy()),
         frozen(np.array([state.work for state in states])),
+        frozen(np.array([state.dissipated for state in states])),
         frozen(np.array([float(np.abs(chain.residual(state.q)).max(initial=0.0)) for state in states])),
         steps,
     )

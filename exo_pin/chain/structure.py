@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike
 from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, as_finite, frozen
 from .closures import Closure, Closures, Roles
-from .topology import frame_table, make_topology
+from .constant_axes import ConstantAxes
+from .passive import PassiveForces
+from .topology import frame_table, make_topology, refuse_model
 from .workspace import ProximalProblem, Workspace
 
 __all__ = ["CLOSED", "PINOCCHIO_TYPES", "Drive", "Structure"]
@@ -47,7 +49,10 @@ class Structure:
         self._data_of_file = closures
         self._frames = frame_table(model)
         self._joints = {name: index for index, name in enumerate(model.names)}
+        refuse_model(model)
         self._topology = make_topology(model, closures, self._frames)
+        self._axes = ConstantAxes(model)
+        self._passive = PassiveForces(model, closures.joints)
         self._check_roles(closures.roles)
         self._local = threading.local()
         self._freed_chains: dict[int, Any] = {}
@@ -226,7 +231,7 @@ class Structure:
     def _workspace(self) -> Workspace:
         work = getattr(self._local, "workspace", None)
         if work is None:
-            work = self._local.workspace = Workspace(self._model, self._topology)
+            work = self._local.workspace = Workspace(self._model, self._topology, self._axes)
         return work
 
     @property

@@ -13,7 +13,7 @@ from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, frozen
 from .closures import TYPES, Closures, Placement
 
-__all__ = ["Topology", "frame_table", "make_topology", "se3"]
+__all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
 
@@ -96,6 +96,35 @@ def frame_table(model: pin.Model) -> dict[str, int]:
         if frame.parentJoint != other.parentJoint or not frame.placement.isApprox(other.placement, 1e-12):
             raise InvalidInput(f"two frames in different places are called {frame.name!r}")
     return table
+
+
+def refuse_model(model: pin.Model) -> None:
+    """Raise if Pinocchio's algorithms do not hold for a tree.
+
+    Raises
+    ------
+    InvalidInput
+        If its joints are not numbered depth first, it has mimic joints, or a mass or inertia is none.
+    """
+    for joint in range(2, model.njoints):
+        parent, before = model.parents[joint], joint - 1
+        while before > parent:
+            before = model.parents[before]
+        if before != parent:
+            raise InvalidInput(
+                f"joint {model.names[joint]!r} hangs on {model.names[parent]!r} but is numbered after "
+                f"{model.names[joint - 1]!r}, which does not: Pinocchio's mass matrix needs joints that are added "
+                "depth first, each subtree before the next one begins"
+            )
+    mimics = [model.names[joint] for joint in model.mimicking_joints]
+    if mimics:
+        raise InvalidInput(f"mimic joints ({', '.join(mimics)}) are not supported: say what couples them as a closure")
+    for joint in range(1, model.njoints):
+        inertia = model.inertias[joint]
+        tensor = np.asarray(inertia.inertia)
+        numbers = np.concatenate([[inertia.mass], np.asarray(inertia.lever), tensor.reshape(-1)])
+        if not np.isfinite(numbers).all() or inertia.mass < 0.0:
+            raise InvalidInput(f"the body of joint {model.names[joint]!r} has mass {inertia.mass} and inertia {tensor}")
 
 
 def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) -> Topology:

@@ -11,6 +11,7 @@ from numpy.lib.stride_tricks import as_strided
 from ..errors import ExoPinError
 from ..validation import FloatArray, frozen
 from . import kernels
+from .constant_axes import ConstantAxes
 from .topology import Topology
 
 __all__ = ["ProximalProblem", "Workspace"]
@@ -23,6 +24,8 @@ class Workspace:
     ----------
     data : pinocchio.Data
         Overwritten by every call.
+    rate_data : pinocchio.Data
+        The same, or that of the model with constant axes where joints do not have them.
     poses : ndarray
         Shape (njoints, 4, 3), a window on ``data.oMi``: rows 0 to 2 are the columns of R, row 3 is p.
     forces : ndarray
@@ -30,16 +33,17 @@ class Workspace:
     external, external_vector
         Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
     J, dJ : ndarray
-        Shape (nv, 6), windows on ``data.J`` and ``data.dJ``, transposed.
+        Shape (nv, 6), windows on ``data.J`` and ``rate_data.dJ``, transposed.
     gap, jacobian, jacobian_rate, drift, move, unit
         Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
     still : ndarray
         Shape (nv,), zeros.
     """
 
-    def __init__(self, model: pin.Model, topology: Topology) -> None:
-        self._model, self._topology = model, topology
+    def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
+        self._model, self._topology, self._axes = model, topology, axes
         self.data = model.createData()
+        self.rate_data = axes.model.createData() if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
@@ -51,7 +55,7 @@ class Workspace:
         )
         self.forces = _force_window(self.data.f, count)
         self.external = _force_window(self.external_vector, count)
-        self.J, self.dJ = _columns(self.data.J, model.nv), _columns(self.data.dJ, model.nv)
+        self.J, self.dJ = _columns(self.data.J, model.nv), _columns(self.rate_data.dJ, model.nv)
         rows = topology.row_count
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
@@ -88,10 +92,16 @@ class Workspace:
         kernels.unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
         return self.unit
 
+    def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
+        """Fill the poses, ``J`` and ``dJ``."""
+        self._axes.jacobian_rate(self.rate_data, q, v)
+        if self._axes.differs:
+            pin.computeJointJacobians(self._model, self.data, q)
+
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
         top = self._topology
-        pin.computeJointJacobiansTimeVariation(self._model, self.data, q, v)
+        self.jacobian_rates(q, v)
         kernels.jacobian_rate(
             self.poses,
             self.J,

@@ -12,6 +12,7 @@ from .chains import (
     SingularConfiguration,
     UndeterminedMotion,
     UndrivenMotion,
+    UnsupportedDynamics,
 )
 from .inputs import (
     FileFormatError,
@@ -46,4 +47,5 @@ __all__ = [
     "UndeterminedMotion",
     "UndrivenMotion",
     "UnknownName",
+    "UnsupportedDynamics",
 ]

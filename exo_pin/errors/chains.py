@@ -16,6 +16,7 @@ __all__ = [
     "SingularConfiguration",
     "UndeterminedMotion",
     "UndrivenMotion",
+    "UnsupportedDynamics",
 ]
 
 
@@ -179,4 +180,25 @@ class SimulationStopped(ExoPinError, RuntimeError):
         super().__init__(
             f"the motion was followed to {self.time:.6g} s, where {reason}: as a rule the chain stands in a singular "
             "configuration there, from which more than one motion goes on"
+        )
+
+
+class UnsupportedDynamics(ExoPinError, ValueError):
+    """Forces of a chain depend on something that is not modelled.
+
+    Attributes
+    ----------
+    effect : str
+        What it is, for example ``"dry friction"``.
+    joints : tuple of str
+        The joints that have it.
+    """
+
+    def __init__(self, effect: str, joints: Iterable[str], advice: str) -> None:
+        self.effect = effect
+        self.joints = tuple(joints)
+        more = ", ..." if len(self.joints) > 4 else ""
+        super().__init__(
+            f"{effect} in {', '.join(self.joints[:4])}{more} is not modelled, and forces would be wrong without it: "
+            f"{advice}"
         )

@@ -1,0 +1,199 @@
+"""Springs and viscous damping in the joints, against closed forms, MuJoCo, and the balance of energy."""
+
+import mechanisms
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from moving_chains import moving
+from scipy.linalg import expm
+
+from exo_pin.chain import ClosedChain, Closures, JointProperties
+from exo_pin.errors import InvalidInput, UnknownName, UnsupportedDynamics
+
+MASS = pin.Inertia(2.0, np.array([0.1, -0.05, 0.2]), np.diag([0.03, 0.04, 0.05]))
+
+
+def single(kind, joints=(), damping=None):
+    model = pin.Model()
+    joint = model.addJoint(0, kind, pin.SE3.Identity(), "joint")
+    model.appendBodyToJoint(joint, MASS, pin.SE3.Identity())
+    model.addFrame(pin.Frame("link", joint, 0, pin.SE3.Identity(), pin.FrameType.BODY))
+    if damping is not None:
+        model.damping = np.broadcast_to(damping, (model.nv,)).astype(float)
+    return ClosedChain(model, Closures("single", joints=tuple(joints)))
+
+
+def with_passive(chain, seed):
+    """The chain with springs and damping in its joints of one coordinate; slack away from rest."""
+    rng, model = np.random.default_rng(seed), chain.model.copy()
+    model.damping = rng.uniform(0.05, 0.5, model.nv)
+    joints = [
+        JointProperties(model.names[joint], rng.uniform(1.0, 5.0), (rng.uniform(-0.5, 0.5),))
+        for joint in range(1, model.njoints)
+        if model.nqs[joint] == 1
+    ]
+    description = chain.description
+    return ClosedChain(
+        model, Closures(description.name, description.root, description.closures, description.roles, joints)
+    )
+
+
+def test_slide_with_spring_and_damper_moves_as_the_damped_oscillator():
+    stiffness, damping, slack = 30.0, 1.5, 0.2
+    chain = single(pin.JointModelPX(), [JointProperties("joint", stiffness, (slack,))], damping)
+    times = np.linspace(0.0, 3.0, 16)
+    found = chain.simulate([0.5], [-1.0], times)
+    # x'' = -(k (x - slack) + d x') / m, gravity across.
+    A = np.array([[0.0, 1.0], [-stiffness / MASS.mass, -damping / MASS.mass]])
+    expected = np.array([expm(A * t) @ [0.5 - slack, -1.0] for t in times])
+    np.testing.assert_allclose(found.q[:, 0] - slack, expected[:, 0], atol=1e-8)
+    np.testing.assert_allclose(found.v[:, 0], expected[:, 1], atol=1e-8)
+    assert found.energy_drift < 1e-7
+    lost = found.energy[0] - found.energy[-1]
+    np.testing.assert_allclose(found.dissipated[-1], lost, rtol=1e-7)
+    assert lost > 0.8 * (stiffness * 0.3**2 + MASS.mass) / 2
+    assert (np.diff(found.dissipated) > 0.0).all()
+
+
+@pytest.mark.parametrize("kind", ["ball", "free"])
+def test_springs_of_turning_joints_are_mujocos(kind):
+    rng = np.random.default_rng(5)
+    joint = "<freejoint/>" if kind == "free" else '<joint type="ball"/>'
+    xml = f"""<mujoco><option gravity="0 0 0"/><worldbody><body>{joint}<inertial pos="0 0 0" mass="1"
+    diaginertia="0.1 0.1 0.1"/></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    model.jnt_stiffness[0] = 7.0
+    own = pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical()
+    for _ in range(20):
+        shift, turns = rng.normal(size=(2, 3)), [pin.Quaternion(pin.exp3(rng.normal(size=3))) for _ in range(2)]
+        coordinates = [
+            np.concatenate([place if kind == "free" else [], turn.coeffs()])
+            for place, turn in zip(shift, turns, strict=True)
+        ]
+        # Scalar first there.
+        theirs = [np.concatenate([q[:-4], [q[-1]], q[-4:-1]]) for q in coordinates]
+        data.qpos[:], model.qpos_spring[:] = theirs
+        mujoco.mj_forward(model, data)
+        chain = single(own, [JointProperties("joint", 7.0, tuple(coordinates[1].tolist()))])
+        force = chain._passive.force(coordinates[0], None)
+        if kind == "free":
+            force[:3] = turns[0].toRotationMatrix() @ force[:3]
+        np.testing.assert_allclose(force, data.qfrc_passive, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", [pin.JointModelSpherical(), pin.JointModelFreeFlyer(), pin.JointModelTranslation()])
+def test_force_is_the_gradient_of_the_energy_and_its_change_the_difference(kind):
+    rng = np.random.default_rng(6)
+    model = single(kind).model
+    rest = pin.integrate(model, pin.neutral(model), rng.normal(size=model.nv))
+    chain = single(kind, [JointProperties("joint", 4.0, tuple(rest.tolist()))], 0.3)
+    q, v = pin.integrate(model, rest, rng.normal(size=model.nv)), rng.normal(size=model.nv)
+    step = 1e-4
+    for unit in np.eye(model.nv):
+        ends = [pin.integrate(model, q, s * step * unit) for s in (1.0, -1.0)]
+        slope = (chain._passive.energy(ends[0]) - chain._passive.energy(ends[1])) / (2 * step)
+        np.testing.assert_allclose(chain._passive.force(q, None) @ unit, -slope, atol=1e-6)
+        change = chain._passive.change(q, unit[:, None], 2.0 * unit[:, None])[:, 0]
+        moved = [chain._passive.force(end, v + 2.0 * s * step * unit) for end, s in zip(ends, (1, -1), strict=True)]
+        np.testing.assert_allclose(change, (moved[0] - moved[1]) / (2 * step), atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "agile eye", "universal loop", "heavy wrist"])
+@pytest.mark.parametrize("method", ["auto", "projected"])
+def test_inverse_after_forward_dynamics_is_the_identity(name, method):
+    case = moving(name)
+    chain = with_passive(case.chain, 1)
+    rng = np.random.default_rng(2)
+    drivers = list(chain.roles.actuated) or list(chain.model.names)[1:]
+    tau = np.zeros(chain.model.nv)
+    tau[chain.velocity_indices(drivers)] = rng.normal(size=len(chain.velocity_indices(drivers)))
+    moved = chain.forward_dynamics(case.q, case.v, tau, method=method)
+    bare = case.chain.forward_dynamics(case.q, case.v, tau, method=method)
+    assert np.abs(moved.a - bare.a).max() > 1e-3 * np.abs(bare.a).max()
+    # The equations of motion with the passive forces put on by hand.
+    added = tau + chain._passive.force(case.q, case.v)
+    same = case.chain.forward_dynamics(case.q, case.v, added, method=method)
+    np.testing.assert_allclose(moved.a, same.a, atol=1e-9 * np.abs(same.a).max())
+    again = chain.inverse_dynamics(case.q, case.v, moved.a, actuated=drivers)
+    J = chain.constraint_jacobian(case.q)
+    left = again.tau - tau + J.T @ (again.multipliers - moved.forces.multipliers)
+    np.testing.assert_allclose(left, 0.0, atol=1e-9 * (1 + np.abs(again.multipliers).max()))
+    tree = chain.rnea(case.q, case.v, moved.a, again.multipliers)
+    np.testing.assert_allclose(tree.tau, again.tau, atol=1e-9 * (1 + np.abs(again.multipliers).max()))
+
+
+def test_a_joint_transmits_its_spring():
+    # Held by its spring alone: the slide's wrench along its axis is the spring's force.
+    chain = single(pin.JointModelPZ(), [JointProperties("joint", 100.0)])
+    height = -MASS.mass * 9.81 / 100.0
+    forces = chain.inverse_dynamics([height], actuated=())
+    np.testing.assert_allclose(forces.tau, 0.0, atol=1e-12)
+    np.testing.assert_allclose(forces.joint_reaction("joint").force, [0.0, 0.0, MASS.mass * 9.81], atol=1e-12)
+
+
+def test_energy_of_a_closed_chain_with_springs_and_dampers_is_accounted_for():
+    case = mechanisms.four_bar()
+    chain = with_passive(case.chain(), 3)
+    start = chain.close(case.q)
+    v = chain.project_velocity(start, np.ones(chain.model.nv))
+    found = chain.simulate(start, v, np.linspace(0.0, 2.0, 21), {chain.model.names[1]: 0.5})
+    assert found.energy_drift < 1e-7
+    assert found.dissipated[-1] > 0.05 * found.kinetic_energy.max()
+
+
+def test_dry_friction_is_refused_by_name_where_forces_are_needed():
+    case = mechanisms.five_bar()
+    chain = case.chain()
+    model = chain.model.copy()
+    joint = model.names[2]
+    friction = np.zeros(model.nv)
+    friction[chain.velocity_slice(joint)] = 0.1
+    model.upperDryFrictionLimit, model.lowerDryFrictionLimit = friction, -friction
+    rubbing = ClosedChain(model, chain.description)
+    q, zero = rubbing.close(case.q), np.zeros(model.nv)
+    assert rubbing.mobility(q).degrees_of_freedom == chain.mobility(q).degrees_of_freedom
+    for question in (
+        lambda: rubbing.inverse_dynamics(q),
+        lambda: rubbing.forward_dynamics(q, zero),
+        lambda: rubbing.forward_dynamics(q, zero, method="projected"),
+        lambda: rubbing.forward_dynamics(q, zero, method="proximal"),
+        lambda: rubbing.simulate(q, zero, [0.0, 0.1]),
+        lambda: rubbing.rnea(q),
+        lambda: rubbing.inverse_dynamics_derivatives(q),
+    ):
+        with pytest.raises(UnsupportedDynamics, match=joint) as caught:
+            question()
+        assert caught.value.joints == (joint,)
+    free = rubbing.without_friction()
+    np.testing.assert_array_equal(free.inverse_dynamics(q).tau, chain.inverse_dynamics(q).tau)
+    assert np.count_nonzero(rubbing.model.upperDryFrictionLimit) == 1
+
+
+@pytest.mark.parametrize(
+    ("properties", "error"),
+    [
+        (JointProperties("nobody", 1.0), UnknownName),
+        (JointProperties("universe", 1.0), UnknownName),
+        (JointProperties("joint", 1.0, (0.0, 0.0)), InvalidInput),
+        (JointProperties("joint", 1.0, (0.0, 0.0, 0.0, 2.0)), InvalidInput),
+        (JointProperties("joint", armature=(1.0,)), InvalidInput),
+    ],
+)
+def test_joint_properties_that_do_not_fit_are_refused(properties, error):
+    with pytest.raises(error):
+        single(pin.JointModelSpherical(), [properties])
+
+
+def test_a_spring_on_an_endless_hinge_is_refused():
+    with pytest.raises(InvalidInput, match="count turns"):
+        single(pin.JointModelRUBX(), [JointProperties("joint", 1.0)])
+
+
+@pytest.mark.parametrize(
+    "given", [{"stiffness": np.nan}, {"armature": (-1.0,)}, {"spring_reference": (np.inf,)}, {"joint": ""}]
+)
+def test_joint_properties_that_nothing_has_are_refused(given):
+    with pytest.raises(InvalidInput):
+        JointProperties(**{"joint": "joint", **given})

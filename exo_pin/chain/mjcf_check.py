@@ -19,6 +19,7 @@ import pinocchio as pin
 from ..validation import FloatArray
 from .mjcf_compiling import Compiled, mujoco_warnings
 from .mjcf_tree import Tree
+from .passive import PassiveForces
 
 __all__ = ["refuse_disagreement"]
 
@@ -33,7 +34,7 @@ def refuse_disagreement(source: Compiled, tree: Tree) -> None:
     q, v = _state(tree.model)
     data = source.mujoco.MjData(source.model)
     T, rate = _put(source, tree, data, q, v)
-    with mujoco_warnings(source.mujoco, source.path):
+    with mujoco_warnings(source.mujoco, source.said):
         M = _evaluate(source, data)
     bias = T.T @ (data.qfrc_bias + M @ (rate @ v))
     ours = tree.model.createData()
@@ -41,11 +42,13 @@ def refuse_disagreement(source: Compiled, tree: Tree) -> None:
     pairs = {
         "mass matrix": (upper + np.triu(upper, 1).T, T.T @ M @ T),
         "forces of gravity and velocity": (pin.nonLinearEffects(tree.model, ours, q, v), bias),
-        "passive forces": (_passive(tree, q, v), T.T @ data.qfrc_passive),
+        "passive forces": (PassiveForces(tree.model, tree.properties).force(q, v), T.T @ data.qfrc_passive),
         "forces of actuators without control": (np.zeros(tree.model.nv), T.T @ data.qfrc_actuator),
     }
     for what, (one, other) in pairs.items():
         size = max(float(np.abs(one).max()), float(np.abs(other).max()))
+        if not np.isfinite(size):
+            raise source.error(f"its {what} are not finite: some number is far too large. Check its units")
         if not np.abs(one - other).max() <= _SAME * size:
             raise source.error(
                 f"MuJoCo computes other {what} than the chain that was read from the file. Something in the file is "
@@ -92,16 +95,3 @@ def _evaluate(source: Compiled, data: Any) -> FloatArray:
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)
     return M
-
-
-def _passive(tree: Tree, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Forces of springs and dampers."""
-    model = tree.model
-    forces = -np.asarray(model.damping) * v
-    for spring in tree.properties:
-        index = model.getJointId(spring.joint)
-        at = slice(model.idx_qs[index], model.idx_qs[index] + model.nqs[index])
-        slack = q.copy()
-        slack[at] = spring.spring_reference
-        forces -= spring.stiffness * pin.difference(model, slack, q)
-    return forces

@@ -35,16 +35,23 @@ class Compiled:
         The package ``mujoco``.
     path : str or None
         The file; None for XML that was given as text.
+    said : list of str
+        MuJoCo's warnings so far.
     """
 
     model: Any
     mujoco: Any
     path: str | None
-    _names: dict[tuple[int, int], str] = field(default_factory=dict)
+    said: list[str] = field(default_factory=list)
 
     def error(self, message: str) -> FileFormatError:
         """An error that names the file."""
         return FileFormatError(message, self.path)
+
+    def warn(self) -> None:
+        """Pass MuJoCo's warnings on to the caller of the caller's caller."""
+        for text in dict.fromkeys(self.said):
+            warnings.warn(f"{self.path or 'MJCF'}: MuJoCo: {text}", RuntimeWarning, stacklevel=4)
 
     def name(self, kind: str, index: int) -> str:
         """MuJoCo's name of an object, empty where it has none; ``kind`` as in mjtObj, for example "BODY"."""
@@ -85,18 +92,18 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     if _root_tag(source if is_text else path, is_text) == "robot":
         raise FileFormatError("this is a URDF: load it with ClosedChain.from_urdf", path)
     load = mujoco.MjModel.from_xml_string if path is None else mujoco.MjModel.from_xml_path
+    said: list[str] = []
     try:
-        with mujoco_warnings(mujoco, path):
+        with mujoco_warnings(mujoco, said):
             model = load(source if path is None else path)
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from error
-    return Compiled(model, mujoco, path)
+    return Compiled(model, mujoco, path, said)
 
 
 @contextmanager
-def mujoco_warnings(mujoco: Any, path: str | None) -> Iterator[None]:
-    """Turn MuJoCo's warnings into Python's; without a handler it writes them to a file in the working directory."""
-    said: list[str] = []
+def mujoco_warnings(mujoco: Any, said: list[str]) -> Iterator[None]:
+    """Collect MuJoCo's warnings; without a handler it writes them to a file in the working directory."""
     with _HANDLER:
         before = mujoco.get_mju_user_warning()
         mujoco.set_mju_user_warning(said.append)
@@ -104,8 +111,6 @@ def mujoco_warnings(mujoco: Any, path: str | None) -> Iterator[None]:
             yield
         finally:
             mujoco.set_mju_user_warning(before)
-    for text in dict.fromkeys(said):
-        warnings.warn(f"{path or 'MJCF'}: MuJoCo: {text}", RuntimeWarning, stacklevel=6)
 
 
 def _root_tag(source: Any, is_text: bool) -> str:

@@ -5,9 +5,9 @@ armature, gravity; position limits; springs, damping and dry friction of joints;
 the equalities connect and weld. What the file says about friction, springs and damping counts with MuJoCo's flags:
 a flag that is disabled takes its forces away.
 
-**Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. Nor are the softness of MuJoCo's
-constraints, its solver and its time step: closures are exact here. How a control becomes a force is not read either;
-efforts are given as forces.
+**Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. The softness of MuJoCo's
+constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force is not
+read either; efforts are given as forces.
 
 Anything else that changes the motion is an error that names it (:mod:`exo_pin.chain.mjcf_refusals`). What was built
 is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned.
@@ -62,6 +62,11 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
         point only and is spherical. Springs are in ``joints``. Joints with an actuator are actuated.
 
+    Warns
+    -----
+    RuntimeWarning
+        If MuJoCo warns about the file.
+
     Raises
     ------
     FileFormatError
@@ -73,10 +78,12 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
     refuse_unreadable(source)
     tree = build_tree(source)
     actuated = _limit_efforts(source, tree)
+    closures = _closures(source, tree)
     refuse_disagreement(source, tree)
+    source.warn()
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
-    return tree.model, Closures(tree.model.name, root, _closures(source, tree), roles, tree.properties)
+    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties)
 
 
 def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..validation import FloatArray
 from .mjcf_compiling import Compiled
 
 __all__ = ["IRRELEVANT", "READ", "REFUSED", "refuse_unreadable"]
@@ -134,8 +135,6 @@ def _joints(source: Compiled) -> Iterator[str]:
                 yield f"expected a {field} of zero or more for joint {name}, got {values.min():g}"
             if kind == int(kinds.mjJNT_FREE) and values.any():
                 yield f"the {field} of free joint {name} {_FREE}"
-        if kind == int(kinds.mjJNT_FREE) and model.jnt_stiffness[joint]:
-            yield f"the stiffness of free joint {name} {_FREE}"
         if model.jnt_limited[joint] and kind in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL)):
             yield f"joint {name} is a ball (or free) joint with a range, which is not read: remove the range"
         if model.jnt_limited[joint] and model.jnt_margin[joint]:
@@ -184,6 +183,12 @@ def _actuators(source: Compiled) -> Iterator[str]:
             yield f"actuator {name} is in group {group}, which is disabled: remove it, or enable the group"
         if own := _own_force(source, index):
             yield f"actuator {name} {own}, which is not read: make it a <motor>"
+        for field, values in _ranges(source, index).items():
+            if not values[0] <= 0.0 <= values[1]:
+                yield (
+                    f"actuator {name} exerts a force without control, because its {field} is {values[0]:g} to "
+                    f"{values[1]:g}: let the range have 0 in it"
+                )
         if model.actuator_dampingpoly[index].any():
             yield f"the damping of actuator {name} is not linear: use one coefficient"
 
@@ -203,3 +208,17 @@ def _own_force(source: Compiled, index: int) -> str:
     if int(model.actuator_biastype[index]) != int(mujoco.mjtBias.mjBIAS_NONE) and model.actuator_biasprm[index].any():
         return "exerts a force without control (a servo, or a general actuator with a bias)"
     return ""
+
+
+def _ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
+    """The ranges that limit what an actuator does, by their names in MJCF."""
+    model = source.model
+    control, joint = int(model.actuator_ctrladr[index]), int(model.actuator_trnid[index, 0])
+    found = {}
+    if model.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
+        found["ctrlrange"] = model.actuator_ctrlrange[control]
+    if model.actuator_forcelimited[index]:
+        found["forcerange"] = model.actuator_forcerange[index]
+    if model.jnt_actfrclimited[joint]:
+        found["joint's actuatorfrcrange"] = model.jnt_actfrcrange[joint]
+    return found

@@ -219,7 +219,7 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
 
 
 def _springs(source: Compiled, tree: Tree) -> tuple[JointProperties, ...]:
-    """Springs of hinges, slides and balls; refuse_unreadable lets no other pass."""
+    """Springs of the joints. That of a free joint is in the world's axes in MuJoCo and here."""
     if source.disabled("SPRING"):
         return ()
     model, found = tree.model, []

@@ -108,14 +108,18 @@ class ExactMujoco:
 
     def rank(self):
         """Rank of J where the data stand, or None if some singular value is neither zero nor clear of it."""
+        values = self.singular_values()
+        if ((values > ZERO) & (values < CLEAR)).any():
+            return None
+        return int(np.count_nonzero(values > ZERO))
+
+    def singular_values(self):
+        """Of J with rows of length one, beside the largest."""
         J = self.rows()[1]
         # Rows of size one: a torquescale weighs some.
         sizes = np.linalg.norm(J, axis=1, keepdims=True)
         values = np.linalg.svd(np.divide(J, sizes, out=np.zeros_like(J), where=sizes > 0.0), compute_uv=False)
-        largest = values.max(initial=0.0)
-        if ((values > ZERO * largest) & (values < CLEAR * largest)).any():
-            return None
-        return int(np.count_nonzero(values > ZERO * max(largest, 1e-12)))
+        return values / max(values.max(initial=0.0), 1e-12)
 
     def motions(self):
         """Orthonormal basis of the velocities that keep the equalities."""
@@ -144,7 +148,8 @@ def joint_numbers(model, chain):
     return found
 
 
-def assert_same(one, other, relative=1e-9, what=""):
+def assert_same(one, other, relative=1e-9, what="", least=0.0):
+    """Equal, relative to the largest entry of the two, or to ``least`` if that is more."""
     one, other = np.asarray(one), np.asarray(other)
-    size = max(np.abs(one).max(initial=0.0), np.abs(other).max(initial=0.0))
+    size = max(least, np.abs(one).max(initial=0.0), np.abs(other).max(initial=0.0))
     assert np.abs(one - other).max(initial=0.0) <= relative * size, what

@@ -188,7 +188,8 @@ def duplicate(rng, root):
 
 def unname(rng, root):
     named = [element for element in root.iter() if "name" in element.attrib]
-    del _some(rng, named).attrib["name"]
+    if named:
+        del _some(rng, named).attrib["name"]
 
 
 def add_attribute(rng, root):

@@ -33,6 +33,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from ..errors import FileFormatError, InvalidInput
 from ..validation import FloatArray
 from .closures import Closure, Closures, Placement, Roles, Root
 from .mjcf_check import refuse_disagreement
@@ -76,11 +77,21 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
     """
     source = compile_mjcf(path)
     refuse_unreadable(source)
+    try:
+        model, closures = _built(source)
+    except FileFormatError:
+        raise
+    except InvalidInput as error:
+        raise source.error(str(error)) from error
+    source.warn()
+    return model, closures
+
+
+def _built(source: Compiled) -> tuple[pin.Model, Closures]:
     tree = build_tree(source)
     actuated = _limit_efforts(source, tree)
     closures = _closures(source, tree)
     refuse_disagreement(source, tree)
-    source.warn()
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
     return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties)

@@ -69,6 +69,10 @@ REFUSED = (
     *("wrap_*", "opt.wind"),
 )
 
+#: Fields that say where something is, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
+_PLACES = ("qpos0", "qpos_spring", "key_qpos", "body_pos", "body_ipos", "jnt_pos", "site_pos", "eq_data")
+_FAR = 1e10
+
 #: Why a property of a free joint cannot be read.
 _FREE = "acts along the world's axes in MuJoCo and along the body's axes in Pinocchio: set it to 0"
 
@@ -87,6 +91,8 @@ def _not_finite(source: Compiled) -> Iterator[str]:
         if values.dtype.kind == "f" and not np.isfinite(values).all():
             index = int(np.argwhere(~np.isfinite(values.reshape(len(values), -1) if values.ndim else values))[0][0])
             yield f"{name} number {index} is not finite, in MuJoCo's compiled model: {values[index]}"
+        elif name in _PLACES and np.abs(values).max(initial=0.0) > _FAR:
+            yield f"{name} has {np.abs(values).max():g}, in MuJoCo's compiled model: expected at most {_FAR:g}"
 
 
 def _whole_model(source: Compiled) -> Iterator[str]:
@@ -137,6 +143,12 @@ def _joints(source: Compiled) -> Iterator[str]:
                 yield f"the {field} of free joint {name} {_FREE}"
         if model.jnt_limited[joint] and kind in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL)):
             yield f"joint {name} is a ball (or free) joint with a range, which is not read: remove the range"
+        low, high = model.jnt_actfrcrange[joint]
+        if model.jnt_actfrclimited[joint] and not low <= 0.0 <= high:
+            yield (
+                f"the actuators of joint {name} exert a force without control, because its actuatorfrcrange is "
+                f"{low:g} to {high:g}: let the range have 0 in it"
+            )
         if model.jnt_limited[joint] and model.jnt_margin[joint]:
             yield f"the limits of joint {name} have a margin, {model.jnt_margin[joint]:g}: set it to 0"
 
@@ -213,12 +225,10 @@ def _own_force(source: Compiled, index: int) -> str:
 def _ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
     """The ranges that limit what an actuator does, by their names in MJCF."""
     model = source.model
-    control, joint = int(model.actuator_ctrladr[index]), int(model.actuator_trnid[index, 0])
+    control = int(model.actuator_ctrladr[index])
     found = {}
     if model.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
         found["ctrlrange"] = model.actuator_ctrlrange[control]
     if model.actuator_forcelimited[index]:
         found["forcerange"] = model.actuator_forcerange[index]
-    if model.jnt_actfrclimited[joint]:
-        found["joint's actuatorfrcrange"] = model.jnt_actfrcrange[joint]
     return found

@@ -67,6 +67,13 @@ REFUSALS = [
     ({"option": '<option density="1.2"/>'}, "density = 1.2"),
     ({"option": '<option viscosity="0.1" wind="1 0 0"/>'}, "viscosity = 0.1"),
     ({"option": '<option gravity="nan 0 0"/>'}, "gravity number 0 is not finite"),
+    ({"jb": 'ref="1e200"'}, "qpos0 has 1e.200"),
+    ({"world": '<site name="far" pos="0 -1e11 0"/>'}, "site_pos has 1e.11"),
+    ({"option": '<option gravity="1e200 0 0"/>'}, "gravity"),
+    (
+        {"jb": 'actuatorfrcrange="1 2"'},
+        "joint 'jb' exert a force without control, because its actuatorfrcrange is 1 to 2",
+    ),
     ({"jb": 'ref="nan"'}, "qpos0 number 1 is not finite"),
     ({"ina": '<inertial pos="0 inf 0" mass="1" diaginertia="1 1 1"/>'}, "not finite"),
     ({"world": '<body name="hand" mocap="true"/>'}, "mocap bodies .* 'hand'"),

@@ -1,8 +1,8 @@
 """The comparison of a tree that was built from MJCF with MuJoCo's own equations of motion.
 
 At one seeded state the mass matrix, the forces of gravity and velocity, and the passive forces have to be the same,
-and no actuator may exert a force without control. So a part of the file that changes the motion and that this
-package does not know cannot pass unseen, contact and equalities excepted.
+and no actuator may exert a force without control. This finds everything in a file that changes the motion and is not
+read, except contact and equalities.
 
 The two have different coordinates v: MuJoCo's free joint has its linear velocity in the world's axes,
 v_theirs = T v, so that M = Tᵀ M_theirs T, and forces are Tᵀ times theirs. The acceleration that belongs to a = 0 is
@@ -34,7 +34,7 @@ def refuse_disagreement(source: Compiled, tree: Tree) -> None:
     q, v = _state(tree.model)
     data = source.mujoco.MjData(source.model)
     T, rate = _put(source, tree, data, q, v)
-    with mujoco_warnings(source.mujoco, source.said):
+    with mujoco_warnings(source.mujoco, source.messages):
         M = _evaluate(source, data)
     bias = T.T @ (data.qfrc_bias + M @ (rate @ v))
     ours = tree.model.createData()

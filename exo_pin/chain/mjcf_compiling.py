@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ..errors import FileFormatError, MissingExtra
+from ..errors import FileFormatError, InvalidInput, MissingExtra
 
 __all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
 
@@ -35,14 +35,14 @@ class Compiled:
         The package ``mujoco``.
     path : str or None
         The file; None for XML that was given as text.
-    said : list of str
+    messages : list of str
         MuJoCo's warnings so far.
     """
 
     model: Any
     mujoco: Any
     path: str | None
-    said: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
 
     def error(self, message: str) -> FileFormatError:
         """An error that names the file."""
@@ -50,7 +50,7 @@ class Compiled:
 
     def warn(self) -> None:
         """Pass MuJoCo's warnings on to the caller of the caller's caller."""
-        for text in dict.fromkeys(self.said):
+        for text in dict.fromkeys(self.messages):
             warnings.warn(f"{self.path or 'MJCF'}: MuJoCo: {text}", RuntimeWarning, stacklevel=4)
 
     def name(self, kind: str, index: int) -> str:
@@ -78,6 +78,8 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
         If there is no such file, MuJoCo cannot compile it, or it is a URDF.
     MissingExtra
         If MuJoCo is not installed, or has another major version.
+    InvalidInput
+        If the source is neither a path nor text.
     """
     try:
         import mujoco
@@ -85,28 +87,30 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
         raise MissingExtra("robots", "mujoco") from error
     if mujoco.__version__.split(".")[0] != _VERSION:
         raise MissingExtra("robots", f"mujoco {_VERSION} (version {mujoco.__version__} is installed)")
+    if not isinstance(source, (str, PathLike)):
+        raise InvalidInput(f"expected the path of an MJCF file, or the XML itself, got {source!r}")
     is_text = isinstance(source, str) and source.lstrip().startswith("<")
     path = None if is_text else os.fsdecode(source)
-    if path is not None and not Path(path).is_file():
+    if path is not None and not os.path.isfile(path):
         raise FileFormatError("there is no such file", path)
     if _root_tag(source if is_text else path, is_text) == "robot":
         raise FileFormatError("this is a URDF: load it with ClosedChain.from_urdf", path)
     load = mujoco.MjModel.from_xml_string if path is None else mujoco.MjModel.from_xml_path
-    said: list[str] = []
+    messages: list[str] = []
     try:
-        with mujoco_warnings(mujoco, said):
+        with mujoco_warnings(mujoco, messages):
             model = load(source if path is None else path)
     except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from error
-    return Compiled(model, mujoco, path, said)
+    return Compiled(model, mujoco, path, messages)
 
 
 @contextmanager
-def mujoco_warnings(mujoco: Any, said: list[str]) -> Iterator[None]:
+def mujoco_warnings(mujoco: Any, messages: list[str]) -> Iterator[None]:
     """Collect MuJoCo's warnings; without a handler it writes them to a file in the working directory."""
     with _HANDLER:
         before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(said.append)
+        mujoco.set_mju_user_warning(messages.append)
         try:
             yield
         finally:

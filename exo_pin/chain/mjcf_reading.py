@@ -74,6 +74,8 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
         If there is no such file, MuJoCo cannot compile it, or it has something that a chain cannot hold.
     MissingExtra
         If MuJoCo is not installed.
+    InvalidInput
+        If ``path`` is neither a path nor text.
     """
     source = compile_mjcf(path)
     refuse_unreadable(source)
@@ -88,6 +90,7 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
 
 
 def _built(source: Compiled) -> tuple[pin.Model, Closures]:
+    """The tree and its closures, compared with MuJoCo."""
     tree = build_tree(source)
     actuated = _limit_efforts(source, tree)
     closures = _closures(source, tree)
@@ -98,6 +101,7 @@ def _built(source: Compiled) -> tuple[pin.Model, Closures]:
 
 
 def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
+    """The equalities under names of their own."""
     count = source.model.neq
     joints = set(tree.model.names)
     taken = {*joints, *(source.name("EQUALITY", index) for index in range(count))}

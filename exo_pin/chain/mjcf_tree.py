@@ -164,23 +164,32 @@ def _add_frames(source: Compiled, tree: Tree) -> None:
     theirs, model = source.model, tree.model
     there = {frame.name: (frame.parentJoint, frame.placement) for frame in model.frames}
     bodies = {body: source.name("BODY", body) for body in range(1, theirs.nbody)}
+    sites = {site: source.name("SITE", site) for site in range(theirs.nsite)}
+    taken = {*bodies.values(), *sites.values()}
     for body, given in bodies.items():
         carrier, place = tree.carriers[body]
-        wish = given or free_name(f"body_{body}", {*there, *bodies.values()})
-        tree.frames[body] = _add_frame(model, there, wish, "body", carrier, place)
-    for site in range(theirs.nsite):
-        if name := source.name("SITE", site):
+        wish = given or free_name(f"body_{body}", {*there, *taken})
+        tree.frames[body] = _add_frame(model, there, taken, (wish, "body"), carrier, place)
+    for site, name in sites.items():
+        if name:
             carrier, place = tree.carriers[int(theirs.site_bodyid[site])]
             place = place * pose(theirs.site_pos[site], theirs.site_quat[site])
-            _add_frame(model, there, name, "site", carrier, place)
+            _add_frame(model, there, taken, (name, "site"), carrier, place)
 
 
 def _add_frame(
-    model: pin.Model, there: dict[str, tuple[int, pin.SE3]], wish: str, what: str, carrier: int, place: pin.SE3
+    model: pin.Model,
+    there: dict[str, tuple[int, pin.SE3]],
+    taken: set[str],
+    called: tuple[str, str],
+    carrier: int,
+    place: pin.SE3,
 ) -> str:
+    """Add a frame ``called`` by a name and its kind, and return the name that it gets."""
+    wish, what = called
     known = there.get(wish)
     if known is not None and not (known[0] == carrier and known[1].isApprox(place, 1e-12)):
-        wish = free_name(f"{wish}_{what}", there)
+        wish = free_name(f"{wish}_{what}", {*there, *taken})
     there[wish] = (carrier, place)
     kind = pin.FrameType.BODY if what == "body" else pin.FrameType.OP_FRAME
     parent = model.getFrameId(model.names[carrier], pin.FrameType.JOINT) if carrier else 0

@@ -11,7 +11,7 @@ from mjcf_mutations import PLANT
 
 from exo_pin.chain import ClosedChain
 from exo_pin.chain.mjcf_refusals import IRRELEVANT, READ, REFUSED
-from exo_pin.errors import ExoPinError, FileFormatError
+from exo_pin.errors import ExoPinError, FileFormatError, InvalidInput
 
 ARM = """<mujoco model="arm"><compiler angle="radian"/>OPTION<worldbody>
   <body name="a"><joint name="ja" axis="0 0 1" JA/><geom size="0.1" pos="0.2 0 0"/>INA
@@ -284,6 +284,10 @@ def test_one_name_for_two_frames():
     # In one place they share the frame.
     shared = read(inb=inner.replace('pos="0.1 0 0"', "").replace('pos="0 0 3"', ""))
     assert not {"x_body", "x_site"} & {frame.name for frame in shared.model.frames}
+    # A name that is given to a frame is not another body's.
+    third = read(inb=inner, world='<body name="x_body" pos="0 0 7"><joint/><geom size="0.1"/></body>')
+    np.testing.assert_allclose(third.placement(third.neutral(), "x_body").translation, [0, 0, 7])
+    np.testing.assert_allclose(third.placement(third.neutral(), "x_body_").translation, [0.5, 0, 1])
     # The world's name is taken.
     universe = read(inb='<body name="universe"><joint name="universe"/><geom size="0.1"/></body>')
     assert "universe_joint" in universe.model.names
@@ -325,6 +329,10 @@ def test_what_is_no_mjcf_is_refused(text, said, tmp_path):
         ClosedChain.from_mjcf(path)
     with pytest.raises(FileFormatError, match="no such file"):
         ClosedChain.from_mjcf(tmp_path)
+    with pytest.raises(FileFormatError, match="no such file"):
+        ClosedChain.from_mjcf("x" * 5000)
+    with pytest.raises(InvalidInput, match="got 5"):
+        ClosedChain.from_mjcf(5)
 
 
 def test_mujocos_warnings_become_pythons_and_no_log_is_written(tmp_path, monkeypatch):

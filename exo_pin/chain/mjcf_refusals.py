@@ -87,9 +87,9 @@ def refuse_unreadable(source: Compiled) -> None:
 def _not_finite(source: Compiled) -> Iterator[str]:
     for name in READ:
         owner = source.model.opt if name.startswith("opt.") else source.model
-        values = np.asarray(getattr(owner, name.removeprefix("opt.")))
+        values = np.atleast_1d(getattr(owner, name.removeprefix("opt.")))
         if values.dtype.kind == "f" and not np.isfinite(values).all():
-            index = int(np.argwhere(~np.isfinite(values.reshape(len(values), -1) if values.ndim else values))[0][0])
+            index = int(np.argwhere(~np.isfinite(values))[0][0])
             yield f"{name} number {index} is not finite, in MuJoCo's compiled model: {values[index]}"
         elif name in _PLACES and np.abs(values).max(initial=0.0) > _FAR:
             yield f"{name} has {np.abs(values).max():g}, in MuJoCo's compiled model: expected at most {_FAR:g}"

@@ -65,6 +65,18 @@ def test_every_field_of_mujocos_model_is_read_irrelevant_or_refused():
 
 REFUSALS = [
     ({"option": '<option density="1.2"/>'}, "density = 1.2"),
+    ({"option": '<option density="nan"/>'}, "opt.density number 0 is not finite"),
+    (
+        {"world": '<flexcomp name="x" type="grid" count="3 3 1" spacing="1 1 1" mass="1" dim="2"/>'},
+        "1 flexes",
+    ),
+    (
+        {
+            "more": '<extension><plugin plugin="mujoco.pid"><instance name="p"/></plugin></extension>'
+            '<actuator><plugin joint="ja" plugin="mujoco.pid" instance="p"/></actuator>'
+        },
+        "plugin",
+    ),
     ({"option": '<option viscosity="0.1" wind="1 0 0"/>'}, "viscosity = 0.1"),
     ({"option": '<option gravity="nan 0 0"/>'}, "gravity number 0 is not finite"),
     ({"jb": 'ref="1e200"'}, "qpos0 has 1e.200"),

@@ -75,7 +75,7 @@ REFUSALS = [
             "more": '<extension><plugin plugin="mujoco.pid"><instance name="p"/></plugin></extension>'
             '<actuator><plugin joint="ja" plugin="mujoco.pid" instance="p"/></actuator>'
         },
-        "plugin",
+        "it has 1 plugins",
     ),
     ({"option": '<option viscosity="0.1" wind="1 0 0"/>'}, "viscosity = 0.1"),
     ({"option": '<option gravity="nan 0 0"/>'}, "gravity number 0 is not finite"),

@@ -92,8 +92,7 @@ def _effort_limits(chain: Structure, driven: np.ndarray) -> dict[str, Range]:
     for name in list(chain.model.names)[1:]:
         own = chain.velocity_slice(name)
         if own.stop > own.start and np.isin(np.arange(own.start, own.stop), driven).all():
-            largest = np.asarray(chain.model.upperEffortLimit[own])
-            limits[name] = (-largest, largest)
+            limits[name] = (chain.model.lowerEffortLimit[own].copy(), chain.model.upperEffortLimit[own].copy())
     return limits
 
 

@@ -1,201 +1,181 @@
-"""Reading MJCF through Pinocchio, and comparing what it made of the file with what MuJoCo itself reads.
+"""Reading MJCF: MuJoCo compiles the file, and its compiled model becomes a Pinocchio tree with closures.
 
-Pinocchio reads one tree and the equalities connect and weld. What else MuJoCo's format can say, it drops without a
-word: a second body on the world, couplings of joints, tendons. Here that is an error.
+Read are: bodies, also several on the world; hinges, slides, balls and free joints, several on one body too; inertias,
+armature, gravity; position limits; springs, damping and dry friction of joints; limits of effort; sites, as frames;
+the equalities connect and weld. What the file says about friction, springs and damping counts with MuJoCo's flags:
+a flag that is disabled takes its forces away.
+
+**Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. The softness of MuJoCo's
+constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force is not
+read either; efforts are given as forces.
+
+Anything else that changes the motion is an error that names it (:mod:`exo_pin.chain.mjcf_refusals`). What was built
+is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned.
+
+=================== ===========================================================================================
+name                of what
+=================== ===========================================================================================
+a joint's           its own, or ``joint_3`` by MuJoCo's number
+a body's frame      the body's own (type BODY), or ``body_3``; the world is "universe"
+a site's frame      the site's own (type OP_FRAME); sites without a name have no frame
+a closure's         the equality's own, or ``equality_3``
+=================== ===========================================================================================
+
+Two frames in different places cannot have one name: the joint keeps it, then the body, which otherwise gets "_body"
+after its name, then the site, which gets "_site". A closure called as a joint gets "_closure".
 """
 
 from __future__ import annotations
 
-from os import PathLike, fspath
+from os import PathLike
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
-from ..errors import FileFormatError, MissingExtra
+from ..errors import FileFormatError, InvalidInput
 from ..validation import FloatArray
 from .closures import Closure, Closures, Placement, Roles, Root
+from .mjcf_check import refuse_disagreement
+from .mjcf_compiling import Compiled, compile_mjcf
+from .mjcf_refusals import refuse_unreadable
+from .mjcf_tree import Tree, build_tree, free_name, pose
 
 __all__ = ["read_mjcf"]
-
-#: Largest difference between the two readings: placements, m and rad; masses, relative.
-_SAME = 1e-9
 
 
 def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
-    Equalities become closures of their names: connect spherical, weld rigid. Joints with an actuator of their own
-    are actuated.
-
     Parameters
     ----------
-    path : path-like
-        The XML file.
+    path : path-like or str
+        The XML file, or the XML itself.
+
+    Returns
+    -------
+    pinocchio.Model
+        The tree. Hinges and slides have MuJoCo's coordinates, ``ref`` included; quaternions are (x, y, z, w), and the
+        linear velocity of a free joint is in the body's axes (in MuJoCo: the world's). Its ``damping``, ``armature``
+        and ``upperDryFrictionLimit`` are the joints'; ``upperEffortLimit`` and ``lowerEffortLimit`` are infinite where
+        the file limits no effort. ``referenceConfigurations`` has "qpos0", where MuJoCo starts, and the keyframes.
+    Closures
+        A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
+        point only and is spherical. Springs are in ``joints``. Joints with an actuator are actuated.
+
+    Warns
+    -----
+    RuntimeWarning
+        If MuJoCo warns about the file.
 
     Raises
     ------
     FileFormatError
-        If either of the two cannot read the file, if it has something that Pinocchio drops, or if they disagree.
+        If there is no such file, MuJoCo cannot compile it, or it has something that a chain cannot hold.
     MissingExtra
         If MuJoCo is not installed.
+    InvalidInput
+        If ``path`` is neither a path nor text.
     """
+    source = compile_mjcf(path)
+    refuse_unreadable(source)
     try:
-        import mujoco
-    except ImportError as error:
-        raise MissingExtra("robots", "mujoco") from error
-    file = fspath(path)
-    try:
-        theirs = mujoco.MjModel.from_xml_path(file)
-    except ValueError as error:
-        raise FileFormatError(f"MuJoCo cannot read it: {error}", file) from error
-    _refuse_dropped(theirs, mujoco, file)
-    try:
-        model, constraints = pin.buildModelAndLegacyConstraintsFromMJCF(file)
-    except (RuntimeError, ValueError) as error:
-        raise FileFormatError(f"Pinocchio cannot read it: {error}", file) from error
-    _compare_trees(model, theirs, mujoco, file)
-    closures = tuple(_closure(theirs, mujoco, index, file) for index in range(theirs.neq))
-    _compare_closures(constraints, closures, file)
-    root = Root(gravity=tuple(np.asarray(model.gravity.linear).tolist()))
-    name = theirs.names[: theirs.names.index(b"\0")].decode() or "unnamed"
-    return model, Closures(name, root, closures, Roles(_actuated(model, theirs, mujoco, file)))
+        model, closures = _built(source)
+    except FileFormatError:
+        raise
+    except InvalidInput as error:
+        raise source.error(str(error)) from error
+    source.warn()
+    return model, closures
 
 
-def _refuse_dropped(theirs: Any, mujoco: Any, file: str) -> None:
-    """What Pinocchio would not say that it cannot read."""
-    kinds = mujoco.mjtEq
-    known = {int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)}
-    for index in range(theirs.neq):
-        name = theirs.equality(index).name or f"number {index}"
-        if int(theirs.eq_type[index]) not in known:
-            kind = kinds(int(theirs.eq_type[index])).name.removeprefix("mjEQ_").lower()
-            raise FileFormatError(f"equality {name} is a {kind} coupling: only connect and weld are read", file)
-        if not theirs.eq_active0[index]:
-            raise FileFormatError(f"equality {name} is not active: remove it, or make it so", file)
-    roots = [theirs.body(index).name for index in range(1, theirs.nbody) if theirs.body_parentid[index] == 0]
-    if len(roots) > 1:
-        raise FileFormatError(
-            f"several bodies stand on the world ({', '.join(roots)}), of which Pinocchio reads one: put them into one "
-            "body that stands still",
-            file,
-        )
-    if theirs.ntendon:
-        raise FileFormatError(f"it has {theirs.ntendon} tendons, which are not read", file)
+def _built(source: Compiled) -> tuple[pin.Model, Closures]:
+    """The tree and its closures, compared with MuJoCo."""
+    tree = build_tree(source)
+    actuated = _limit_efforts(source, tree)
+    closures = _closures(source, tree)
+    refuse_disagreement(source, tree)
+    root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
+    roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
+    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties)
 
 
-def _compare_trees(model: pin.Model, theirs: Any, mujoco: Any, file: str) -> None:
-    """Bodies, joints, masses, and where the bodies are at rest and in another configuration."""
-    frames = {frame.name: index for index, frame in enumerate(model.frames)}
-    names = [theirs.body(index).name for index in range(theirs.nbody)]
-    for index in range(1, theirs.nbody):
-        if not names[index]:
-            raise FileFormatError(f"body number {index} has no name", file)
-        if names[index] not in frames:
-            raise FileFormatError(f"body {names[index]!r} is not in what Pinocchio reads", file)
-    if (model.nq, model.nv) != (theirs.nq, theirs.nv):
-        raise FileFormatError(f"Pinocchio reads {model.nv} freedoms, MuJoCo {theirs.nv}", file)
-    data, other = model.createData(), mujoco.MjData(theirs)
-    rng = np.random.default_rng(0)
-    rest = pin.neutral(model)
-    for q in (rest, pin.integrate(model, rest, rng.uniform(-0.5, 0.5, model.nv))):
-        pin.framesForwardKinematics(model, data, q)
-        other.qpos[:] = _their_configuration(model, theirs, mujoco, q, frames, names)
-        mujoco.mj_kinematics(theirs, other)
-        mujoco.mj_comPos(theirs, other)
-        for index in range(1, theirs.nbody):
-            place = data.oMf[frames[names[index]]]
-            shift = np.abs(place.translation - other.xpos[index]).max()
-            turn = np.abs(place.rotation - other.xmat[index].reshape(3, 3)).max()
-            if max(shift, turn) > _SAME:
-                raise FileFormatError(f"Pinocchio and MuJoCo see body {names[index]!r} in different places", file)
-        pin.crba(model, data, q)
-        ours = np.diag(data.M)
-        full = np.zeros((theirs.nv, theirs.nv))
-        mujoco.mj_makeM(theirs, other)
-        mujoco.mj_fullM(theirs, other, full)
-        moving = np.diag(full) - theirs.dof_armature
-        own = ours - np.asarray(model.armature)
-        # A free body's linear part is told in other axes by the two, but its mass is the same in all.
-        if np.abs(own - moving).max(initial=0.0) > 1e-6 * max(float(np.abs(moving).max(initial=0.0)), 1e-12):
-            raise FileFormatError("Pinocchio and MuJoCo read different masses or inertias", file)
+def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
+    """The equalities under names of their own."""
+    count = source.model.neq
+    joints = set(tree.model.names)
+    taken = {*joints, *(source.name("EQUALITY", index) for index in range(count))}
+    found: list[Closure] = []
+    for index in range(count):
+        name = source.name("EQUALITY", index)
+        if not name or name in joints:
+            name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
+            taken.add(name)
+        found.append(_closure(source, tree, index, name))
+    return tuple(found)
 
 
-def _their_configuration(
-    model: pin.Model, theirs: Any, mujoco: Any, q: FloatArray, frames: dict[str, int], names: list[str]
-) -> FloatArray:
-    """q in MuJoCo's order; quaternions have their scalar first there."""
-    kinds = mujoco.mjtJoint
-    found = np.zeros(theirs.nq)
-    used: dict[int, int] = {}
-    for index in range(theirs.njnt):
-        joint = model.frames[frames[names[theirs.jnt_bodyid[index]]]].parentJoint
-        # Several joints of one body are one composite joint of Pinocchio's, in the same order.
-        start = model.idx_qs[joint] + used.get(joint, 0)
-        there, kind = int(theirs.jnt_qposadr[index]), int(theirs.jnt_type[index])
-        if kind == kinds.mjJNT_FREE:
-            found[there : there + 7] = q[start : start + 7][[0, 1, 2, 6, 3, 4, 5]]
-            used[joint] = used.get(joint, 0) + 7
-        elif kind == kinds.mjJNT_BALL:
-            found[there : there + 4] = q[start : start + 4][[3, 0, 1, 2]]
-            used[joint] = used.get(joint, 0) + 4
-        else:
-            found[there] = q[start]
-            used[joint] = used.get(joint, 0) + 1
-    return found
+def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
+    """One equality as MuJoCo compiled it.
 
-
-def _closure(theirs: Any, mujoco: Any, index: int, file: str) -> Closure:
-    """One equality as MuJoCo compiled it."""
-    is_weld = int(theirs.eq_type[index]) == int(mujoco.mjtEq.mjEQ_WELD)
-    name = theirs.equality(index).name or f"equality_{index}"
-    ids = int(theirs.eq_obj1id[index]), int(theirs.eq_obj2id[index])
+    ``eq_data`` of a connect is the point in body 1 and in body 2. Of a weld it is the point in body 2, the point in
+    body 1, the orientation of body 2 in body 1, and the scale of the rows that hold the orientation.
+    """
+    theirs, mujoco = source.model, source.mujoco
     data = theirs.eq_data[index]
+    is_weld = int(theirs.eq_type[index]) == int(mujoco.mjtEq.mjEQ_WELD)
+    ids = int(theirs.eq_obj1id[index]), int(theirs.eq_obj2id[index])
+    still = np.array([1.0, 0.0, 0.0, 0.0])
     if int(theirs.eq_objtype[index]) == int(mujoco.mjtObj.mjOBJ_SITE):
         bodies = [int(theirs.site_bodyid[site]) for site in ids]
-        places = [_placement(theirs.site_pos[site], theirs.site_quat[site]) for site in ids]
-    elif is_weld:
-        # relpose stands after the anchor: where body 2 is in body 1.
-        bodies, places = list(ids), [_placement(data[3:6], data[6:10]), Placement()]
+        places = [(theirs.site_pos[site], theirs.site_quat[site]) for site in ids]
     else:
-        bodies, places = list(ids), [_placement(data[0:3]), _placement(data[3:6])]
-    frames = ["universe" if body == 0 else theirs.body(body).name for body in bodies]
-    kind = "rigid" if is_weld else "spherical"
-    return Closure(name, kind, frames[0], frames[1], placement_a=places[0], placement_b=places[1])
+        bodies = list(ids)
+        places = [(data[3:6], data[6:10]), (data[0:3], still)] if is_weld else [(data[0:3], still), (data[3:6], still)]
+    if tree.carriers[bodies[0]][0] == tree.carriers[bodies[1]][0]:
+        named = " and ".join(repr(tree.frames[body]) for body in bodies)
+        raise source.error(f"equality {name!r} joins {named}, which are one rigid body: remove it")
+    kind = "rigid" if is_weld and data[10] else "spherical"
+    ends = [_placement(*place) for place in places]
+    return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
 
 
-def _placement(position: FloatArray, quaternion: FloatArray | None = None) -> Placement:
-    turn = (0.0, 0.0, 0.0, 1.0)
-    if quaternion is not None:
-        turn = tuple(Rotation.from_quat(quaternion, scalar_first=True).as_quat().tolist())
-    return Placement(tuple(np.asarray(position).tolist()), turn)
+def _placement(position: FloatArray, quaternion: FloatArray) -> Placement:
+    place = pose(position, quaternion)
+    coefficients: Any = pin.Quaternion(place.rotation).normalized().coeffs()
+    return Placement(tuple(place.translation.tolist()), tuple(coefficients.tolist()))
 
 
-def _compare_closures(constraints: Any, closures: tuple[Closure, ...], file: str) -> None:
-    """Pinocchio has as many connects and as many welds.
+def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:
+    """Put the limits of efforts into the tree, and return the joints that carry an actuator, by their index."""
+    theirs, model = source.model, tree.model
+    lower, upper = np.full(model.nv, -np.inf), np.full(model.nv, np.inf)
+    efforts: dict[int, FloatArray] = {}
+    for index in range(theirs.nactuator):
+        joint = int(theirs.actuator_trnid[index, 0])
+        efforts[joint] = efforts.get(joint, np.zeros(2)) + _effort_range(source, index)
+    for joint, own in enumerate(tree.joints):
+        limits = efforts.get(joint, np.array([-np.inf, np.inf]))
+        if theirs.jnt_actfrclimited[joint]:
+            limits = np.clip(limits, *theirs.jnt_actfrcrange[joint])
+        lower[model.idx_vs[own]], upper[model.idx_vs[own]] = limits
+    model.lowerEffortLimit, model.upperEffortLimit = lower, upper
+    return [tree.joints[joint] for joint in efforts]
 
-    Where they hold is taken from MuJoCo, whose format it is: Pinocchio forgets the ``pos`` of a joint in the anchor of
-    a connect between bodies.
+
+def _effort_range(source: Compiled, index: int) -> FloatArray:
+    """What an actuator can put on its joint, shape (2,), N or N m.
+
+    A control range limits the force of a motor (a constant gain, no dynamics); otherwise a force range alone does.
     """
-    welds = [item.type == pin.ContactType.CONTACT_6D for item in constraints]
-    if sorted(welds) != sorted(closure.type == "rigid" for closure in closures):
-        raise FileFormatError(f"Pinocchio reads {len(welds)} equalities, MuJoCo {len(closures)}, or other ones", file)
-
-
-def _actuated(model: pin.Model, theirs: Any, mujoco: Any, file: str) -> tuple[str, ...]:
-    """Joints that an actuator acts on."""
-    kinds = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
-    found = []
-    for index in range(theirs.nu):
-        if int(theirs.actuator_trntype[index]) not in kinds:
-            raise FileFormatError(f"actuator number {index} does not act on a joint", file)
-        name = theirs.joint(int(theirs.actuator_trnid[index, 0])).name
-        if name not in model.names:
-            raise FileFormatError(
-                f"joint {name!r} shares its body with others, of which Pinocchio makes one joint: give it its own body",
-                file,
-            )
-        if name not in found:
-            found.append(name)
-    return tuple(found)
+    theirs, mujoco = source.model, source.mujoco
+    limits = np.array([-np.inf, np.inf])
+    is_motor = int(theirs.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED) and int(
+        theirs.actuator_dyntype[index]
+    ) == int(mujoco.mjtDyn.mjDYN_NONE)
+    control = int(theirs.actuator_ctrladr[index])
+    if is_motor and theirs.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
+        limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_ctrlrange[control]
+    if theirs.actuator_forcelimited[index]:
+        limits = np.clip(np.sort(limits), *theirs.actuator_forcerange[index])
+    return np.sort(limits * theirs.actuator_gear[theirs.actuator_outadr[index], 0])

@@ -100,9 +100,10 @@ class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, 
 
     @classmethod
     def from_mjcf(cls, path: str | PathLike[str]) -> ClosedChain:
-        """Load a MuJoCo model whose loops are connect and weld equalities.
+        """Load a MuJoCo model whose loops are connect and weld equalities, from a file or from the XML itself.
 
-        See :func:`exo_pin.chain.mjcf_reading.read_mjcf` for what is refused.
+        See :mod:`exo_pin.chain.mjcf_reading` for what is read and how it is named, and :func:`read_mjcf` there for
+        what is raised. Contact is not read.
         """
         return cls(*read_mjcf(path))
 

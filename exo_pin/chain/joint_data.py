@@ -18,7 +18,7 @@ from ..validation import FloatArray
 from .axes import motion_axes
 from .closures import JointProperties
 
-__all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "limits_without_end", "refuse_data"]
+__all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]
 
 #: What is written for a limit that is not there: the largest double.
 NO_LIMIT = float(np.finfo(np.float64).max)
@@ -141,8 +141,12 @@ def refuse_data(file_format: str, joint: str, what: Iterable[str]) -> None:
         raise InvalidInput(f"{file_format} cannot hold the {names} of joint {joint!r}: set it to zero, or to no limit")
 
 
-def limits_without_end(model: pin.Model) -> None:
-    """Make limits infinite that stand for none."""
+def repair_limits(model: pin.Model) -> None:
+    """Make limits infinite that stand for none, and lower limits of velocity negative.
+
+    Pinocchio 4.1 reads ``velocity="4"`` of a URDF as limits of 4 to 4 rad/s.
+    """
+    model.lowerVelocityLimit[:] = -np.abs(model.upperVelocityLimit)
     for key in ("Position", "Velocity", "Effort"):
         for side in ("lower", "upper"):
             limit = getattr(model, f"{side}{key}Limit")
@@ -196,8 +200,11 @@ def _unit(subspace: FloatArray) -> str | None:
 
 
 def _limits(model: pin.Model, key: str, part: slice) -> FloatArray:
-    sides = [getattr(model, f"{side}{key}Limit")[part] for side in ("lower", "upper")]
-    return np.stack([_endless(side) for side in sides], axis=1)
+    lower, upper = (_endless(getattr(model, f"{side}{key}Limit")[part]) for side in ("lower", "upper"))
+    if key == "Velocity":
+        # See repair_limits: a model that was read elsewhere has the upper limits twice.
+        lower = np.where(lower == upper, -upper, lower)
+    return np.stack([lower, upper], axis=1)
 
 
 def _endless(limit: FloatArray) -> FloatArray:

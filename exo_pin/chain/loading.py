@@ -11,7 +11,7 @@ import pinocchio as pin
 from ..errors import FileFormatError, InvalidInput, UnknownName
 from .closures import Closures
 from .files import read_closures
-from .joint_data import apply_joint_properties, limits_without_end
+from .joint_data import apply_joint_properties, repair_limits
 from .text_files import read_file
 from .urdf_checking import checked_urdf
 
@@ -67,7 +67,7 @@ def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:
             f"{model.nv} degrees of freedom are too many: Pinocchio's memory for a tree grows with their cube, "
             f"and ends at {_MOST_FREEDOMS}"
         )
-    limits_without_end(model)
+    repair_limits(model)
     return model
 
 

@@ -80,7 +80,7 @@ def parse_xml(source: str | bytes) -> Element:
     except (expat.ExpatError, LookupError, ValueError) as error:
         if isinstance(error, FileFormatError):
             raise
-        raise FileFormatError(f"not XML: {error}") from error
+        raise FileFormatError(f"not a URDF: its XML is not well-formed: {error}") from error
     assert builder.root is not None
     return builder.root
 

@@ -81,7 +81,10 @@ def wrist_of(chain: Structure, side: Side = "left") -> Recognised:
         for joint in range(1, chain.model.njoints)
         if np.abs(_ten(chain.model.inertias[joint]) - _ten(written.inertias[joint])).max() > _SAME * scale
     )
-    return Recognised(mechanism, heavier, _unheld(chain))
+    try:
+        return Recognised(mechanism, heavier, _unheld(chain))
+    except ExoPinError as error:
+        raise NotAWrist(name, str(error)) from error
 
 
 def _unheld(chain: Structure) -> tuple[str, ...]:

@@ -115,7 +115,8 @@ def check_grammar(root: Element) -> None:
 def _check(element: Element, rule: _Rule) -> None:
     for attribute in rule.required:
         if attribute not in element.attributes:
-            raise element.error(f"the attribute {attribute!r} is missing{_near(attribute, element.attributes)}")
+            near = get_close_matches(attribute, list(element.attributes), n=1)
+            raise element.error(f"the attribute {attribute!r} is missing{f'; there is {near[0]!r}' if near else ''}")
     known = (*rule.required, *rule.optional, *rule.others)
     for attribute in element.attributes:
         if ":" not in attribute and attribute != "xmlns" and attribute not in known:

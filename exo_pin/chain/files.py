@@ -53,9 +53,9 @@ The types, with the rows that they cost:
 
 Lengths may also be given in mm (``translation_b_mm``). Orientations are unit quaternions, because roll, pitch and
 yaw lose digits near their lock. A joint that both slides and turns, as a free flyer, has ``stiffness`` and
-``armature`` without a unit: SI by the coordinate. A spring reference is in m, in rad, or for a joint with a quaternion
-(x, y, z, w) or an endless hinge (cosine, sine) of length 1. An unknown key, type, frame, joint or closure is an error
-that lists what there is; frames, joints and the units of their data are checked when a model is loaded.
+``armature`` without a unit: SI by the coordinate. A spring reference is in m and rad, a turn about all axes as a unit
+quaternion (x, y, z, w); an endless hinge has no spring. An unknown key, type, frame, joint or closure is an error that
+lists what there is; frames, joints and the units of their data are checked when a model is loaded.
 """
 
 from __future__ import annotations

@@ -74,12 +74,8 @@ class JointData:
 
     @property
     def rest(self) -> float:
-        """Coordinate of a hinge or slide at which its spring is slack, rad or m."""
-        if self.reference is None:
-            return 0.0
-        # An endless hinge has cosine and sine for coordinates.
-        at = self.reference
-        return float(np.arctan2(at[1], at[0])) if len(at) == 2 else float(at[0])
+        """Coordinate of a hinge or slide at which its spring is slack, rad or m; an endless hinge has no spring."""
+        return 0.0 if self.reference is None else float(self.reference[0])
 
     def symmetric(self, which: str, joint: str, file_format: str) -> float:
         """The one number for "effort" or "velocity" limits of a hinge or slide, infinite if there is none.

@@ -18,8 +18,10 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..errors import InvalidInput
 from ..validation import FloatArray
 from .bodies import TreeBody
 from .joint_data import NO_LIMIT, JointData, refuse_data
@@ -69,13 +71,17 @@ def write_joints(element: ET.Element, body: TreeBody, own: FloatArray) -> list[f
 
 
 def _free(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
+    if body.parent != 0:
+        raise InvalidInput(f"MJCF has free joints on the world only; joint {body.joint!r} is on another body")
     _refuse(body, ("friction", "armature", "spring", "effort limits", "position limits"))
     damping = _one_number(body, "damping", body.data.damping)
     if damping == 0.0:
         ET.SubElement(element, "freejoint", name=body.joint)
     else:
         ET.SubElement(element, "joint", name=body.joint, type="free", damping=as_numbers(damping))
-    return [*own[:3], own[6], *own[3:6]]
+    # MuJoCo counts a free body's coordinates from the world, not from where the file puts the body.
+    pose = pin.SE3ToXYZQUAT(body.placement * pin.XYZQUATToSE3(own))
+    return [*pose[:3], pose[6], *pose[3:6]]
 
 
 def _ball(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:

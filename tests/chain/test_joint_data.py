@@ -29,17 +29,11 @@ def strong_chain(seed, armature=True):
     bare = ClosedChain.from_urdf(xml, Closures("strong"))
     joints = []
     for index in range(1, bare.model.njoints):
-        q = pin.integrate(bare.model, bare.neutral(), rng.normal(size=bare.model.nv))
-        name = bare.model.names[index]
-        joints.append(
-            JointProperties(
-                name,
-                rng.uniform(0.5, 50.0),
-                tuple(q[bare.configuration_slice(name)]),
-                (rng.uniform(0.01, 0.1),) if armature else None,
-                "m" if "JointModelP" in bare.model.joints[index].shortname() else "rad",
-            )
-        )
+        unit = "m" if "JointModelP" in bare.model.joints[index].shortname() else "rad"
+        # An endless hinge carries no spring.
+        spring = (rng.uniform(0.5, 50.0), (rng.normal(),)) if bare.model.nqs[index] == 1 else (0.0, None)
+        inertia = (rng.uniform(0.01, 0.1),) if armature else None
+        joints.append(JointProperties(bare.model.names[index], *spring, inertia, unit))
     return ClosedChain.from_urdf(xml, Closures("strong", joints=tuple(joints), root=Root(gravity=(0, 0, 0))))
 
 
@@ -51,7 +45,7 @@ def same_arrays(one, other):
 def rest(chain, name):
     """Where a joint's spring is slack, rad or m."""
     reference = next(item.spring_reference for item in chain.description.joints if item.joint == name)
-    return reference[0] if len(reference) == 1 else np.arctan2(reference[1], reference[0])
+    return 0.0 if reference is None else reference[0]
 
 
 def here(chain, q, name):
@@ -229,6 +223,30 @@ def test_a_ball_joint_in_mujoco(tmp_path):
     again = ClosedChain.from_urdf(bare.to_urdf(tmp_path))
     assert again.description.joints == (JointProperties("ball", 3.0, armature=(0.2, 0.2, 0.2), unit="rad"),)
     np.testing.assert_array_equal(again.model.armature, 0.2)
+
+
+def floating_chain(seed):
+    """A floating joint with an origin of its own and a hinge, in an order that the seed decides."""
+    chain = ClosedChain.from_urdf(random_tree(seed, 2, ("floating", "revolute")), Closures("free"))
+    return chain, pin.integrate(chain.model, chain.neutral(), np.random.default_rng(seed).normal(size=7))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_a_free_body_stands_in_mujoco_where_it_stands(seed, tmp_path):
+    chain, q = floating_chain(seed)
+    theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, q)))
+    data = mujoco.MjData(theirs)
+    mujoco.mj_resetDataKeyframe(theirs, data, 0)
+    mujoco.mj_forward(theirs, data)
+    for link in ("l1", "l2"):
+        np.testing.assert_allclose(data.body(link).xpos, chain.placement(q, link).translation, atol=1e-12)
+        np.testing.assert_allclose(data.body(link).xmat.reshape(3, 3), chain.placement(q, link).rotation, atol=1e-12)
+
+
+def test_a_free_body_on_another_body_is_not_written_as_mjcf(tmp_path):
+    chain, q = floating_chain(4)
+    with pytest.raises(InvalidInput, match="free joints on the world only"):
+        chain.to_mjcf(tmp_path, q)
 
 
 def test_limits_that_are_not_there_stay_so(tmp_path):

@@ -1,6 +1,5 @@
 """What is refused in a URDF, by name and line, and what is not."""
 
-import locale
 import os
 import subprocess
 import sys
@@ -177,27 +176,15 @@ def test_what_is_no_file_is_refused_and_never_waited_for(tmp_path):
         ClosedChain.from_urdf(tmp_path / "r.urdf")
 
 
-def test_the_decimal_point_does_not_depend_on_the_language():
-    there = [name for name in ("de_DE.UTF-8", "fr_FR.UTF-8", "nl_NL.UTF-8") if _has(name)]
-    if not there:
-        pytest.skip("no language with a decimal comma is installed")
-    before = locale.setlocale(locale.LC_ALL)
-    try:
-        locale.setlocale(locale.LC_ALL, there[0])
-        same_as_good(ClosedChain.from_urdf(GOOD, BARE))
-    finally:
-        locale.setlocale(locale.LC_ALL, before)
-
-
-def _has(name):
-    before = locale.setlocale(locale.LC_ALL)
-    try:
-        locale.setlocale(locale.LC_ALL, name)
-    except locale.Error:
-        return False
-    finally:
-        locale.setlocale(locale.LC_ALL, before)
-    return True
+def test_limits_of_the_urdf_of_version_1_2():
+    xml = GOOD.replace('name="r"', 'name="r" version="1.2"')
+    model = ClosedChain.from_urdf(xml.replace(' effort="3" velocity="4"', ""), BARE).model
+    assert [*model.lowerEffortLimit, *model.upperEffortLimit] == [-np.inf, np.inf]
+    assert [*model.lowerVelocityLimit, *model.upperVelocityLimit] == [-np.inf, np.inf]
+    with pytest.raises(FileFormatError, match="'lower' is missing"):
+        ClosedChain.from_urdf(xml.replace('lower="-1"', ""), BARE)
+    # Version 1.0 has zero for it.
+    assert ClosedChain.from_urdf(GOOD.replace('lower="-1"', ""), BARE).model.lowerPositionLimit == [0.0]
 
 
 def test_inertias_may_be_off_by_their_rounding():

@@ -1,8 +1,8 @@
 """What a joint has besides its motion: damping, dry friction, armature, limits and a spring, for readers and writers.
 
 Damping, friction and limits are the Pinocchio model's; springs are the closures file's; an armature is put from the
-closures file into the model. A limit of 1e300 or more, of either sign, stands for none, because Pinocchio and URDF
-have no other word for it.
+closures file into the model. A limit of 1e300 or more, of either sign, means that there is no limit: URDF has no
+infinity, and Pinocchio uses the largest double.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .closures import JointProperties
 
 __all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]
 
-#: What is written for a limit that is not there: the largest double.
+#: Written where there is no limit: the largest double.
 NO_LIMIT = float(np.finfo(np.float64).max)
 _NO_LIMIT_FROM = 1e300
 #: Pinocchio's own limits of quaternions and cosine-sine pairs, which limit nothing.

@@ -1,7 +1,7 @@
 """A check of a URDF before Pinocchio reads it, which drops what it does not understand.
 
-:func:`checked_urdf` gives back the part that makes the model, links' inertias and joints, with every number spelt
-so that Pinocchio's reader gets it right whatever the file's encoding, line ends and blanks.
+:func:`checked_urdf` returns the part that makes the model: inertias of links, and joints. Every number is spelt so that
+Pinocchio's reader reads it correctly, whatever the file's encoding, line ends and blanks.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def parse_xml(source: str | bytes) -> Element:
     Parameters
     ----------
     source : str or bytes
-        Text, whose declared encoding is then of no account, or bytes in the encoding that they declare (UTF-8, UTF-16
+        Text, whose encoding declaration is ignored, or bytes in the encoding that they declare (UTF-8, UTF-16
         with its byte-order mark, ISO-8859-1, ...).
 
     Raises
@@ -69,7 +69,7 @@ def parse_xml(source: str | bytes) -> Element:
         If it is not well-formed XML in that encoding, has a document type declaration, or is nested too deeply.
     """
     if isinstance(source, str):
-        # A text may hold half a character, which no encoding has.
+        # A lone surrogate becomes bytes that are no UTF-8, which the parser refuses.
         source, encoding = source.removeprefix("\ufeff").encode("utf-8", "surrogatepass"), "utf-8"
     else:
         encoding = None

@@ -4,8 +4,8 @@ After http://wiki.ros.org/urdf/XML and the schema of urdfdom. Pinocchio's URDF r
 a misspelt ``<axis xqz=...>`` would be read as no axis at all; here it is an error.
 
 What other programs keep in a URDF passes unread: every element and attribute with a prefix (``drake:...``), except
-xacro's, which have to be expanded first, and the ones without a prefix that are common in published files, listed in
-``_OTHERS`` and in ``others`` below. Of these only simulators and drawing programs make something.
+xacro's, which have to be expanded first, and those without a prefix that are common in published files, listed in
+``_OTHERS`` and in ``others`` below. They are for simulators, controllers and drawings.
 """
 
 from __future__ import annotations

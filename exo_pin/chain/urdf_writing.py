@@ -1,7 +1,7 @@
 """Writing any chain as URDF, with its closures file beside it.
 
-Damping, friction and limits of a joint go into the URDF, its spring and armature into the closures file. A limit that
-is not there is written as the largest double, because URDF wants a number; reading it gives no limit again.
+Damping, friction and limits of a joint go into the URDF, its spring and armature into the closures file. No limit is
+written as the largest double, because URDF needs a number; reading it gives no limit again.
 """
 
 from __future__ import annotations

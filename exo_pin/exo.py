@@ -111,7 +111,7 @@ class ShoulderExo(Questions):
             exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
         except NotAWrist as error:
             exo._recognised, exo._why_not = None, error.reason
-        if exo._recognised is not None and not exo._recognised.heavier:
+        if exo._recognised is not None and not (exo._recognised.heavier or exo._recognised.unheld):
             exo._mechanism = exo._recognised.mechanism
         return exo
 
@@ -122,15 +122,13 @@ class ShoulderExo(Questions):
         Raises
         ------
         NotAWrist
-            If the robot was loaded from a URDF that is no wrist, or has masses that a wrist's record cannot hold.
+            If the robot was loaded from a URDF that is no wrist, or has masses, damping, friction, armatures or springs
+            that a wrist's record cannot hold.
         """
         if self._mechanism is None:
             reason = self._why_not
             if self._recognised is not None:
-                reason = (
-                    "its geometry is a wrist's, but a wrist's record cannot hold the masses of "
-                    f"{len(self._recognised.heavier)} links, the first of them after {self._recognised.heavier[0]}"
-                )
+                reason = "its geometry is a wrist's, but a wrist's record cannot hold " + _beyond(self._recognised)
             raise NotAWrist(self.name, reason)
         return self._mechanism
 
@@ -308,6 +306,15 @@ class ShoulderExo(Questions):
         if not self.is_wrist:
             return ChainScene(self.chain, self.urdf, **options)
         return Scene(self, **options)
+
+
+def _beyond(recognised: Recognised) -> str:
+    """What a chain has that its record cannot hold."""
+    heavier, unheld = recognised.heavier, recognised.unheld
+    lost = [f"the masses of {len(heavier)} links, the first of them after {heavier[0]}"] if heavier else []
+    if unheld:
+        lost.append(f"the {', '.join(unheld[:4])}{', ...' if len(unheld) > 4 else ''}")
+    return " and ".join(lost)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

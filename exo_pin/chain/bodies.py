@@ -10,6 +10,7 @@ import pinocchio as pin
 from ..errors import InvalidInput
 from ..validation import FloatArray
 from .axes import motion_axes
+from .joint_data import JointData, joint_data
 from .structure import Structure
 
 __all__ = ["TreeBody", "link_name", "refuse_massless", "tree_bodies", "world_link"]
@@ -40,9 +41,11 @@ class TreeBody:
     axis : ndarray or None
         Shape (3,), of a hinge or slide, in the joint's frame.
     limits : tuple of float or None
-        Of a hinge or slide that has some, rad or m.
+        Of a hinge or slide that has some, rad or m; infinite on a side that has none.
     inertia : pinocchio.Inertia
         In the joint's frame.
+    data : JointData
+        Damping, friction, armature, limits and spring of the joint.
     """
 
     index: int
@@ -54,6 +57,7 @@ class TreeBody:
     axis: FloatArray | None
     limits: tuple[float, float] | None
     inertia: pin.Inertia
+    data: JointData
 
 
 def tree_bodies(chain: Structure) -> list[TreeBody]:
@@ -62,10 +66,10 @@ def tree_bodies(chain: Structure) -> list[TreeBody]:
     Raises
     ------
     InvalidInput
-        If a joint is of a kind that the formats do not have.
+        If a joint is of a kind that the formats do not have, or for what :func:`joint_data` refuses.
     """
     model, found = chain.model, []
-    axes, links = motion_axes(model), _link_names(model)
+    axes, links, data = motion_axes(model), _link_names(model), joint_data(model, chain.description.joints)
     for index in range(1, model.njoints):
         joint, limits, axis = model.joints[index], None, None
         kind = _COMPOUND.get(joint.shortname(), "")
@@ -73,17 +77,15 @@ def tree_bodies(chain: Structure) -> list[TreeBody]:
             linear, angular = axes[index][:3, 0], axes[index][3:, 0]
             if not (linear.any() and angular.any()):
                 kind, axis = ("slide", linear) if linear.any() else ("hinge", angular)
-                at = model.idx_qs[index]
-                low, high = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
+                low, high = (float(limit) for limit in data[index].position[0])
                 # An endless hinge has cosine and sine for coordinates, and no limits.
-                limits = (low, high) if model.nqs[index] == 1 and np.isfinite([low, high]).all() else None
+                limits = (low, high) if model.nqs[index] == 1 and np.isfinite([low, high]).any() else None
         if not kind:
             raise InvalidInput(f"joint {model.names[index]!r} ({joint.shortname()}) cannot be written")
         name, parent = links.get(index, model.names[index]), int(model.parents[index])
         place = model.jointPlacements[index]
-        found.append(
-            TreeBody(index, parent, name, model.names[index], place, kind, axis, limits, model.inertias[index])
-        )
+        joint_name, inertia = model.names[index], model.inertias[index]
+        found.append(TreeBody(index, parent, name, joint_name, place, kind, axis, limits, inertia, data[index]))
     return found
 
 

@@ -226,15 +226,21 @@ class JointProperties:
     armature : tuple of float or None
         Shape (nv of the joint,), inertia of the actuator's rotor seen from the joint, kg or kg m², not negative. It is
         put into the model when the file is loaded; None leaves the model's own.
+    unit : {"m", "rad"} or None
+        What the joint has to move in for these values, which is checked when a model is loaded; None for a joint that
+        moves in both, or without a check.
     """
 
     joint: str
     stiffness: float = 0.0
     spring_reference: tuple[float, ...] | None = None
     armature: tuple[float, ...] | None = None
+    unit: str | None = None
 
     def __post_init__(self) -> None:
         _require_name("joint", self.joint)
+        if self.unit not in (None, "m", "rad"):
+            raise UnknownName("unit", self.unit, ("m", "rad"), where=f"joint {self.joint!r}")
         stiffness = float(as_finite(f"stiffness of joint {self.joint!r}", self.stiffness, ()))
         object.__setattr__(self, "stiffness", stiffness)
         for key in ("spring_reference", "armature"):

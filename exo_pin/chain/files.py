@@ -22,6 +22,13 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     # axis = [0.0, 0.0, 1.0]             # optional, of revolute, prismatic, cylindrical: in the closure's frame
     # distance_m = 0.3                   # of distance, and only there
 
+    [[joints]]                           # optional: what a URDF cannot say about a joint
+    name = "elbow"
+    stiffness_N_m_rad = 4.0              # of the spring in a joint that turns; stiffness_N_m (or _N_mm) if it slides
+    spring_reference = [0.3]             # optional: coordinates in q where it is slack, by default the neutral ones
+    armature_kg_m2 = [0.02]              # optional: of the actuator's rotor, one number for each coordinate of v;
+                                         # armature_kg if the joint slides. Damping and friction: <dynamics> of URDF
+
     [roles]                              # optional: what the parts are for
     actuated = ["slide"]                 # joints that carry an actuator
     shoulder = "root_joint"              # the joint (or closure) whose reaction is asked for
@@ -45,8 +52,10 @@ The types, with the rows that they cost:
 * distance (1): the frames' origins keep their distance, as the ends of a rod between two ball joints.
 
 Lengths may also be given in mm (``translation_b_mm``). Orientations are unit quaternions, because roll, pitch and
-yaw lose digits near their lock. An unknown key, type, frame, joint or closure is an error that lists what there
-is; frames and joints are checked when a model is loaded with the closures.
+yaw lose digits near their lock. A joint that both slides and turns, as a free flyer, has ``stiffness`` and
+``armature`` without a unit: SI by the coordinate. A spring reference is in m and rad, a turn about all axes as a unit
+quaternion (x, y, z, w); an endless hinge has no spring. An unknown key, type, frame, joint or closure is an error that
+lists what there is; frames, joints and the units of their data are checked when a model is loaded.
 """
 
 from __future__ import annotations
@@ -62,7 +71,8 @@ from numpy.typing import ArrayLike
 from ..design.files import write_text
 from ..design.quantities import Table
 from ..errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
-from .closures import Closure, Closures, LimbRole, Placement, Roles, Root
+from .closures import Closure, Closures, JointProperties, LimbRole, Placement, Roles, Root
+from .text_files import read_text
 
 __all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
 
@@ -80,10 +90,8 @@ def read_closures(path: str | PathLike[str]) -> Closures:
         If a closure type, root joint or closure name is not known; the message lists those there are.
     """
     try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileFormatError(f"cannot be read: {error}", path) from error
-    except tomllib.TOMLDecodeError as error:
+        data = tomllib.loads(read_text(path))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise FileFormatError(f"not TOML: {error}", path) from error
     table = Table(data, path)
     schema = table.integer("schema")
@@ -149,6 +157,8 @@ def closures_text(closures: Closures, comment: str = "") -> str:
             lines.append(_pair("axis", closure.axis))
         if closure.distance is not None:
             lines.append(_pair("distance_m", closure.distance))
+    for joint in closures.joints:
+        lines += ["", "[[joints]]", *_joint_lines(joint)]
     roles = closures.roles
     if roles != Roles():
         lines += ["", "[roles]", _pair("actuated", roles.actuated)]
@@ -158,6 +168,24 @@ def closures_text(closures: Closures, comment: str = "") -> str:
         lines += ["", "[[roles.limbs]]"]
         lines += [_pair(key, getattr(limb, key)) for key in ("name", "kind", "slide", "platform_joint", "closure")]
     return "\n".join(lines) + "\n"
+
+
+#: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
+_JOINT_KEYS = {
+    "m": (("stiffness", "stiffness", "_N_m"), ("mass", "armature", "_kg")),
+    "rad": (("twist stiffness", "stiffness", "_N_m_rad"), ("inertia", "armature", "_kg_m2")),
+    None: (("number", "stiffness", ""), ("number", "armature", "")),
+}
+
+
+def _joint_lines(joint: JointProperties) -> list[str]:
+    (_, stiffness, per_unit), (_, armature, suffix) = _JOINT_KEYS[joint.unit]
+    lines = [_pair("name", joint.joint), _pair(stiffness + per_unit, joint.stiffness)]
+    if joint.spring_reference is not None:
+        lines.append(_pair("spring_reference", joint.spring_reference))
+    if joint.armature is not None:
+        lines.append(_pair(armature + suffix, joint.armature))
+    return lines
 
 
 def _pair(key: str, value: Any) -> str:
@@ -170,7 +198,7 @@ def _pair(key: str, value: Any) -> str:
 def _read_root_table(table: Table) -> Closures:
     name = table.text("name")
     root_table, roles_table = table.table("root", required=False), table.table("roles", required=False)
-    closure_tables = table.tables("closures")
+    closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
     table.finish()
     assert name is not None
     return Closures(
@@ -178,6 +206,7 @@ def _read_root_table(table: Table) -> Closures:
         Root() if root_table is None else _read_root(root_table),
         tuple(_read_closure(item) for item in closure_tables),
         Roles() if roles_table is None else _read_roles(roles_table),
+        tuple(_read_joint(item) for item in joint_tables),
     )
 
 
@@ -205,6 +234,28 @@ def _read_closure(table: Table) -> Closure:
     table.finish()
     extra = {"axis": axis, "distance": distance}
     return Closure(*texts, *placements, **{key: value for key, value in extra.items() if value is not None})  # type: ignore[arg-type]
+
+
+def _read_joint(table: Table) -> JointProperties:
+    name = table.text("name")
+    reference = table.quantity("number", "spring_reference", (None,), required=False)
+    found: dict[str, tuple[str | None, Any]] = {}
+    for unit, keys in _JOINT_KEYS.items():
+        for (kind, key, _), shape in zip(keys, ((), (None,)), strict=True):
+            value = table.quantity(kind, key, shape, required=False)
+            if value is not None and key in found:
+                raise table.error("given in two units", key)
+            if value is not None:
+                found[key] = (unit, value)
+    table.finish()
+    units = {unit for unit, _ in found.values()}
+    if len(units) > 1:
+        raise table.error("stiffness and armature are of joints that move in different units", "armature")
+    given = {key: value for key, (_, value) in found.items()}
+    try:
+        return JointProperties(name, spring_reference=reference, **given, unit=next(iter(units), None))  # type: ignore[arg-type]
+    except InvalidInput as error:
+        raise table.error(str(error), "name") from error
 
 
 def _read_roles(table: Table) -> Roles:

@@ -12,7 +12,8 @@ prismatic,  millionth of the robot's, is the price of a format that has no such 
 cylindrical
 =========== ================================================================================================
 
-MuJoCo's equalities are springs that give way a little; its default stiffness is kept.
+MuJoCo's equalities are springs that give way a little; its default stiffness is kept. What joints have besides their
+motion is written as :mod:`exo_pin.chain.mjcf_joints` says; limits of velocity are left out.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ import pinocchio as pin
 
 from ..validation import FloatArray
 from .bodies import TreeBody, refuse_massless, tree_bodies, world_link
+from .mjcf_joints import as_numbers, write_joints
 from .structure import Structure
 
 __all__ = ["mjcf_text"]
@@ -45,14 +47,14 @@ def mjcf_text(chain: Structure, q: FloatArray) -> str:
     Raises
     ------
     InvalidInput
-        If a body has no mass, or a joint is of a kind that MuJoCo does not have.
+        If a body has no mass, a joint is of a kind that MuJoCo does not have, or has data that MJCF cannot hold.
     """
     bodies = tree_bodies(chain)
     refuse_massless(bodies, "MuJoCo")
     model = chain.model
     root = ET.Element("mujoco", model=chain.description.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
-    ET.SubElement(root, "option", gravity=_numbers(model.gravity.linear))
+    ET.SubElement(root, "option", gravity=as_numbers(model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
     first = [body for body in bodies if body.parent == 0]
     if len(first) > 1 and all(body.kind != "free" for body in first):
@@ -76,9 +78,11 @@ def mjcf_text(chain: Structure, q: FloatArray) -> str:
     if len(actuators):
         root.append(actuators)
     key = ET.SubElement(root, "keyframe")
-    ET.SubElement(key, "key", name="closed", qpos=_numbers(qpos))
+    ET.SubElement(key, "key", name="closed", qpos=as_numbers(qpos))
     ET.indent(root)
     note = f"<!-- {len(bodies)} bodies, {len(chain.closures)} closures. Written by exo_pin. -->"
+    if any("velocity limits" in body.data.present for body in bodies):
+        note += "\n<!-- MJCF has no limits of velocity; those of the joints are left out. -->"
     return f"{note}\n{ET.tostring(root, encoding='unicode')}\n"
 
 
@@ -97,36 +101,16 @@ def _write_children(
     for body in by_parent.get(parent, []):
         element = ET.SubElement(elements[parent], "body", {"name": body.name, **_pose(body.placement)})
         elements[body.index] = element
-        _joint(element, body, qpos, q[chain.configuration_slice(body.joint)])
+        qpos += write_joints(element, body, q[chain.configuration_slice(body.joint)])
         _inertial(element, body.inertia)
         _write_children(body.index, by_parent, elements, chain, q, qpos, helpers)
-
-
-def _joint(element: ET.Element, body: TreeBody, qpos: list[float], own: FloatArray) -> None:
-    if body.kind == "free":
-        ET.SubElement(element, "freejoint", name=body.joint)
-        qpos += [*own[:3], own[6], *own[3:6]]
-    elif body.kind == "ball":
-        ET.SubElement(element, "joint", name=body.joint, type="ball")
-        qpos += [own[3], *own[:3]]
-    elif body.axis is not None:
-        limits = {} if body.limits is None else {"range": _numbers(body.limits)}
-        given = {"name": body.joint, "type": body.kind, "axis": _numbers(body.axis), **limits}
-        ET.SubElement(element, "joint", given)
-        qpos.append(float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0]))
-    else:
-        for axis, letter in zip(np.eye(3), "xyz", strict=True):
-            turns = body.kind == "planar" and letter == "z"
-            kind = "hinge" if turns else "slide"
-            ET.SubElement(element, "joint", name=f"{body.joint}_{letter}", type=kind, axis=_numbers(axis))
-        qpos += [own[0], own[1], float(np.arctan2(own[3], own[2])) if body.kind == "planar" else own[2]]
 
 
 def _inertial(element: ET.Element, inertia: pin.Inertia) -> None:
     tensor = inertia.inertia
     six = [tensor[entry] for entry in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     ET.SubElement(
-        element, "inertial", pos=_numbers(inertia.lever), mass=repr(float(inertia.mass)), fullinertia=_numbers(six)
+        element, "inertial", pos=as_numbers(inertia.lever), mass=repr(float(inertia.mass)), fullinertia=as_numbers(six)
     )
 
 
@@ -156,8 +140,10 @@ class _Helper:
         element = ET.SubElement(parent, "body", {"name": self.name, **_pose(self.place)})
         axes = [np.eye(3)[1], np.eye(3)[0]] if self.kind == "universal" else [np.eye(3)[2]] * 2
         for k, kind in enumerate(_HELPED[self.kind]):
-            ET.SubElement(element, "joint", name=f"{self.name}_{k}", type=kind, axis=_numbers(axes[k]))
-        ET.SubElement(element, "inertial", pos="0 0 0", mass=repr(self.mass), diaginertia=_numbers([self.inertia] * 3))
+            ET.SubElement(element, "joint", name=f"{self.name}_{k}", type=kind, axis=as_numbers(axes[k]))
+        ET.SubElement(
+            element, "inertial", pos="0 0 0", mass=repr(self.mass), diaginertia=as_numbers([self.inertia] * 3)
+        )
         ET.SubElement(element, "site", name=f"{self.name}_site")
         qpos += self.values
 
@@ -208,13 +194,9 @@ def _write_closure(
             ET.SubElement(tendon, "site", site=site)
         # The equality counts from the length that the tendon has with all joints at zero.
         rest = float(chain.residual(chain.neutral())[chain.rows(name)][0])
-        ET.SubElement(equalities, "tendon", name=name, tendon1=name, polycoef=_numbers([-rest, 1, 0, 0, 0]))
+        ET.SubElement(equalities, "tendon", name=name, tendon1=name, polycoef=as_numbers([-rest, 1, 0, 0, 0]))
 
 
 def _pose(place: pin.SE3) -> dict[str, str]:
     x, y, z, w = pin.Quaternion(place.rotation).normalized().coeffs()
-    return {"pos": _numbers(place.translation), "quat": _numbers([w, x, y, z])}
-
-
-def _numbers(values: object) -> str:
-    return " ".join(repr(float(value) + 0.0) for value in np.asarray(values, dtype=float).reshape(-1))
+    return {"pos": as_numbers(place.translation), "quat": as_numbers([w, x, y, z])}

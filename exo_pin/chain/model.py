@@ -51,7 +51,7 @@ class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, 
     model : pinocchio.Model
         The tree. It is kept, not copied.
     closures : Closures
-        Its loops and roles. The root joint and gravity that they name are not applied here;
+        Its loops, roles and springs. The root joint, gravity and armatures that they name are not applied here;
         :meth:`from_urdf` does that.
 
     Raises
@@ -83,9 +83,14 @@ class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, 
         Raises
         ------
         FileFormatError
-            If a file cannot be read as what it should be, or the URDF has mimic joints (state them as closures).
+            If a file cannot be read as what it should be: the URDF has an element or attribute that is unknown,
+            missing or twice there, a number that is none or out of its range, an inertia that no body can have, links
+            that are not one tree, or mimic joints (state them as closures). The message names the place and line; see
+            :mod:`exo_pin.chain.urdf_checking`.
         UnknownName
             If a root joint, frame, joint or closure type is not known.
+        InvalidInput
+            If data of a joint in the closures have another unit or number of components than the joint.
         """
         return cls(*load_model(urdf, closures, root_joint))
 
@@ -117,11 +122,13 @@ class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, 
     def to_urdf(self, folder: str | PathLike[str]) -> Path:
         """Write a URDF and the closures file beside it, both called after the chain, and return the URDF's path.
 
-        See :func:`exo_pin.chain.urdf_writing.urdf_text` for what is raised. Pictures are not kept.
+        See :func:`exo_pin.chain.urdf_writing.urdf_text` for where damping, friction, limits, springs and armatures go,
+        and for what is raised. Pictures are not kept.
         """
         text, closures = urdf_text(self)
         stem = self._stem()
-        note = f"What {stem}.urdf leaves out: its root, its loops, its roles. Written by exo_pin."
+        more = ", its springs and armatures" if closures.joints else ""
+        note = f"What {stem}.urdf leaves out: its root, its loops, its roles{more}. Written by exo_pin."
         files = {f"{stem}.urdf": text, f"{stem}.closures.toml": closures_text(closures, note)}
         return write_files(folder, files)[0]
 

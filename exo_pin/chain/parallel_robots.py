@@ -9,7 +9,9 @@
     joint_type: ["SPHERICAL", "UJOINT_XY", "FIXED"]
 
 A joint that is changed to SPHERICAL turns about all its axes; UJOINT_XY (YZ, ZX) becomes two hinges, ``cross1_X`` and
-``cross1_Y``; FIXED does not move.
+``cross1_Y``; FIXED does not move. A changed joint has no limits: those of the URDF are the hinge's that it was. Its
+damping and friction have to be zero in the URDF, because they are no longer about one axis. All other joints are as
+in the URDF.
 """
 
 from __future__ import annotations
@@ -22,7 +24,9 @@ import pinocchio as pin
 
 from ..errors import FileFormatError, MissingExtra, UnknownName
 from .closures import Closure, Closures, Roles
+from .joint_data import joint_data, refuse_data
 from .loading import load_model
+from .text_files import read_text
 
 __all__ = ["read_parallel_robot"]
 
@@ -50,6 +54,8 @@ def read_parallel_robot(
         If the file is not YAML or a key is unknown, missing or of a wrong kind.
     UnknownName
         If a loop's or a joint's type is not known, or a frame or joint is not in the URDF.
+    InvalidInput
+        If a joint that is changed has damping or friction in the URDF.
     MissingExtra
         If PyYAML is not installed.
     """
@@ -61,10 +67,8 @@ def read_parallel_robot(
     if file.is_dir():
         file = file / "robot.yaml"
     try:
-        data = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileFormatError(f"cannot be read: {error}", file) from error
-    except yaml.YAMLError as error:
+        data = _parsed(read_text(file))
+    except (yaml.YAMLError, RecursionError) as error:
         raise FileFormatError(f"not YAML: {error}", file) from error
     if not isinstance(data, dict):
         raise FileFormatError("expected keys with values", file)
@@ -97,6 +101,21 @@ def read_parallel_robot(
     return (_changed(model, changes) if changes else model), described
 
 
+def _parsed(text: str) -> Any:
+    """The data of a YAML text; a key that is there twice is an error, where PyYAML takes the last one."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+            twice = next((key for n, key in enumerate(keys) if key in keys[:n]), None)
+            if twice is not None:
+                raise yaml.constructor.ConstructorError(None, None, f"{twice!r} is given twice", node.start_mark)
+            return super().construct_mapping(node, deep)
+
+    return yaml.load(text, Loader)
+
+
 def _listed(data: dict[str, Any], key: str, file: Path, required: bool) -> list[Any]:
     if key not in data and required:
         raise FileFormatError(f"missing key {key!r}", file, key)
@@ -115,7 +134,18 @@ def _same_length(file: Path, **lists: list[Any]) -> None:
 
 
 def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
-    """The same tree with some joints of another type."""
+    """The same tree with some joints of another type.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint of another type had damping or friction.
+    """
+    data = joint_data(model, ())
+    for joint in range(1, model.njoints):
+        if model.names[joint] in changes:
+            lost = [what for what in data[joint].present if what in ("damping", "friction")]
+            refuse_data(f"the joint type {changes[model.names[joint]]}", model.names[joint], lost)
     new = pin.Model()
     new.name, new.gravity = model.name, model.gravity
     carriers, welded = {0: 0}, []
@@ -123,18 +153,7 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         name, place = model.names[joint], model.jointPlacements[joint]
         parent, kind = carriers[model.parents[joint]], changes.get(name)
         if kind is None or kind == "FIXED":
-            q, v = model.idx_qs[joint], model.idx_vs[joint]
-            span_q, span_v = slice(q, q + model.nqs[joint]), slice(v, v + model.nvs[joint])
-            added = new.addJoint(
-                parent,
-                model.joints[joint],
-                place,
-                name,
-                model.effortLimit[span_v],
-                model.velocityLimit[span_v],
-                model.lowerPositionLimit[span_q],
-                model.upperPositionLimit[span_q],
-            )
+            added = new.addJoint(parent, model.joints[joint], place, name)
             welded += [added] if kind == "FIXED" else []
         elif kind == "SPHERICAL":
             added = new.addJoint(parent, pin.JointModelSpherical(), place, name)
@@ -149,4 +168,31 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
     for frame in model.frames:
         if frame.type != pin.FrameType.JOINT and frame.name != "universe":
             new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, frame.type), False)
-    return pin.buildReducedModel(new, welded, pin.neutral(new)) if welded else new
+    if welded:
+        new = pin.buildReducedModel(new, welded, pin.neutral(new))
+    for joint in range(1, model.njoints):
+        if model.names[joint] not in changes:
+            _copy_data(model, joint, new, new.getJointId(model.names[joint]))
+    return new
+
+
+def _copy_data(model: pin.Model, joint: int, new: pin.Model, other: int) -> None:
+    """A joint's limits, damping, friction and armature, from one model to another."""
+    for names, first, count in ((_PER_V, "idx_vs", "nvs"), (_PER_Q, "idx_qs", "nqs")):
+        here, there = getattr(model, first)[joint], getattr(new, first)[other]
+        size = getattr(model, count)[joint]
+        for name in names:
+            getattr(new, name)[there : there + size] = getattr(model, name)[here : here + size]
+
+
+_PER_V = (
+    "lowerEffortLimit",
+    "upperEffortLimit",
+    "lowerVelocityLimit",
+    "upperVelocityLimit",
+    "lowerDryFrictionLimit",
+    "upperDryFrictionLimit",
+    "damping",
+    "armature",
+)
+_PER_Q = ("lowerPositionLimit", "upperPositionLimit")

@@ -15,6 +15,7 @@ from ..design.limb import Limb, LimbBody
 from ..design.mechanism import Mechanism
 from ..errors import ExoPinError, NotAWrist
 from .axes import motion_axes
+from .joint_data import joint_data
 from .loading import load_model
 from .structure import Structure
 from .urdf import mechanism_urdf
@@ -35,10 +36,14 @@ class Recognised(NamedTuple):
     heavier : tuple of str
         Joints whose links have mass that the record cannot hold (crosses, anchors): kinematics is the chain's,
         statics is not.
+    unheld : tuple of str
+        Data of joints that the record cannot hold and forces depend on, such as "damping of limb_1_slide": damping,
+        friction, armature and springs. Kinematics is the chain's, statics and dynamics are not.
     """
 
     mechanism: Mechanism
     heavier: tuple[str, ...]
+    unheld: tuple[str, ...] = ()
 
 
 def wrist_of(chain: Structure, side: Side = "left") -> Recognised:
@@ -76,7 +81,20 @@ def wrist_of(chain: Structure, side: Side = "left") -> Recognised:
         for joint in range(1, chain.model.njoints)
         if np.abs(_ten(chain.model.inertias[joint]) - _ten(written.inertias[joint])).max() > _SAME * scale
     )
-    return Recognised(mechanism, heavier)
+    try:
+        return Recognised(mechanism, heavier, _unheld(chain))
+    except ExoPinError as error:
+        raise NotAWrist(name, str(error)) from error
+
+
+def _unheld(chain: Structure) -> tuple[str, ...]:
+    data = joint_data(chain.model, chain.description.joints)
+    return tuple(
+        f"{what} of {chain.model.names[joint]}"
+        for joint in range(1, chain.model.njoints)
+        for what in data[joint].present
+        if what in ("damping", "friction", "armature", "spring")
+    )
 
 
 def _part(chain: Structure) -> str:

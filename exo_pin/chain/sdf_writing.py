@@ -2,6 +2,10 @@
 
 SDF tells where links are, not what their joints read: a joint reads zero as the file stands, so the file stands closed.
 Root joints: a free robot is not joined to the world, a ball root is a ball joint on it.
+
+A hinge or slide keeps its damping, friction and spring, and its limits of position, effort and velocity. A joint
+without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
+armature, and no data of a ball joint.
 """
 
 from __future__ import annotations
@@ -14,11 +18,14 @@ import pinocchio as pin
 from ..errors import InvalidInput
 from ..validation import FloatArray
 from .bodies import TreeBody, link_name, refuse_massless, tree_bodies
+from .joint_data import refuse_data
 from .structure import Structure
 
 __all__ = ["sdf_text"]
 
 _VERSION = "1.9"
+#: Data of a hinge or slide that SDF has a place for.
+_HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
 _TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
 _CLOSURES = {
     "rigid": "fixed",
@@ -42,7 +49,8 @@ def sdf_text(chain: Structure, q: FloatArray) -> str:
     Raises
     ------
     InvalidInput
-        If a body has no mass, or a joint or closure is of a kind that SDF does not have (cylindrical, distance).
+        If a body has no mass, a joint or closure is of a kind that SDF does not have (cylindrical, distance), or a
+        joint has data that SDF cannot hold.
     """
     bodies = tree_bodies(chain)
     refuse_massless(bodies, "SDF")
@@ -74,7 +82,7 @@ def sdf_text(chain: Structure, q: FloatArray) -> str:
         ET.SubElement(element, "parent").text = ends[1 - child]
         ET.SubElement(element, "child").text = ends[child]
         if closure.type in ("revolute", "prismatic"):
-            _axis(element, "axis", np.array([0.0, 0.0, 1.0]), None)
+            _axis(element, "axis", np.array([0.0, 0.0, 1.0]))
         elif closure.type == "universal":
             _universal(chain, c, child, element, q)
     ET.indent(root)
@@ -88,6 +96,8 @@ _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (
 def _tree_joint(
     chain: Structure, model: ET.Element, body: TreeBody, parent: str, q: FloatArray, taken: set[str]
 ) -> None:
+    held = _HELD if body.axis is not None else ()
+    refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
     if body.kind == "free" and body.parent == 0:
         return
     if body.kind not in _TREE:
@@ -96,9 +106,34 @@ def _tree_joint(
     ET.SubElement(element, "parent").text = parent
     ET.SubElement(element, "child").text = body.name
     if body.axis is not None:
-        here = float(q[chain.configuration_slice(body.joint)][0])
-        limits = None if body.limits is None else (body.limits[0] - here, body.limits[1] - here)
-        _axis(element, "axis", body.axis, limits)
+        own = q[chain.configuration_slice(body.joint)]
+        here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
+        _strong_axis(element, body, here, body.joint in chain.roles.actuated)
+
+
+def _strong_axis(element: ET.Element, body: TreeBody, here: float, actuated: bool) -> None:
+    """The axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is ``here``."""
+    data, axis = body.data, ET.SubElement(element, "axis")
+    assert body.axis is not None
+    ET.SubElement(axis, "xyz").text = " ".join(_number(value) for value in body.axis)
+    limits = ET.SubElement(axis, "limit")
+    for key, limit in zip(("lower", "upper"), body.limits or (), strict=False):
+        if np.isfinite(limit):
+            ET.SubElement(limits, key).text = _number(limit - here)
+    effort = data.symmetric("effort", body.joint, "SDF")
+    for key, limit in (
+        ("effort", effort if np.isfinite(effort) or actuated else 0.0),
+        ("velocity", data.symmetric("velocity", body.joint, "SDF")),
+    ):
+        if np.isfinite(limit):
+            ET.SubElement(limits, key).text = _number(limit)
+    values = {"damping": float(data.damping[0]), "friction": float(data.friction[0])}
+    if data.stiffness != 0.0:
+        values |= {"spring_reference": data.rest - here, "spring_stiffness": data.stiffness}
+    if any(values.values()):
+        dynamics = ET.SubElement(axis, "dynamics")
+        for key, value in values.items():
+            ET.SubElement(dynamics, key).text = _number(value)
 
 
 def _universal(chain: Structure, c: int, child: int, element: ET.Element, q: FloatArray) -> None:
@@ -111,22 +146,18 @@ def _universal(chain: Structure, c: int, child: int, element: ET.Element, q: Flo
     # Frame a turns about its x, frame b about its y.
     axes = [ends[0][:, 0], ends[1][:, 1]]
     for name, end in (("axis", 1 - child), ("axis2", child)):
-        _axis(element, name, ends[child].T @ axes[end], None)
+        _axis(element, name, ends[child].T @ axes[end])
 
 
 def _joint(model: ET.Element, name: str, kind: str) -> ET.Element:
     return ET.SubElement(model, "joint", name=name, type=kind)
 
 
-def _axis(element: ET.Element, name: str, direction: FloatArray, limits: tuple[float, float] | None) -> None:
+def _axis(element: ET.Element, name: str, direction: FloatArray) -> None:
     axis = ET.SubElement(element, name)
     ET.SubElement(axis, "xyz").text = " ".join(_number(value) for value in direction)
-    limit = ET.SubElement(axis, "limit")
-    if limits is not None:
-        ET.SubElement(limit, "lower").text = _number(limits[0])
-        ET.SubElement(limit, "upper").text = _number(limits[1])
     # Passive until a simulator says otherwise.
-    ET.SubElement(limit, "effort").text = "0"
+    ET.SubElement(ET.SubElement(axis, "limit"), "effort").text = "0"
 
 
 def _free_name(name: str, suffix: str, taken: set[str]) -> str:

@@ -1,4 +1,8 @@
-"""Writing any chain as URDF, with its closures file beside it."""
+"""Writing any chain as URDF, with its closures file beside it.
+
+Damping, friction and limits of a joint go into the URDF, its spring and armature into the closures file. No limit is
+written as the largest double, because URDF needs a number; reading it gives no limit again.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +12,11 @@ import numpy as np
 import pinocchio as pin
 
 from ..errors import InvalidInput
-from .bodies import tree_bodies, world_link
-from .closures import Closures, Root
+from .bodies import TreeBody, tree_bodies, world_link
+from .closures import Closures, JointProperties, Root
+from .joint_data import NO_LIMIT, refuse_data
 from .structure import Structure
-from .xml import Body, Document
+from .xml import Body, Document, JointStrength
 
 __all__ = ["urdf_text"]
 
@@ -27,7 +32,9 @@ def urdf_text(chain: Structure) -> tuple[str, Closures]:
     Raises
     ------
     InvalidInput
-        If a joint is of a kind that URDF does not have, as a ball joint anywhere but alone under the root.
+        If a joint is of a kind that URDF does not have, as a ball joint anywhere but alone under the root, or has
+        data that neither file can hold: damping, friction or limits of a joint that is neither hinge nor slide, or
+        limits of effort or velocity that differ between the directions.
     """
     model, given = chain.model, chain.description
     bodies = tree_bodies(chain)
@@ -46,6 +53,9 @@ def urdf_text(chain: Structure) -> tuple[str, Closures]:
         inertia = body.inertia
         held = None if inertia.mass <= 0.0 else Body(inertia.mass, np.array(inertia.lever), np.array(inertia.inertia))
         document.link(body.name, held)
+        if body is hung or body.axis is None:
+            lost = [what for what in body.data.present if what not in ("spring", "armature")]
+            refuse_data("URDF", body.joint, lost)
         if body is hung:
             continue
         place = body.placement.translation, body.placement.rotation
@@ -56,11 +66,35 @@ def urdf_text(chain: Structure) -> tuple[str, Closures]:
             raise InvalidInput(f"URDF has no joint for {body.joint!r}, which is {body.kind}")
         endless = body.kind == "hinge" and model.nqs[body.index] == 2
         kind = "continuous" if endless else _KINDS[body.kind]
-        limits = None if endless else body.limits or (-1e9, 1e9)
+        if endless:
+            refuse_data("URDF", body.joint, [what for what in body.data.present if what == "position limits"])
+        limits = None if endless else np.clip(body.limits or (-np.inf, np.inf), -NO_LIMIT, NO_LIMIT)
+        strength = JointStrength(
+            body.data.symmetric("effort", body.joint, "URDF"),
+            body.data.symmetric("velocity", body.joint, "URDF"),
+            float(body.data.damping[0]),
+            float(body.data.friction[0]),
+        )
         parent = links[body.parent]
-        document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, rotation=place[1])
+        document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength)
     _more_frames(chain, document, links)
-    return document.text(), dataclasses.replace(given, root=root)
+    return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
+
+
+def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> tuple[JointProperties, ...]:
+    """Springs as they were given, and the armatures of the model."""
+    known = {item.joint: item for item in given}
+    for body in bodies:
+        item = known.get(body.joint)
+        if item is None and not body.data.armature.any():
+            continue
+        item = item or JointProperties(body.joint)
+        # Left out stays left out where the model has none.
+        armature = body.data.armature if item.armature is not None or body.data.armature.any() else None
+        known[body.joint] = dataclasses.replace(
+            item, unit=body.data.unit, armature=None if armature is None else tuple(armature.tolist())
+        )
+    return tuple(known.values())
 
 
 def _more_frames(chain: Structure, document: Document, links: dict[int, str]) -> None:

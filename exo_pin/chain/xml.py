@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..validation import FloatArray
+from .joint_data import NO_LIMIT
 
-__all__ = ["COLOURS", "Body", "Document", "Picture"]
+__all__ = ["COLOURS", "Body", "Document", "JointStrength", "Picture"]
 
 #: Materials by name, red, green, blue, alpha.
 COLOURS = {
@@ -44,6 +45,24 @@ class Body:
     mass: float
     centre: FloatArray
     inertia: FloatArray
+
+
+@dataclass(frozen=True)
+class JointStrength:
+    """What a hinge or slide can give and bear.
+
+    Attributes
+    ----------
+    effort, velocity : float
+        Limits, N or N m, m/s or rad/s; infinite for none.
+    damping, friction : float
+        N s/m or N m s/rad, and the largest dry friction, N or N m.
+    """
+
+    effort: float
+    velocity: float
+    damping: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -105,10 +124,12 @@ class Document:
         axis: ArrayLike,
         limits: ArrayLike | None = None,
         rotation: FloatArray | None = None,
+        strength: JointStrength | None = None,
     ) -> None:
         """Add a joint; its frame is parallel to its parent's unless a rotation, shape (3, 3), is given.
 
-        Limits are in rad or m.
+        Limits are in rad or m. Without a strength its limits of effort and velocity are what URDF wants and nobody
+        knows.
         """
         turned = "" if rotation is None else f' rpy="{_numbers(_roll_pitch_yaw(rotation))}"'
         self._lines += [
@@ -118,14 +139,8 @@ class Document:
             f'    <origin xyz="{_numbers(origin)}"{turned}/>',
             f'    <axis xyz="{_numbers(axis)}"/>',
         ]
-        # A passive joint gives no effort.
-        effort = _SLIDE_EFFORT if kind == "prismatic" else 0.0
-        if limits is not None:
-            low, high = np.asarray(limits, dtype=float)
-            span = f'lower="{_number(low)}" upper="{_number(high)}" '
-        else:
-            span = ""
-        self._lines.append(f'    <limit {span}effort="{_number(effort)}" velocity="{_number(_SPEED)}"/>')
+        if kind not in ("fixed", "floating"):
+            self._lines += _limit_and_dynamics(kind, limits, strength)
         self._lines.append("  </joint>")
 
     def text(self) -> str:
@@ -134,6 +149,24 @@ class Document:
         used = [key for key in COLOURS if any(f'name="{key}"/>' in line for line in self._lines)]
         paint = [f'  <material name="{key}"><color rgba="{_numbers(COLOURS[key])}"/></material>' for key in used]
         return "\n".join([*head, f"<robot name={quoteattr(self.name)}>", *paint, *self._lines, "</robot>"]) + "\n"
+
+
+def _limit_and_dynamics(kind: str, limits: ArrayLike | None, strength: JointStrength | None) -> list[str]:
+    if strength is None:
+        # A passive joint gives no effort.
+        strength = JointStrength(_SLIDE_EFFORT if kind == "prismatic" else 0.0, _SPEED)
+    span = ""
+    if limits is not None:
+        low, high = np.asarray(limits, dtype=float)
+        span = f'lower="{_number(low)}" upper="{_number(high)}" '
+    lines = []
+    if limits is not None or strength.effort < NO_LIMIT or strength.velocity < NO_LIMIT:
+        effort, velocity = (_number(min(limit, NO_LIMIT)) for limit in (strength.effort, strength.velocity))
+        lines.append(f'    <limit {span}effort="{effort}" velocity="{velocity}"/>')
+    if strength.damping != 0.0 or strength.friction != 0.0:
+        damping, friction = _number(strength.damping), _number(strength.friction)
+        lines.append(f'    <dynamics damping="{damping}" friction="{friction}"/>')
+    return lines
 
 
 def _number(value: float) -> str:

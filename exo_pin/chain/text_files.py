@@ -1,0 +1,57 @@
+"""Reading whole files: regular files only, so that a pipe or a device is an error and never a wait."""
+
+from __future__ import annotations
+
+import os
+import stat
+from os import PathLike
+
+from ..errors import FileFormatError
+
+__all__ = ["read_file", "read_text"]
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def read_file(path: str | PathLike[str]) -> bytes:
+    """The bytes of a regular file.
+
+    Raises
+    ------
+    FileFormatError
+        If the path is not a path, names no file, or names a folder, pipe, device or socket.
+    """
+    if not isinstance(path, (str, PathLike)):
+        raise FileFormatError(f"expected the path of a file, got {path!r:.60}")
+    try:
+        mode = os.stat(path).st_mode
+        if not stat.S_ISREG(mode):
+            what = next((name for is_kind, name in _KINDS if is_kind(mode)), "of an unknown kind")
+            raise FileFormatError(f"cannot be read: expected a regular file, this is {what}", path)
+        with open(path, "rb") as stream:
+            return stream.read()
+    except (OSError, ValueError) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        # A ValueError is a path with a zero byte in it.
+        raise FileFormatError(f"cannot be read: {error}", path) from error
+
+
+def read_text(path: str | PathLike[str]) -> str:
+    """The text of a regular file in UTF-8, with or without a byte-order mark.
+
+    Raises
+    ------
+    FileFormatError
+        As :func:`read_file`, and if the bytes are not UTF-8.
+    """
+    try:
+        return read_file(path).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileFormatError(f"cannot be read: expected UTF-8, {error}", path) from error

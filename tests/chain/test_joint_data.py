@@ -1,0 +1,442 @@
+"""Damping, friction, armature, springs and limits of joints: through every file format, as other programs read them."""
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import five_bar
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import MultibodyForces
+from urdf_trees import random_tree
+
+import exo_pin as ep
+from exo_pin.chain import ClosedChain, Closures, JointProperties, Root, read_closures, wrist_of, write_closures
+from exo_pin.errors import FileFormatError, InvalidInput, NotAWrist, UnknownName
+
+HINGES = ("revolute", "prismatic", "continuous")
+ARRAYS = (
+    "damping", "armature", "lowerDryFrictionLimit", "upperDryFrictionLimit", "lowerEffortLimit", "upperEffortLimit",
+    "lowerVelocityLimit", "upperVelocityLimit", "lowerPositionLimit", "upperPositionLimit",
+)  # fmt: skip
+
+
+def strong_chain(seed, armature=True):
+    """A tree of hinges and slides in which every joint has all data."""
+    xml, rng = random_tree(seed, 6, HINGES), np.random.default_rng(seed)
+    bare = ClosedChain.from_urdf(xml, Closures("strong"))
+    joints = []
+    for index in range(1, bare.model.njoints):
+        unit = "m" if "JointModelP" in bare.model.joints[index].shortname() else "rad"
+        # An endless hinge carries no spring.
+        spring = (rng.uniform(0.5, 50.0), (rng.normal(),)) if bare.model.nqs[index] == 1 else (0.0, None)
+        inertia = (rng.uniform(0.01, 0.1),) if armature else None
+        joints.append(JointProperties(bare.model.names[index], *spring, inertia, unit))
+    return ClosedChain.from_urdf(xml, Closures("strong", joints=tuple(joints), root=Root(gravity=(0, 0, 0))))
+
+
+def same_arrays(one, other):
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(one.model, name), getattr(other.model, name), err_msg=name)
+
+
+def rest(chain, name):
+    """Where a joint's spring is slack, rad or m."""
+    reference = next(item.spring_reference for item in chain.description.joints if item.joint == name)
+    return 0.0 if reference is None else reference[0]
+
+
+def here(chain, q, name):
+    own = q[chain.configuration_slice(name)]
+    return own[0] if len(own) == 1 else np.arctan2(own[1], own[0])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_urdf_and_closures_file_give_everything_back(seed, tmp_path):
+    chain = strong_chain(seed)
+    path = chain.to_urdf(tmp_path)
+    again = ClosedChain.from_urdf(path)
+    same_arrays(again, chain)
+    assert again.description.joints == chain.description.joints
+    assert chain.model.armature.min() > 0.0
+    written = path.with_suffix(".closures.toml").read_bytes()
+    again.to_urdf(tmp_path)
+    assert path.with_suffix(".closures.toml").read_bytes() == written
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_urdf_as_drake_and_mujoco_read_it(seed, tmp_path):
+    chain = strong_chain(seed)
+    path, model = chain.to_urdf(tmp_path), chain.model
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModels(str(path))
+    plant.Finalize()
+    theirs = mujoco.MjModel.from_xml_path(str(path))
+    for index in range(1, model.njoints):
+        name, v, q = model.names[index], model.idx_vs[index], model.idx_qs[index]
+        joint, mine = plant.GetJointByName(name), theirs.joint(name)
+        assert joint.default_damping_vector()[0] == model.damping[v]
+        assert mine.damping[0] == model.damping[v]
+        assert mine.frictionloss[0] == model.upperDryFrictionLimit[v]
+        assert joint.velocity_upper_limits()[0] == model.upperVelocityLimit[v]
+        assert joint.velocity_lower_limits()[0] == model.lowerVelocityLimit[v]
+        if model.nqs[index] == 1:
+            limits = [model.lowerPositionLimit[q], model.upperPositionLimit[q]]
+            assert [joint.position_lower_limits()[0], joint.position_upper_limits()[0]] == limits
+            np.testing.assert_allclose(mine.range, limits)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_mujoco_has_the_same_springs_damping_and_limits(seed, tmp_path):
+    chain = strong_chain(seed)
+    model, theirs = chain.model, mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, chain.neutral())))
+    data, rng = mujoco.MjData(theirs), np.random.default_rng(seed)
+    q = pin.integrate(model, chain.neutral(), rng.normal(size=model.nv))
+    v = rng.normal(size=model.nv)
+    for index in range(1, model.njoints):
+        name = model.names[index]
+        data.joint(name).qpos[0], data.joint(name).qvel[0] = here(chain, q, name), v[model.idx_vs[index]]
+    mujoco.mj_forward(theirs, data)
+    for index in range(1, model.njoints):
+        name, at = model.names[index], model.idx_vs[index]
+        joint, stiffness = theirs.joint(name), chain.description.joints[index - 1].stiffness
+        start = joint.dofadr[0]
+        spring = -stiffness * (here(chain, q, name) - rest(chain, name))
+        assert data.qfrc_spring[start] == pytest.approx(spring, rel=1e-12, abs=1e-12)
+        assert data.qfrc_damper[start] == pytest.approx(-model.damping[at] * v[at], rel=1e-12)
+        assert joint.armature[0] == model.armature[at]
+        assert joint.frictionloss[0] == model.upperDryFrictionLimit[at]
+        assert theirs.jnt_actfrclimited[joint.id]
+        assert list(theirs.jnt_actfrcrange[joint.id]) == [model.lowerEffortLimit[at], model.upperEffortLimit[at]]
+        if model.nqs[index] == 1:
+            limits = [array[model.idx_qs[index]] for array in (model.lowerPositionLimit, model.upperPositionLimit)]
+            assert list(joint.range) == limits
+        else:
+            assert not theirs.jnt_limited[joint.id]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_mjcf_gives_back_all_but_limits_of_velocity(seed, tmp_path):
+    chain = strong_chain(seed)
+    again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path, chain.neutral()))
+    ours, theirs = (
+        {item.joint: (item.stiffness, item.spring_reference) for item in some.description.joints if item.stiffness}
+        for some in (chain, again)
+    )
+    assert ours == theirs
+    for name in list(chain.model.names)[1:]:
+        for arrays, part in ((ARRAYS[:8], ClosedChain.velocity_slice), (ARRAYS[8:], ClosedChain.configuration_slice)):
+            here, there = part(chain, name), part(again, name)
+            for array in arrays:
+                # An endless hinge has no limits; Pinocchio's readers give its cosine and sine different ones.
+                if "Velocity" not in array and ("Position" not in array or here.stop - here.start == 1):
+                    one, other = getattr(chain.model, array)[here], getattr(again.model, array)[there]
+                    np.testing.assert_array_equal(one, other, err_msg=f"{array} of {name}")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_drake_has_the_same_springs_damping_and_limits_from_sdf(seed, tmp_path):
+    chain = strong_chain(seed, armature=False)
+    model, rng = chain.model, np.random.default_rng(seed)
+    as_written, q = (pin.integrate(model, chain.neutral(), rng.normal(size=model.nv)) for _ in range(2))
+    plant = MultibodyPlant(0.0)
+    path = chain.to_sdf(tmp_path, as_written)
+    # Not strictly, because Drake has no dry friction and warns of it.
+    Parser(plant).AddModels(str(path))
+    plant.mutable_gravity_field().set_gravity_vector(np.zeros(3))
+    plant.Finalize()
+    context, forces = plant.CreateDefaultContext(), MultibodyForces(plant)
+    text, positions = path.read_text(), np.zeros(plant.num_positions())
+    for index in range(1, model.njoints):
+        name = model.names[index]
+        joint = plant.GetJointByName(name)
+        moved = here(chain, q, name) - here(chain, as_written, name)
+        positions[joint.position_start()] = moved
+        assert f"<friction>{float(model.upperDryFrictionLimit[model.idx_vs[index]])!r}</friction>" in text
+    plant.SetPositions(context, positions)
+    plant.CalcForceElementsContribution(context, forces)
+    actuators = [plant.get_joint_actuator(k) for k in plant.GetJointActuatorIndices()]
+    efforts = {actuator.joint().name(): actuator.effort_limit() for actuator in actuators}
+    for index in range(1, model.njoints):
+        name, at = model.names[index], model.idx_vs[index]
+        joint, stiffness = plant.GetJointByName(name), chain.description.joints[index - 1].stiffness
+        spring = -stiffness * (here(chain, q, name) - rest(chain, name))
+        assert forces.generalized_forces()[joint.velocity_start()] == pytest.approx(spring, rel=1e-9, abs=1e-9)
+        assert joint.default_damping_vector()[0] == model.damping[at]
+        assert joint.velocity_upper_limits()[0] == model.upperVelocityLimit[at]
+        assert efforts[name] == model.upperEffortLimit[at]
+        if model.nqs[index] == 1:
+            start = here(chain, as_written, name)
+            limits = [
+                array[model.idx_qs[index]] - start for array in (model.lowerPositionLimit, model.upperPositionLimit)
+            ]
+            theirs = [joint.position_lower_limits()[0], joint.position_upper_limits()[0]]
+            np.testing.assert_allclose(theirs, limits, rtol=1e-12)
+
+
+def ball_chain(**arrays):
+    """A heavy ball on the world."""
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelSpherical(), pin.SE3.Identity(), "ball")
+    model.addJointFrame(joint, -1)
+    model.addBodyFrame("arm", joint, pin.SE3.Identity(), -1)
+    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.array([0.1, 0, 0]), np.eye(3)), pin.SE3.Identity())
+    for name, values in arrays.items():
+        getattr(model, name)[:] = values
+    return model
+
+
+def hinge_chain(**arrays):
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "hinge")
+    model.addJointFrame(joint, -1)
+    model.addBodyFrame("arm", joint, pin.SE3.Identity(), -1)
+    model.appendBodyToJoint(joint, pin.Inertia(1.0, np.array([0.1, 0, 0]), np.eye(3)), pin.SE3.Identity())
+    for name, values in arrays.items():
+        getattr(model, name)[:] = values
+    return model
+
+
+@pytest.mark.parametrize(
+    ("model", "joints", "write", "said"),
+    [
+        (ball_chain(damping=1.0), (), "to_urdf", "damping of joint 'ball'"),
+        (ball_chain(upperEffortLimit=9.0, lowerEffortLimit=-9.0), (), "to_urdf", "effort limits of joint 'ball'"),
+        (ball_chain(damping=[1.0, 1.0, 2.0]), (), "to_mjcf", "damping that differs"),
+        (ball_chain(), (JointProperties("ball", 3.0, (0.6, 0, 0, 0.8)),), "to_mjcf", "spring reference of joint"),
+        (ball_chain(), (JointProperties("ball", 3.0),), "to_sdf", "spring of joint 'ball'"),
+        (ball_chain(damping=1.0), (), "to_sdf", "damping of joint 'ball'"),
+        (hinge_chain(armature=1.0), (), "to_sdf", "armature of joint 'hinge'"),
+        (hinge_chain(upperEffortLimit=2.0, lowerEffortLimit=-1.0), (), "to_urdf", "one effort limit"),
+        (hinge_chain(upperEffortLimit=2.0), (), "to_sdf", "one effort limit"),
+        (hinge_chain(upperDryFrictionLimit=2.0), (), "to_urdf", "same in both directions"),
+        (hinge_chain(rotorInertia=1.0), (), "to_mjcf", "as armature"),
+    ],
+)
+def test_what_a_format_cannot_hold_is_refused_by_name(model, joints, write, said, tmp_path):
+    chain = ClosedChain(model, Closures("one", joints=joints))
+    with pytest.raises(InvalidInput, match=said):
+        getattr(chain, write)(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_ball_joint_in_mujoco(tmp_path):
+    chain = ClosedChain(
+        ball_chain(damping=0.3, armature=0.2, upperDryFrictionLimit=0.1, lowerDryFrictionLimit=-0.1),
+        Closures("one", joints=(JointProperties("ball", 3.0),)),
+    )
+    theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path)))
+    data = mujoco.MjData(theirs)
+    turn, v = np.array([0.3, -0.5, 0.7]), np.array([1.0, 2.0, 3.0])
+    q = pin.integrate(chain.model, chain.neutral(), turn)
+    data.qpos[:], data.qvel[:] = q[[3, 0, 1, 2]], v
+    mujoco.mj_forward(theirs, data)
+    np.testing.assert_allclose(data.qfrc_spring, -3.0 * turn, rtol=1e-12)
+    np.testing.assert_allclose(data.qfrc_damper, -0.3 * v, rtol=1e-12)
+    np.testing.assert_array_equal(theirs.dof_armature, 0.2)
+    np.testing.assert_array_equal(theirs.dof_frictionloss, 0.1)
+    # The URDF's closures file has the spring and the armature of a root joint.
+    bare = ClosedChain(ball_chain(armature=0.2), Closures("one", joints=(JointProperties("ball", 3.0),)))
+    again = ClosedChain.from_urdf(bare.to_urdf(tmp_path))
+    assert again.description.joints == (JointProperties("ball", 3.0, armature=(0.2, 0.2, 0.2), unit="rad"),)
+    np.testing.assert_array_equal(again.model.armature, 0.2)
+
+
+def floating_chain(seed):
+    """A floating joint with an origin of its own and a hinge, in an order that the seed decides."""
+    chain = ClosedChain.from_urdf(random_tree(seed, 2, ("floating", "revolute")), Closures("free"))
+    return chain, pin.integrate(chain.model, chain.neutral(), np.random.default_rng(seed).normal(size=7))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_a_free_body_stands_in_mujoco_where_it_stands(seed, tmp_path):
+    chain, q = floating_chain(seed)
+    theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, q)))
+    data = mujoco.MjData(theirs)
+    mujoco.mj_resetDataKeyframe(theirs, data, 0)
+    mujoco.mj_forward(theirs, data)
+    for link in ("l1", "l2"):
+        np.testing.assert_allclose(data.body(link).xpos, chain.placement(q, link).translation, atol=1e-12)
+        np.testing.assert_allclose(data.body(link).xmat.reshape(3, 3), chain.placement(q, link).rotation, atol=1e-12)
+
+
+def test_a_free_body_on_another_body_is_not_written_as_mjcf(tmp_path):
+    chain, q = floating_chain(4)
+    with pytest.raises(InvalidInput, match="free joints on the world only"):
+        chain.to_mjcf(tmp_path, q)
+
+
+def test_limits_that_are_not_there_stay_so(tmp_path):
+    chain = ClosedChain(hinge_chain(lowerPositionLimit=-1.0), Closures("one"))
+    again = ClosedChain.from_urdf(chain.to_urdf(tmp_path)).model
+    assert [*again.lowerPositionLimit, *again.upperPositionLimit] == [-1.0, np.inf]
+    assert [*again.upperEffortLimit, *again.upperVelocityLimit] == [np.inf, np.inf]
+    theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path)))
+    assert theirs.jnt_range[0, 0] == -1.0
+    assert theirs.jnt_range[0, 1] > 1e300
+    assert not theirs.jnt_actfrclimited[0]
+
+
+def test_an_actuator_without_strength_gives_no_force_in_mujoco(tmp_path):
+    named = five_bar()
+    chain = named.chain()
+    assert not chain.model.upperEffortLimit.any()
+    theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, named.q)))
+    data = mujoco.MjData(theirs)
+    data.ctrl[:] = 5.0
+    mujoco.mj_forward(theirs, data)
+    assert np.abs(data.qfrc_actuator).max() < 1e-300
+
+
+FILE = """schema = 1
+name = "r"
+[[joints]]
+name = "j0"
+"""
+
+
+def two_joints(kind):
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
+    return (
+        f'<robot name="r"><link name="a"/><link name="b"/><joint name="j0" type="{kind}"><parent link="a"/>'
+        f'<child link="b"/><axis xyz="0 0 1"/>{limit}</joint></robot>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("lines", "kind", "expected"),
+    [
+        ("stiffness_N_m_rad = 2.5", "revolute", JointProperties("j0", 2.5, unit="rad")),
+        ("stiffness_N_m = 2.5", "prismatic", JointProperties("j0", 2.5, unit="m")),
+        ("stiffness_N_mm = 2.5", "prismatic", JointProperties("j0", 2500.0, unit="m")),
+        ("stiffness = 2.5", "prismatic", JointProperties("j0", 2.5)),
+        ("armature_kg_m2 = [0.1]", "revolute", JointProperties("j0", armature=(0.1,), unit="rad")),
+        ("armature_kg = [1]", "prismatic", JointProperties("j0", armature=(1.0,), unit="m")),
+        (
+            "stiffness_N_m_rad = 1\nspring_reference = [0.6, 0.8]",
+            "planar",
+            "moves in m and rad",
+        ),
+        ("stiffness_N_m_rad = 2.5", "prismatic", "moves in m; its data are given for one that moves in rad"),
+        ("armature_kg = [1]", "revolute", "moves in rad; its data are given for one that moves in m"),
+        ("armature = [1, 2]", "revolute", "expected 1 numbers for the armature of 'j0', got 2"),
+        ("spring_reference = [0, 0]", "revolute", "expected 1 numbers for the spring_reference"),
+        ("armature = [-1]", "revolute", "zero or more"),
+        ("armature = [nan]", "revolute", "finite"),
+        ("armature = 1", "revolute", "shape"),
+        ("stiffness = inf", "revolute", "finite"),
+        ("stiffness_N_m = 1\nstiffness_N_m_rad = 2", "revolute", "two units"),
+        ("stiffness_N_m = 1\narmature_kg_m2 = [2]", "revolute", "different units"),
+        ("stiffnes_N_m = 1", "revolute", "unknown key"),
+        ("damping = 1", "revolute", "unknown key"),
+    ],
+)
+def test_joints_of_a_closures_file(lines, kind, expected, tmp_path):
+    (tmp_path / "r.urdf").write_text(two_joints(kind))
+    (tmp_path / "r.closures.toml").write_text(FILE + lines + "\n")
+    if isinstance(expected, str):
+        with pytest.raises(InvalidInput, match=expected):
+            ClosedChain.from_urdf(tmp_path / "r.urdf")
+        return
+    chain = ClosedChain.from_urdf(tmp_path / "r.urdf")
+    assert chain.description.joints == (expected,)
+    np.testing.assert_array_equal(chain.model.armature, expected.armature or 0.0)
+
+
+def test_a_joint_that_is_not_there_is_refused():
+    described = Closures("r", joints=(JointProperties("j1", 1.0),))
+    with pytest.raises(UnknownName, match="unknown moving joint 'j1' in joints; there are: j0"):
+        ClosedChain.from_urdf(two_joints("revolute"), described)
+    # A fixed joint moves nothing.
+    with pytest.raises(UnknownName, match="moving joint"):
+        ClosedChain.from_urdf(two_joints("fixed"), Closures("r", joints=(JointProperties("j0", 1.0),)))
+    with pytest.raises(InvalidInput, match="length 1"):
+        ClosedChain.from_urdf(
+            two_joints("continuous"),
+            Closures("r", joints=(JointProperties("j0", 1.0, (0.6, 0.9)),)),
+        )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_closures_files_load_back_bit_for_bit(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    joints = tuple(
+        JointProperties(
+            f"joint {k} é",
+            float(rng.normal() * 10.0 ** rng.integers(-12, 12)),
+            None if rng.random() < 0.5 else tuple((rng.normal(size=4) * 10.0 ** rng.integers(-12, 12)).tolist()),
+            None if rng.random() < 0.5 else tuple(rng.uniform(0, 1, size=3).tolist()),
+            (None, "m", "rad")[int(rng.integers(3))],
+        )
+        for k in range(5)
+    )
+    given = Closures("r", joints=joints)
+    write_closures(given, tmp_path / "r.toml")
+    back = read_closures(tmp_path / "r.toml")
+    # A unit is told by a key; the joint without data keeps none.
+    assert back == given
+
+
+WELD = """<link name="tip_b"/><joint name="weld_b" type="fixed"><parent link="right_forearm"/><child link="tip_b"/>
+  <origin xyz="0.275 0 0"/></joint></robot>"""
+
+
+def yaml_robot(tmp_path, dynamics):
+    xml = five_bar().urdf.replace("</robot>", WELD)
+    for name, entry in dynamics.items():
+        at = xml.index("</joint>", xml.index(f'<joint name="{name}"'))
+        xml = f"{xml[:at]}<dynamics {entry}/>{xml[at:]}"
+    (tmp_path / "robot.urdf").write_text(xml)
+    (tmp_path / "robot.yaml").write_text(
+        'closed_loop: [["tip", "tip_b"]]\ntype: ["3d"]\nname_mot: ["left_crank_hinge"]\n'
+        'joint_name: ["left_forearm_hinge", "right_crank_hinge"]\njoint_type: ["UJOINT_ZX", "FIXED"]\n'
+    )
+    return tmp_path
+
+
+def test_a_robot_yaml_keeps_the_data_of_the_joints_it_does_not_change(tmp_path):
+    entry = 'damping="0.5" friction="0.25"'
+    folder = yaml_robot(tmp_path, {"left_crank_hinge": entry, "right_forearm_hinge": entry})
+    chain = ClosedChain.from_parallel_robot(folder)
+    plain = ClosedChain.from_urdf(folder / "robot.urdf", Closures("plain"))
+    for name in ("left_crank_hinge", "right_forearm_hinge"):
+        here, there = chain.velocity_slice(name), plain.velocity_slice(name)
+        for array in ARRAYS[:8]:
+            np.testing.assert_array_equal(getattr(chain.model, array)[here], getattr(plain.model, array)[there], array)
+        assert chain.model.damping[here] == 0.5
+        assert chain.model.upperDryFrictionLimit[here] == 0.25
+    for joint in ("left_forearm_hinge", "right_crank_hinge"):
+        with pytest.raises(InvalidInput, match=f"damping and friction of joint '{joint}'"):
+            ClosedChain.from_parallel_robot(yaml_robot(tmp_path, {joint: entry}))
+
+
+def test_a_key_twice_in_a_robot_yaml_is_refused(tmp_path):
+    folder = yaml_robot(tmp_path, {})
+    with open(folder / "robot.yaml", "a") as file:
+        file.write('name_mot: ["right_forearm_hinge"]\n')
+    with pytest.raises(FileFormatError, match="'name_mot' is given twice"):
+        ClosedChain.from_parallel_robot(folder)
+
+
+@pytest.mark.parametrize("what", ["damping", "friction", "armature", "spring"])
+def test_a_wrist_with_data_that_its_record_cannot_hold_answers_no_question_of_force(what, tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
+    chain = ClosedChain.from_urdf(path)
+    assert wrist_of(chain).unheld == ()
+    pose = ep.shoulder_rotation(30, 20, 0, degrees=True)
+    before = ep.load(path)
+    joint = "limb_2_slide"
+    if what in ("damping", "friction"):
+        xml = path.read_text()
+        at = xml.index("</joint>", xml.index(f'<joint name="{joint}"'))
+        path.write_text(f'{xml[:at]}<dynamics {what}="0.5"/>{xml[at:]}')
+    else:
+        given = JointProperties(joint, 5.0) if what == "spring" else JointProperties(joint, armature=(0.1,))
+        write_closures(dataclasses.replace(chain.description, joints=(given,)), path.with_suffix(".closures.toml"))
+    exo = ep.load(path)
+    np.testing.assert_array_equal(exo.jacobian(pose), before.jacobian(pose))
+    assert wrist_of(exo.chain).unheld == (f"{what} of {joint}",)
+    with pytest.raises(NotAWrist, match=f"cannot hold the {what} of {joint}"):
+        exo.reaction(pose)

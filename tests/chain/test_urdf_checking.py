@@ -1,0 +1,285 @@
+"""What is refused in a URDF, by name and line, and what is not."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exo_pin.chain import ClosedChain, Closures, Root, read_closures
+from exo_pin.chain.urdf_checking import DEEPEST, checked_urdf
+from exo_pin.errors import FileFormatError, InvalidInput
+
+BARE = Closures("bare")
+GOOD = """<?xml version="1.0"?>
+<robot name="r">
+  <link name="a"/>
+  <link name="b">
+    <inertial><origin xyz="0 0 0.1"/><mass value="2"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <visual><geometry><box size="1 1 1"/></geometry><material name="red"><color rgba="1 0 0 1"/></material></visual>
+  </link>
+  <joint name="knee" type="revolute">
+    <origin xyz="1 2 3" rpy="0 0 0.5"/>
+    <parent link="a"/>
+    <child link="b"/>
+    <axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="3" velocity="4"/>
+    <dynamics damping="0.5" friction="0.2"/>
+  </joint>
+</robot>
+"""
+
+
+def same_as_good(chain):
+    good = pin.buildModelFromXML(GOOD)
+    assert chain.model.jointPlacements[1] == good.jointPlacements[1]
+    assert chain.model.inertias[1] == good.inertias[1]
+    for name in ("damping", "upperDryFrictionLimit", "lowerPositionLimit", "upperPositionLimit", "effortLimit"):
+        np.testing.assert_array_equal(getattr(chain.model, name), getattr(good, name))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "said"),
+    [
+        ('mass value="2"', 'mass value="1,0"', "link 'b': inertial: mass value", "line 5: .*after a point"),
+        ('mass value="2"', 'mass value="nan"', "link 'b': inertial: mass value", "decimal number"),
+        ('mass value="2"', 'mass value="0x2"', "link 'b': inertial: mass value", "decimal number"),
+        ('mass value="2"', 'mass value="1e999"', "link 'b': inertial: mass value", "finite"),
+        ('mass value="2"', 'mass value=""', "link 'b': inertial: mass value", "expected a number"),
+        ('mass value="2"', 'mass value="${m}"', "link 'b': inertial: mass value", "xacro"),
+        ('mass value="2"', 'mass value="-2"', "link 'b': inertial: mass value", "zero or more, got -2 kg"),
+        ('mass value="2"', 'mass valu="2"', "link 'b': inertial: mass", "there is 'valu'"),
+        ('mass value="2"', 'mass value="0"', "link 'b': inertial: inertia", "inertia but no mass"),
+        ('ixx="1"', 'ixx="-1"', "link 'b': inertial: inertia", "negative principal moment"),
+        ('ixx="1"', 'ixx="2.2"', "link 'b': inertial: inertia", "larger than the sum"),
+        ('ixy="0"', 'ixy="1.5"', "link 'b': inertial: inertia", "negative principal moment"),
+        ('ixy="0" ', "", "link 'b': inertial: inertia", "'ixy' is missing"),
+        ('<axis xyz="0 0 1"/>', '<axis xqz="0 0 1"/>', "joint 'knee': axis", "line 13: .*there is 'xqz'"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint 'knee': axis xyz", "direction"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 1"/>', "joint 'knee': axis xyz", "expected 3 numbers, got '0 1'"),
+        ('<axis xyz="0 0 1"/>', '<axes xyz="0 0 1"/>', "joint 'knee': axes", "did you mean 'axis'"),
+        (
+            '<parent link="a"/>',
+            '<parent link="a"/><origin/>',
+            "joint 'knee': origin",
+            "second one; the first is on line 10",
+        ),
+        ('<parent link="a"/>', '<parent link="c"/>', "joint 'knee': parent link", "no link 'c'"),
+        ('<parent link="a"/>', '<parent link="b"/>', "robot", "links that are no joint's child|in a circle|hang"),
+        ('<parent link="a"/>', "", "joint 'knee'", "<parent> is missing"),
+        ('type="revolute"', 'type="revolut"', "joint 'knee' type", "expected one of revolute"),
+        ('type="revolute"', 'type="planar"', "joint 'knee': dynamics", "planar joint's damping is not read"),
+        ('type="revolute"', 'type="continuous"', "joint 'knee': limit", "make it revolute"),
+        ("joint", "jiont", "jiont 'knee'", "did you mean 'joint'"),
+        ('<link name="a"/>', '<lnik name="a"/>', "lnik 'a'", "did you mean 'link'"),
+        ('<link name="a"/>', '<link name=""/>', "link '' name", "empty"),
+        ('<link name="a"/>', '<link name="b"/>', "link 'b'", "a name of its own"),
+        ('<link name="a"/>', '<link name="universe"/>', "link 'universe' name", "the world's"),
+        ('<link name="a"/>', '<link name="a"/><link name="c"/>', "robot", "one root link, got 2 .*'a', 'c'"),
+        ('<link name="a"/>', '<link name="a">1</link>', "link 'a'", "no text"),
+        ('lower="-1"', 'lower="1.5"', "joint 'knee': limit", "lower <= upper, got 1.5 and 1"),
+        ('effort="3"', 'effort="-3"', "joint 'knee': limit effort", "zero or more"),
+        ('effort="3" ', "", "joint 'knee': limit", "'effort' is missing"),
+        ('damping="0.5"', 'damping="-0.5"', "joint 'knee': dynamics damping", "zero or more"),
+        ('<limit lower="-1" upper="1" effort="3" velocity="4"/>', "", "joint 'knee'", "<limit> is missing"),
+        ("</joint>", '<mimic joint="knee"/></joint>', "joint 'knee': mimic", "not read"),
+        ("</joint>", "<xacro:x/></joint>", "joint 'knee': xacro:x", "expand it"),
+        ("<box size", "<bux size", "link 'b': visual: geometry: bux", "did you mean 'box'"),
+        ('size="1 1 1"', 'size="1 1"', "link 'b': visual: geometry: box size", "3 numbers"),
+        ('rgba="1 0 0 1"', 'rgba="1 0 0"', "link 'b': visual: material 'red': color rgba", "4 numbers"),
+        ('<robot name="r"', '<robot nam="r"', "robot", "there is 'nam'"),
+        ('<robot name="r"', '<robot name="r" version="2"', "robot version", "1.0, 1.1 or 1.2"),
+        ('rpy="0 0 0.5"', 'quat_xyzw="0 0 0 1"', "joint 'knee': origin quat_xyzw", "1.1"),
+        ("<robot ", "<!DOCTYPE robot>\n<robot ", None, "DOCTYPE"),
+        ('<?xml version="1.0"?>', '<?xml version="1.0"?><!DOCTYPE r [<!ENTITY a "b">]>', None, "DOCTYPE"),
+        ("</robot>", "", None, "not well-formed"),
+        ("<robot", "<sdf", None, "not well-formed"),
+    ],
+)
+def test_a_mistake_is_refused_with_its_place(old, new, key, said, tmp_path):
+    assert old in GOOD
+    xml = GOOD.replace(old, new, 2 if old == "joint" else 1)
+    with pytest.raises(FileFormatError, match=said) as caught:
+        ClosedChain.from_urdf(xml, BARE)
+    assert caught.value.key == key
+    path = tmp_path / "robot.urdf"
+    path.write_text(xml)
+    with pytest.raises(FileFormatError, match=said) as caught:
+        ClosedChain.from_urdf(path, BARE)
+    assert caught.value.path == str(path)
+    assert str(caught.value).startswith(str(path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("<link", "<!-- <mimic joint='x'/> --><link"),
+        ("\n", "\r\n"),
+        ('xyz="1 2 3"', 'xyz=" 1\t2\r\n3 "'),
+        ('mass value="2"', 'mass value=" +2.0E0 "'),
+        ('<robot name="r">', '<robot name="r" xmlns:x="http://x" x:y="1" version="1.0"><x:any><thing/></x:any>'),
+        ('<robot name="r">', '<robot name="r"><gazebo><a b="c,d"/></gazebo><transmission name="t"/><sensor name="s"/>'),
+        ('effort="3"', 'effort="3" acceleration="5"'),
+        ('damping="0.5"', 'damping="0.5" K="7000"'),
+        ('izz="1"', 'izz="2.0"'),
+    ],
+)
+def test_what_means_the_same_is_read_the_same(old, new):
+    chain = ClosedChain.from_urdf(GOOD.replace(old, new), BARE)
+    if "izz" not in old:
+        same_as_good(chain)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "declared"),
+    [("utf-8", "utf-8"), ("utf-8-sig", "utf-8"), ("utf-16", "utf-16"), ("utf-16-le", None), ("latin-1", "iso-8859-1")],
+)
+def test_the_encoding_is_what_the_file_says(encoding, declared, tmp_path):
+    xml = GOOD.replace('name="knee"', 'name="kné"')
+    xml = xml.replace('version="1.0"', f'version="1.0" encoding="{declared}"', 1) if declared else xml
+    (tmp_path / "r.urdf").write_bytes(xml.encode(encoding))
+    chain = ClosedChain.from_urdf(tmp_path / "r.urdf", BARE)
+    same_as_good(chain)
+    assert chain.model.names[1] == "kné"
+    # A text has been decoded already, whatever it says.
+    same_as_good(ClosedChain.from_urdf("\ufeff" + xml, BARE))
+
+
+@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"\x00" * 100, b"<robot name='\xff'/>", b"\x7fELF", b"<"])
+def test_bytes_that_are_no_text_are_refused(content, tmp_path):
+    (tmp_path / "r.urdf").write_bytes(content)
+    with pytest.raises(FileFormatError, match="not a URDF"):
+        ClosedChain.from_urdf(tmp_path / "r.urdf", BARE)
+
+
+def test_what_is_no_file_is_refused_and_never_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.urdf")
+    for path, said in (
+        (tmp_path / "pipe.urdf", "a pipe"),
+        (tmp_path, "a folder"),
+        ("/dev/zero", "a device"),
+        (tmp_path / "none.urdf", "No such file"),
+        ("zero\0byte", "null"),
+        ("x" * 5000, "too long"),
+        (7, "expected the path"),
+    ):
+        for read in (lambda path: ClosedChain.from_urdf(path, BARE), read_closures):
+            with pytest.raises(FileFormatError, match=said):
+                read(path)
+    (tmp_path / "r.urdf").write_text(GOOD)
+    os.mkfifo(tmp_path / "r.closures.toml")
+    with pytest.raises(FileFormatError, match="a pipe"):
+        ClosedChain.from_urdf(tmp_path / "r.urdf")
+
+
+def test_limits_of_the_urdf_of_version_1_2():
+    xml = GOOD.replace('name="r"', 'name="r" version="1.2"')
+    model = ClosedChain.from_urdf(xml.replace(' effort="3" velocity="4"', ""), BARE).model
+    assert [*model.lowerEffortLimit, *model.upperEffortLimit] == [-np.inf, np.inf]
+    assert [*model.lowerVelocityLimit, *model.upperVelocityLimit] == [-np.inf, np.inf]
+    with pytest.raises(FileFormatError, match="'lower' is missing"):
+        ClosedChain.from_urdf(xml.replace('lower="-1"', ""), BARE)
+    # Version 1.0 has zero for it.
+    assert ClosedChain.from_urdf(GOOD.replace('lower="-1"', ""), BARE).model.lowerPositionLimit == [0.0]
+
+
+def test_inertias_may_be_off_by_their_rounding():
+    def loaded(**entries):
+        six = {"ixx": "1", "ixy": "0", "ixz": "0", "iyy": "1", "iyz": "0", "izz": "1"} | entries
+        text = " ".join(f'{key}="{value}"' for key, value in six.items())
+        old = GOOD[GOOD.index("<inertia ") : GOOD.index("/></inertial>")]
+        return checked_urdf(GOOD.replace(old, f"<inertia {text}"))
+
+    # A flat plate: Ixx + Iyy = Izz, each rounded.
+    loaded(ixx="0.0333", iyy="0.0833", izz="0.1167")
+    with pytest.raises(FileFormatError, match="larger than the sum"):
+        loaded(ixx="0.0333", iyy="0.0833", izz="0.1169")
+    # Digits that are all there allow for the last one only.
+    third = repr(1 / 3)
+    loaded(ixx=third, iyy=third, izz=repr(2 / 3 + 1e-16))
+    with pytest.raises(FileFormatError, match="larger than the sum"):
+        loaded(ixx=third, iyy=third, izz=repr(2 / 3 + 1e-11))
+    # A rod along x has none about x; rounding may leave a little less than none.
+    loaded(ixx="-4.0e-20", iyy="1.0", izz="1.0")
+    with pytest.raises(FileFormatError, match="negative"):
+        loaded(ixx="-4.0e-10", iyy="1.0", izz="1.0")
+    loaded(ixx="0", iyy="0", izz="0")
+
+
+def test_a_root_joint_of_a_name_that_is_taken_is_refused():
+    with pytest.raises(FileFormatError, match="both called 'knee'"):
+        ClosedChain.from_urdf(GOOD, Closures("r", Root("spherical", "knee")))
+
+
+def test_the_urdf_of_version_1_1_has_quaternions():
+    s = repr(float(np.sqrt(0.5)))
+    xml = GOOD.replace('rpy="0 0 0.5"', f'quat_xyzw="0 0 {s} {s}"').replace('name="r"', 'name="r" version="1.1"')
+    turned = ClosedChain.from_urdf(xml, BARE).model.jointPlacements[1].rotation
+    np.testing.assert_allclose(turned, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+    with pytest.raises(FileFormatError, match="length 1"):
+        ClosedChain.from_urdf(xml.replace(s, "0.7", 1), BARE)
+    with pytest.raises(FileFormatError, match="got both"):
+        ClosedChain.from_urdf(xml.replace("quat_xyzw", 'rpy="0 0 0" quat_xyzw'), BARE)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[2] / "urdf").glob("*.urdf")), ids=lambda path: path.stem
+)
+def test_the_published_files_mean_what_they_meant(path):
+    chain, plain = ClosedChain.from_urdf(path, BARE), pin.buildModelFromXML(path.read_text())
+    for ours, theirs in (
+        (chain.model.inertias, plain.inertias),
+        (chain.model.jointPlacements, plain.jointPlacements),
+        (chain.model.joints, plain.joints),
+        (chain.model.names, plain.names),
+    ):
+        assert list(ours) == list(theirs)
+
+
+def chained(count, kind, deep=True):
+    parts = ['<robot name="r"><link name="l0"/>']
+    for k in range(1, count + 1):
+        parent = k - 1 if deep else 0
+        parts.append(f'<link name="l{k}"/><joint name="j{k}" type="{kind}"><parent link="l{parent}"/>')
+        parts.append(f'<child link="l{k}"/></joint>')
+    return "".join([*parts, "</robot>"])
+
+
+def test_thousands_of_links_are_read_or_refused():
+    # In a process of its own: what is tried here is whether it crashes.
+    code = (
+        "import sys, test_urdf_checking as t\n"
+        "from exo_pin.errors import FileFormatError\n"
+        f"t.ClosedChain.from_urdf(t.chained({DEEPEST - 1}, 'fixed'), t.BARE)\n"
+        "t.ClosedChain.from_urdf(t.chained(5000, 'fixed', deep=False), t.BARE)\n"
+        f"for count, kind, deep in (({DEEPEST}, 'fixed', 1), (5000, 'fixed', 1), (100000, 'fixed', 1),\n"
+        "                          (5000, 'continuous', 1), (500, 'continuous', 1), (500, 'continuous', 0)):\n"
+        "    try:\n"
+        "        t.ClosedChain.from_urdf(t.chained(count, kind, deep), t.BARE)\n"
+        "    except FileFormatError as error:\n"
+        "        print(error)\n"
+    )
+    folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1]), *sys.path])
+    environment = {**os.environ, "PYTHONPATH": folders}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert [("too deep" in line, "too many" in line) for line in lines] == [(True, False)] * 4 + [(False, True)] * 2
+
+
+def test_nested_elements_without_end_are_refused():
+    with pytest.raises(FileFormatError, match="deep"):
+        ClosedChain.from_urdf("<robot name='r'>" + "<gazebo>" * 100000, BARE)
+
+
+def test_a_byte_order_mark_before_a_closures_file(tmp_path):
+    path = tmp_path / "r.toml"
+    path.write_bytes(b"\xef\xbb\xbfschema = 1\r\nname = 'r'\r\n")
+    assert read_closures(path) == Closures("r")
+    path.write_text("schema = 1\nname = 'r'\nx = " + "[" * 100000)
+    with pytest.raises(InvalidInput, match="not TOML"):
+        read_closures(path)

@@ -39,7 +39,8 @@ _ASSUMED = AssumedMasses()
 class ShoulderExo(Questions):
     """A parallel shoulder exoskeleton.
 
-    Frozen: :meth:`replace` makes a new design. Not safe to share between threads.
+    Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
+    same as from one thread, bit for bit.
 
     A robot that was loaded from a URDF and is no wrist has its :attr:`chain`; what needs a wrist raises NotAWrist.
 

@@ -55,7 +55,6 @@ class Structure:
         self._passive = PassiveForces(model, closures.joints)
         self._check_roles(closures.roles)
         self._local = threading.local()
-        self._freed_chains: dict[int, Any] = {}
         self._drives: dict[tuple[str, ...], Drive] = {}
 
     @property
@@ -233,6 +232,14 @@ class Structure:
         if work is None:
             work = self._local.workspace = Workspace(self._model, self._topology, self._axes)
         return work
+
+    @property
+    def _freed_chains(self) -> dict[int, Any]:
+        """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
+        chains = getattr(self._local, "freed", None)
+        if chains is None:
+            chains = self._local.freed = {}
+        return chains
 
     @property
     def _proximal_problem(self) -> ProximalProblem:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.files import write_text
+from ..core.files import write_text
 from ..errors import MissingExtra, UnknownName
 
 __all__ = ["StudyTable"]

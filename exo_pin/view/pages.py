@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..design.files import write_bytes, write_text
+from ..core.files import write_bytes, write_text
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_positive
 from .browser import Browser

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..design.files import write_text
+from ..core.files import write_text
 from ..reaction import Reaction
 from ..validation import FloatArray
 from .page import static_page

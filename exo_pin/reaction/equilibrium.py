@@ -154,6 +154,9 @@ class EquilibriumModel:
         self._slides = np.array([columns[2] for columns in v_index])
         self._local = threading.local()
 
+    def __reduce__(self) -> tuple[type[EquilibriumModel], tuple[Mechanism]]:
+        return type(self), (self.mechanism,)
+
     @property
     def _pose(self) -> _LimbPose:
         """This thread's limbs in the pose that :meth:`configuration` was called with last."""

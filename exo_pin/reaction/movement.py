@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline, make_splrep
 from scipy.spatial.transform import Rotation
 
+from ..core.records import Record
 from ..design import Load, Motion
 from ..errors import InvalidInput, SolverFailed
 from ..validation import FloatArray, as_finite, as_positive, as_rotation
@@ -32,7 +33,7 @@ _FILTERS = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
-class Movement:
+class Movement(Record):
     """An arm in motion. Make one with :meth:`from_samples`, or :func:`exo_pin.read_movement` from a file.
 
     Attributes

@@ -4,8 +4,10 @@ It reads the name of a writer and a folder from its input, forks, and prints the
 """
 
 import itertools
+import json
 import os
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,8 +17,9 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import muscle
-from exo_pin.chain import write_closures
+from exo_pin.chain import AssumedMasses, mechanism_urdf, write_closures
 from exo_pin.core.files import write_figure
+from exo_pin.design import preset
 from exo_pin.reaction import write_movement_reaction
 from exo_pin.study import StudyTable
 from exo_pin.view import ChainScene, Recording
@@ -33,7 +36,10 @@ def _named(exo, k):
 
 
 EXOS = [_named(ep.load("prototype"), k) for k in range(2)]
-CHAINS = [ep.load(name).without_masses().chain for name in ("prototype", "scenario-one")]
+CHAINS = [
+    ep.ClosedChain.from_urdf(*mechanism_urdf(preset(name), assumed=AssumedMasses()))
+    for name in ("prototype", "optimised-table-5-3")
+]
 SCENES = [ChainScene(chain) for chain in CHAINS]
 TABLES = [StudyTable([{"a": k, "b": float(row)} for row in range(500)]) for k in range(2)]
 TURN = Rotation.from_rotvec(np.linspace(0, 0.5, 20)[:, None] * [1, 0, 0])
@@ -72,13 +78,16 @@ WRITERS = {
 
 
 def main():
-    """Write the two contents of every file to the folder that is given, then serve."""
+    """Write the two contents of every file to the folder that is given, say how long that took, then serve."""
     reference = Path(sys.argv[1])
+    seconds = {}
     for name, (write, _) in WRITERS.items():
         for k in range(2):
             (reference / name / str(k)).mkdir(parents=True)
+            begin = time.perf_counter()
             write(reference / name / str(k), k)
-    print("ready", flush=True)
+            seconds[name] = time.perf_counter() - begin
+    print(json.dumps(seconds), flush=True)
     for line in sys.stdin:
         name, folder = line.split()
         write, _ = WRITERS[name]

@@ -230,6 +230,8 @@ class ShoulderExo(Questions):
     ) -> Path:
         """Write the design as URDF with a closures file beside it.
 
+        Each file appears whole or not at all, first the URDF, then the closures.
+
         Parameters
         ----------
         folder : path-like

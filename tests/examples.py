@@ -37,6 +37,7 @@ def error_examples():
         errors.InfeasibleForces(3.5, ["f_1 at most 2"]),
         errors.MasslessMotion(["knee"]),
         errors.SingularConfiguration(q, -q, 0.1),
+        errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),
         errors.SimulationStopped(0.2, q, frozen([1.0]), "it folds"),
         noted,
         errors.UnknownName("preset", "protoype", ["prototype", "scenario"], where="a file"),

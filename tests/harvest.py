@@ -171,7 +171,8 @@ def _chains(folder):
     found.joint_reaction(chain.model.names[1])
     sdf_writing.sdf_text(chain, q)
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
-        made(folder)
+        path = made(folder)
+    ep.ClosedChain.from_mjcf(path)
     urdf.mechanism_urdf(ep.load("prototype").mechanism)
     ep.ClosedChain.from_urdf(*urdf.mechanism_urdf(ep.load("prototype").mechanism))
 

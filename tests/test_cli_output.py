@@ -13,10 +13,12 @@ COMMAND = [sys.executable, "-m", "exo_pin.cli"]
 
 
 def run(arguments, **options):
-    return subprocess.run([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, check=False, **options)
+    # Without a buffer Python's argparse does not notice that its help was not read.
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    return subprocess.run([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, check=False, env=own, **options)
 
 
-@pytest.mark.parametrize("arguments", [["reaction", "--json"], ["presets"]], ids=lambda a: a[0])
+@pytest.mark.parametrize("arguments", [["reaction", "--json"], ["presets"], ["--help"]], ids=lambda a: a[0])
 def test_a_reader_that_has_ended(arguments):
     reading, writing = os.pipe()
     os.close(reading)

@@ -61,6 +61,8 @@ def differences(one, other, where="", seen=None):
         lost = sorted(set(state) ^ set(_attributes(other)))
         shared = [(name, value, _attributes(other)[name]) for name, value in state.items() if name not in lost]
         return [f"{where}.{name} is lost" for name in lost] + _all_differences(shared, where, seen)
+    if isinstance(one, pin.SE3):
+        return [] if one == other else [where]
     if callable(one):
         return [] if one is other or one == other else [where]
     return [] if one == other or (one != one and other != other) else [f"{where}: {one!r} and {other!r}"]

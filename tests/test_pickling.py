@@ -7,6 +7,7 @@ import itertools
 import multiprocessing
 import pickle
 from functools import cached_property
+from pathlib import PurePath
 
 import numpy as np
 import pinocchio as pin
@@ -46,7 +47,7 @@ def differences(one, other, where="", seen=None):
         return _array_differences(one, other, where)
     if isinstance(one, Rotation):
         return [] if np.array_equal(one.as_quat(), other.as_quat(), equal_nan=True) else [where]
-    if isinstance(one, pin.Model):
+    if isinstance(one, pin.Model | pin.SE3 | PurePath):
         return [] if one == other else [where]
     if isinstance(one, tuple | list):
         pairs = [(str(k), a, b) for k, (a, b) in enumerate(zip(one, other, strict=False))]
@@ -61,8 +62,6 @@ def differences(one, other, where="", seen=None):
         lost = sorted(set(state) ^ set(_attributes(other)))
         shared = [(name, value, _attributes(other)[name]) for name, value in state.items() if name not in lost]
         return [f"{where}.{name} is lost" for name in lost] + _all_differences(shared, where, seen)
-    if isinstance(one, pin.SE3):
-        return [] if one == other else [where]
     if callable(one):
         return [] if one is other or one == other else [where]
     return [] if one == other or (one != one and other != other) else [f"{where}: {one!r} and {other!r}"]

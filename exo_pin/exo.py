@@ -39,7 +39,8 @@ _ASSUMED = AssumedMasses()
 class ShoulderExo(Questions):
     """A parallel shoulder exoskeleton.
 
-    Frozen: :meth:`replace` makes a new design. Not safe to share between threads.
+    Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
+    same as from one thread, bit for bit.
 
     A robot that was loaded from a URDF and is no wrist has its :attr:`chain`; what needs a wrist raises NotAWrist.
 
@@ -58,6 +59,7 @@ class ShoulderExo(Questions):
     """
 
     _recognised: Recognised | None = None
+    _given_chain: ClosedChain | None = None
     _given_side: str = "left"
     _why_not: str = ""
     #: The URDF that it was loaded from, or its XML; None for all others.
@@ -106,7 +108,7 @@ class ShoulderExo(Questions):
             The URDF that it was read from, or its XML, for its looks: a chain does not keep them.
         """
         exo = cls.__new__(cls)
-        exo._mechanism, exo.chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
+        exo._mechanism, exo._given_chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
         try:
             exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
         except NotAWrist as error:
@@ -228,6 +230,8 @@ class ShoulderExo(Questions):
     ) -> Path:
         """Write the design as URDF with a closures file beside it.
 
+        Each file appears whole or not at all, first the URDF, then the closures.
+
         Parameters
         ----------
         folder : path-like
@@ -249,6 +253,8 @@ class ShoulderExo(Questions):
     @functools.cached_property
     def chain(self) -> ClosedChain:
         """The closed kinematic chain in Pinocchio, with the ball joint."""
+        if self._given_chain is not None:
+            return self._given_chain
         return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
 
     def check(self) -> Report:

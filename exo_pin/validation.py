@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from .core.records import Record
 from .errors import InvalidInput, UnknownName
 
 __all__ = [
@@ -42,7 +43,7 @@ def frozen(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
     return array
 
 
-class ReadOnly:
+class ReadOnly(Record):
     """For frozen records of results: arrays with writing switched off, so that an answer stays what was computed."""
 
     def __post_init__(self) -> None:

@@ -26,7 +26,7 @@ from exo_pin.design import (
     read_mechanism,
     write_mechanism,
 )
-from exo_pin.errors import FileFormatError, InvalidInput, MissingData, UnknownName
+from exo_pin.errors import FileFormatError, FileNotWritten, InvalidInput, MissingData, UnknownName
 
 TRIANGLE = np.array([[0.1, -0.05, 0.0], [0.0, -0.05, 0.1], [-0.1, -0.05, 0.0]])
 
@@ -232,7 +232,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     write_mechanism(preset("prototype"), path)
     before = path.read_bytes()
     monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
-    with pytest.raises(OSError, match="full"):
+    with pytest.raises(FileNotWritten, match="full"):
         write_mechanism(preset("appendix-d"), path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]

@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.records import Record
 from ..errors import UnknownName
 from ..validation import FloatArray, frozen
 from .balance import balance_of
@@ -32,7 +33,7 @@ __all__ = ["Derivatives", "DynamicsDerivatives", "ReactionDerivatives"]
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionDerivatives:
+class ReactionDerivatives(Record):
     """Derivatives of a joint's or closure's reaction.
 
     Attributes
@@ -51,7 +52,7 @@ class ReactionDerivatives:
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives:
+class Derivatives(Record):
     """Derivatives of efforts and multipliers along the closed loops.
 
     Attributes

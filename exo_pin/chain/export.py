@@ -26,6 +26,9 @@ def write_urdf(
 ) -> Path:
     """Write a mechanism's URDF and the closures file beside it.
 
+    Each file appears whole or not at all, first the URDF, then the closures: if writing stops between the two, a new
+    URDF may stand beside the old closures.
+
     Parameters
     ----------
     mechanism : Mechanism

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.records import Record
 from ..errors import InvalidInput, MasslessMotion, SolverFailed, UnknownName
 from ..validation import FloatArray, as_finite, as_real, frozen
 from .balance import Balance, balance_of, put_on, refuse_missing, refuse_opening
@@ -31,7 +32,7 @@ _MASSLESS = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedMotion:
+class ClosedMotion(Record):
     """What efforts make of a closed chain at one state.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.records import Record
 from ..validation import FloatArray
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ _NOTHING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Margins:
+class Margins(Record):
     """Worst-case ratios between output and actuators at a pose. They grow without bound towards a singularity.
 
     Attributes

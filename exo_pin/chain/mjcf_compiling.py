@@ -13,6 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from ..core.records import OneProcess
 from ..errors import FileFormatError, InvalidInput, MissingExtra
 
 __all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
@@ -24,7 +25,7 @@ _HANDLER = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
-class Compiled:
+class Compiled(OneProcess):
     """What MuJoCo compiled of a file.
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.records import Record
 from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, frozen
 from .kinematics import Kinematics
@@ -25,7 +26,7 @@ _NEIGHBOURS, _NEAR = 3, 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Mobility:
+class Mobility(Record):
     """Freedoms, redundancy and singularity of a closed chain at one configuration; prints as a table.
 
     Attributes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -176,12 +175,6 @@ class ClosedChain(MobilityQueries, Paths, Motions, Forces, DynamicsDerivatives, 
         if Path(name).name != name:
             raise InvalidInput(f"expected a chain whose name can name a file, got {name!r}")
         return name
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {"model": self._model, "closures": self._data_of_file}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__init__(state["model"], state["closures"])  # type: ignore[misc]
 
     def __repr__(self) -> str:
         return (

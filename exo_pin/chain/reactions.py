@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..core.records import Record
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, frozen
 from .balance import Balance, Wrench, axes_and_point
@@ -19,7 +20,7 @@ _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
 
 @dataclass(frozen=True, eq=False)
-class JointReaction:
+class JointReaction(Record):
     """What a joint or closure transmits, and what of it equilibrium determines; prints as a table.
 
     Attributes
@@ -73,7 +74,7 @@ class JointReaction:
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedForces:
+class ClosedForces(Record):
     """Forces in a closed chain at one state.
 
     Attributes

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linprog
 
+from ..core.records import Record
 from ..errors import InfeasibleForces, InvalidInput, SolverFailed
 from ..programs import KKT_TOLERANCE, LeastSquares, solve
 from ..validation import FloatArray, as_real
@@ -27,8 +28,8 @@ METRICS = ("reactions", "closures")
 _MISS = 1e-8
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Bound:
+@dataclass(frozen=True, eq=False)
+class Bound(Record):
     """lower <= constant + effect z <= upper for one component.
 
     Attributes
@@ -51,7 +52,7 @@ class Bound:
 
 
 @dataclass(frozen=True, eq=False)
-class Space:
+class Space(Record):
     """The variables y of a problem: z = centre + basis y, forces in units of ``scale``.
 
     Attributes

@@ -11,6 +11,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 from scipy.integrate import DOP853
 
+from ..core.records import Record
 from ..errors import InvalidInput, SimulationStopped
 from ..progress import track
 from ..validation import FloatArray, as_finite, frozen
@@ -32,7 +33,7 @@ _LEAST_STEP, _SHORT_STEPS = 1e-9, 8
 
 
 @dataclass(frozen=True, eq=False)
-class Simulation:
+class Simulation(Record):
     """A motion in time.
 
     Attributes

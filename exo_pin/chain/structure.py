@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ..core.records import reduced_tuple
 from ..errors import InvalidInput, LoopNotClosed, UnknownName
 from ..validation import FloatArray, as_finite, frozen
 from .closures import Closure, Closures, Roles
@@ -40,6 +41,9 @@ class Drive(NamedTuple):
     driven: np.ndarray
     passive: np.ndarray
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
 
 class Structure:
     """Tree, closures and roles of a closed chain; see :class:`exo_pin.chain.ClosedChain`."""
@@ -55,8 +59,13 @@ class Structure:
         self._passive = PassiveForces(model, closures.joints)
         self._check_roles(closures.roles)
         self._local = threading.local()
-        self._freed_chains: dict[int, Any] = {}
         self._drives: dict[tuple[str, ...], Drive] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"model": self._model, "closures": self._data_of_file}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["model"], state["closures"])  # type: ignore[misc]
 
     @property
     def model(self) -> pin.Model:
@@ -233,6 +242,14 @@ class Structure:
         if work is None:
             work = self._local.workspace = Workspace(self._model, self._topology, self._axes)
         return work
+
+    @property
+    def _freed_chains(self) -> dict[int, Any]:
+        """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
+        chains = getattr(self._local, "freed", None)
+        if chains is None:
+            chains = self._local.freed = {}
+        return chains
 
     @property
     def _proximal_problem(self) -> ProximalProblem:

@@ -9,6 +9,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
+from ..core.records import Record
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, frozen
 from .closures import TYPES, Closures, Placement
@@ -19,7 +20,7 @@ IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Topology:
+class Topology(Record):
     """Arrays of a chain with m closures, read-only.
 
     Attributes

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
+from ..core.records import OneProcess
 from ..errors import ExoPinError
 from ..validation import FloatArray, frozen
 from . import kernels
@@ -17,7 +18,7 @@ from .topology import Topology
 __all__ = ["ProximalProblem", "Workspace"]
 
 
-class Workspace:
+class Workspace(OneProcess):
     """Pinocchio's Data for one chain and one thread.
 
     Attributes
@@ -119,7 +120,7 @@ class Workspace:
         return self.drift
 
 
-class ProximalProblem:
+class ProximalProblem(OneProcess):
     """Pinocchio's memory for the constrained dynamics of one chain and one thread.
 
     Attributes

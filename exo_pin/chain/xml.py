@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.records import Record
 from ..validation import FloatArray
 from .joint_data import NO_LIMIT
 
@@ -29,7 +30,7 @@ _SLIDE_EFFORT, _SPEED = 1000.0, 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(Record):
     """Mass properties of a link.
 
     Attributes

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
+import signal
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -14,6 +17,9 @@ from . import designs, dynamics, kinematics, mobility, muscles, reactions, sourc
 __all__ = ["main"]
 
 _GROUPS = (reactions, studies, kinematics, designs, mobility, dynamics, muscles, view, source)
+
+#: A shell adds this to the number of the signal that has ended a program.
+_SIGNALLED = 128
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,14 +33,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0, 1 for a design that a check finds inconsistent, 2 for a question that cannot be asked.
+        Exit status: 0; 1 for a design that a check finds inconsistent; 2 for wrong input and for what cannot be read
+        or written; 130 after Ctrl-C; 141 if the reader of the answer has ended (``exo-pin ... | head -1``). The last
+        two are what a shell reports of programs that these signals end.
     """
-    options = _parser().parse_args(arguments)
     try:
-        return int(options.run(options))
+        try:
+            options = _parser().parse_args(arguments)
+            return int(options.run(options))
+        finally:
+            # Here, because an error at the end of the program could not be reported any more.
+            if sys.stdout is not None:
+                sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _SIGNALLED + signal.SIGINT
+    except BrokenPipeError:
+        _drop_output()
+        return _SIGNALLED + signal.SIGPIPE
     except (ExoPinError, OSError) as error:
-        print(f"exo-pin: {' '.join(str(error).split())}", file=sys.stderr)
+        _drop_output()
+        with contextlib.suppress(OSError):
+            print(f"exo-pin: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+
+
+def _drop_output() -> None:
+    """Give up what has not been printed if it cannot be: Python would try again, and fail, at its end."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 class _Parser(argparse.ArgumentParser):

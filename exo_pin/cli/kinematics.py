@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..conventions import shoulder_angles, thesis_angles
+from ..core.files import write_figure
 from ..design.ranges import ADL_BOX, DAILY_RANGES
 from ..errors import InvalidInput
 from ..exo import ShoulderExo
@@ -235,6 +236,6 @@ def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
     )
     for path, draw in pictures:
         if path is not None:
-            draw().figure.savefig(path, dpi=150)
+            write_figure(path, draw().figure)
             written.append(path)
     return written

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..core.files import write_figure, write_text
 from ..muscle.dynamic import DynamicModel, G
 from ..muscle.dynamic_files import dynamic_model, dynamic_models, load_dynamic
 from ..muscle.friction import ConstantFriction
@@ -92,7 +93,7 @@ def _force(args: argparse.Namespace) -> int:
     heads = ("contraction_mm", "pressure_bar", "force_N", "stiffness_N_per_mm", "gain_N_per_bar")
     _print_table(heads, (x, p, force, stiffness / 1e3, gain * BAR), (2, 3, 2, 3, 2))
     if args.plot:
-        plot_force_map(model).savefig(args.plot, dpi=150)
+        write_figure(args.plot, plot_force_map(model))
         print(f"wrote {args.plot}")
     return 0
 
@@ -156,7 +157,7 @@ def _step(args: argparse.Namespace) -> int:
     if args.plot:
         constant = replace(model, name="constant friction of 2.5 N", friction=ConstantFriction())
         beside = simulate(constant, mass, pressure, times, outside="mark", estimate_error=False)
-        plot_responses({model.name: response, constant.name: beside}).savefig(args.plot, dpi=150)
+        write_figure(args.plot, plot_responses({model.name: response, constant.name: beside}))
         print(f"wrote {args.plot}")
     return 0
 
@@ -170,10 +171,8 @@ def _write_csv(path: str, response: Any) -> None:
         response.inside,
         strict=True,
     )
-    # Beside its place first, so that a file is never half-written.
-    temporary = Path(path + ".part")
-    with temporary.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside"))
-        writer.writerows((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", int(i)) for t, x, v, p, i in rows)
-    temporary.replace(path)
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside"))
+    writer.writerows((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", int(i)) for t, x, v, p, i in rows)
+    write_text(path, out.getvalue())

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..core.files import is_stream, write_figure
 from ..errors import InvalidInput
 from ..exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, reaction_table, read_movement, write_movement_reaction
@@ -83,7 +84,8 @@ def _follow(options: argparse.Namespace) -> int:
     if options.json:
         raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
     exo = design(options)
-    if options.out is not None and options.out.suffix.lower() not in (".csv", ".npz"):
+    named = options.out is None or is_stream(options.out) or options.out.suffix.lower() in (".csv", ".npz")
+    if not named:
         raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
     movement = read_movement(options.trajectory, exo.side, math.radians(options.smoothing))
     split = options.split or "spherical"
@@ -106,14 +108,11 @@ def _follow(options: argparse.Namespace) -> int:
 
 def _plot(options: argparse.Namespace) -> int:
     exo = design(options)
-    if not options.out.suffix:
+    if not options.out.suffix and not is_stream(options.out):
         raise InvalidInput(f"expected --out with an ending such as .png, got {options.out}")
     use_file_backend()
     figure = overview(exo, pose(options, exo.side))
-    try:
-        figure.savefig(options.out, dpi=120)
-    except ValueError as error:
-        raise InvalidInput(f"cannot write {options.out}: {error}") from error
+    write_figure(options.out, figure, dpi=120)
     print(options.out)
     return 0
 

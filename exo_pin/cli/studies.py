@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.files import is_stream
 from ..errors import InvalidInput
 from ..study import adl_box, sweep
 from .options import add_design, add_limits, add_person, design, limits
@@ -43,7 +44,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    if options.out is not None and options.out.suffix.lower() != ".csv":
+    if options.out is not None and options.out.suffix.lower() != ".csv" and not is_stream(options.out):
         raise InvalidInput(f"expected --out to end in .csv, got {options.out}")
     exo, limit = design(options), limits(options)
     query: dict[str, Any] = {} if limit is None else {"actuator_bounds": limit}

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..conventions import MIRROR
+from ..core.records import Record
 from ..errors import InvalidInput, MissingData
 from ..validation import FloatArray, as_finite, as_inertia, as_positive, frozen
 
@@ -23,7 +24,7 @@ _HEAVIEST = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Arm:
+class Arm(Record):
     """Mass properties of a rigid body that turns about O, in the arm frame {O_B}.
 
     Arms add: ``person + device`` is the moving part of a worn exoskeleton, and remembers which part is whose.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import tomllib
 from importlib.resources import files
 from os import PathLike
@@ -11,7 +9,8 @@ from pathlib import Path
 
 import tomli_w
 
-from ..errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
+from ..core.files import write_bytes, write_text
+from ..errors import ExoPinError, FileFormatError, UnknownName
 from .mechanism import Mechanism
 from .quantities import Table
 from .reading import read_root
@@ -66,30 +65,6 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
     The file appears whole or not at all.
     """
     write_text(path, tomli_w.dumps(mechanism_table(mechanism)))
-
-
-def write_text(path: str | PathLike[str], text: str) -> None:
-    """Write a text file so that a reader finds the old one or the new one, never half of it."""
-    write_bytes(path, text.encode("utf-8"))
-
-
-def write_bytes(path: str | PathLike[str], content: bytes) -> None:
-    """Write a file so that a reader finds the old one or the new one, never half of it."""
-    target = Path(path)
-    if target.is_dir():
-        raise InvalidInput(f"expected a file to write, got the folder {str(target)!r}")
-    try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    except OSError as error:
-        raise InvalidInput(f"cannot write {str(target)!r}: {error.strerror}") from error
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 def _parse(text: str, path: str | PathLike[str]) -> Mechanism:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..conventions import MIRROR, Side, as_side, mirrored
+from ..core.records import Record
 from ..errors import InvalidInput, UnknownName
 from ..validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector, frozen
 
@@ -23,7 +24,7 @@ _FOLDED_SINE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class CircleDimensions:
+class CircleDimensions(Record):
     """The dimensions of (4-2): joints on two circles whose axes pass through O.
 
     Attributes
@@ -78,7 +79,7 @@ class CircleDimensions:
 
 
 @dataclass(frozen=True, eq=False)
-class WristGeometry:
+class WristGeometry(Record):
     """Universal-joint centres of a wrist whose limbs turn the platform about the point O.
 
     Attributes

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.records import Record
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_choice, as_finite
 
@@ -20,7 +21,7 @@ _STRONGEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(Record):
     """Angular velocity and acceleration of the arm, base frame.
 
     Attributes
@@ -45,7 +46,7 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class Load(Record):
     """A force and a couple on the arm, besides its weight.
 
     Attributes
@@ -79,7 +80,7 @@ class Load:
 
 
 @dataclass(frozen=True, eq=False)
-class CentreOffset:
+class CentreOffset(Record):
     """Where the device's centre lies, seen from the anatomical centre of the shoulder.
 
     Attributes

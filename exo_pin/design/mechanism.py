@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..conventions import GRAVITY, MIRROR, Side, as_side
+from ..core.records import Record
 from ..errors import InvalidInput, MissingData, UnknownName
 from ..validation import FloatArray, as_finite
 from .arm import Arm
@@ -23,7 +24,7 @@ __all__ = ["Mechanism"]
 
 
 @dataclass(frozen=True, eq=False)
-class Mechanism:
+class Mechanism(Record):
     """A wrist of limbs between torso and arm.
 
     Attributes

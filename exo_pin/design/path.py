@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
 from ..conventions import MIRROR
+from ..core.records import Record
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_rotation
 from .loading import CentreOffset
@@ -25,7 +26,7 @@ def elevation_angle(orientation: Rotation) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class CentrePath:
+class CentrePath(Record):
     """Where the anatomical centre of the shoulder goes as the arm is elevated.
 
     Between the given points a cubic that keeps their order (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..conventions import MIRROR, as_side, shoulder_angles
+from ..core.records import Record
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_positive, frozen
 
@@ -35,7 +36,7 @@ def as_stiffness(name: str, value: Any) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Shoulder:
+class Shoulder(Record):
     """A ball joint at O, and the range it allows.
 
     Attributes

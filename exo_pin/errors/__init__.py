@@ -16,6 +16,7 @@ from .chains import (
 )
 from .inputs import (
     FileFormatError,
+    FileNotWritten,
     InfeasibleBounds,
     InvalidInput,
     MissingData,
@@ -32,6 +33,7 @@ __all__ = [
     "BrowserNotFound",
     "ExoPinError",
     "FileFormatError",
+    "FileNotWritten",
     "InfeasibleBounds",
     "InfeasibleForces",
     "InvalidInput",

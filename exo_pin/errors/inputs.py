@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterable
 from difflib import get_close_matches
 from os import PathLike, fspath
@@ -10,6 +11,7 @@ from .base import ExoPinError
 
 __all__ = [
     "FileFormatError",
+    "FileNotWritten",
     "InfeasibleBounds",
     "InvalidInput",
     "MissingData",
@@ -18,6 +20,17 @@ __all__ = [
     "NotAWrist",
     "UnknownName",
 ]
+
+#: What to do about the reasons for which a file is not written.
+_ADVICE = {
+    errno.ENOENT: "; make its folder first",
+    errno.ENOSPC: "; make room, or choose another disk",
+    errno.EDQUOT: "; make room, or choose another disk",
+    errno.EACCES: "; the file, if there is one, and its folder must be writable",
+    errno.EPERM: "; the file, if there is one, and its folder must be writable",
+    errno.EROFS: "; choose another disk",
+    errno.EPIPE: "; its reader has ended",
+}
 
 
 class InvalidInput(ExoPinError, ValueError):
@@ -94,6 +107,26 @@ class FileFormatError(InvalidInput):
         self.path = None if path is None else fspath(path)
         self.key = key
         super().__init__(f"{self.path}: {message}" if self.path is not None else message)
+
+
+class FileNotWritten(InvalidInput):
+    """The system refuses to write a file.
+
+    What stood there before is still there, unless it is a pipe or a device, which may have got a part.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    errno : int or None
+        The system's number of the reason, as in :mod:`errno`.
+    """
+
+    def __init__(self, path: str | PathLike[str], error: OSError) -> None:
+        self.path = fspath(path)
+        self.errno = error.errno
+        advice = _ADVICE.get(error.errno or 0, "")
+        super().__init__(f"cannot write {self.path!r}: {error.strerror or error}{advice}")
 
 
 class NonConvexBound(InvalidInput):

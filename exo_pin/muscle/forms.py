@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from math import pi, sqrt
 
@@ -59,10 +60,13 @@ class Candidate:
 
 
 def _polynomial(powers: Powers) -> Candidate:
-    def fit(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
-        return identify_static(x, p, f, length, powers).model
-
+    # No function within a function: those cannot be pickled.
+    fit = partial(_fit_polynomial, powers)
     return Candidate(" ".join(f"x{i}P{j}" for i, j in powers), len(powers), fit, powers)
+
+
+def _fit_polynomial(powers: Powers, x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
+    return identify_static(x, p, f, length, powers).model
 
 
 def _fit_chou_hannaford(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:

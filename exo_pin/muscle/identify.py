@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import t as student
 
+from ..core.records import Record
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_positive, frozen
 from .errors import NotIdentifiable
@@ -65,7 +66,7 @@ def collinear(jacobian: FloatArray) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class StaticIdentification:
+class StaticIdentification(Record):
     """A fitted force law.
 
     Attributes

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
+from ..core.records import Record
 from ..errors import InvalidInput, SolverFailed
 from ..validation import FloatArray, as_finite, as_positive, frozen
 from .dynamic import DynamicModel
@@ -33,7 +34,7 @@ _STARTS = 2
 
 
 @dataclass(frozen=True)
-class Recording:
+class Recording(Record):
     """One recorded response of a hung mass.
 
     Parameters
@@ -94,7 +95,7 @@ class Recording:
 
 
 @dataclass(frozen=True)
-class DynamicIdentification:
+class DynamicIdentification(Record):
     """Fitted friction and damping.
 
     Attributes

@@ -11,6 +11,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.records import Record
 from ..errors import UnknownName
 from ..validation import FloatArray, frozen
 
@@ -150,7 +151,7 @@ def table(name: str) -> Table:
 
 
 @dataclass(frozen=True)
-class SteadyStates:
+class SteadyStates(Record):
     """Steady states of hung weights, Tables 3-1 and 3-2, one entry a cell that has data.
 
     Attributes
@@ -176,7 +177,7 @@ class SteadyStates:
             pressure=frozen(self.pressure[mask]),
             force=frozen(self.force[mask]),
             regulator=frozen(self.regulator[mask]),
-            called_valid=self.called_valid[mask],
+            called_valid=frozen(self.called_valid[mask]),
         )
 
 
@@ -205,6 +206,6 @@ def steady_states(valid_only: bool = False) -> SteadyStates:
         pressure=frozen(pressure.values[present] * 1e5),
         force=frozen(weight[present].copy()),
         regulator=frozen(regulator[present] * 1e5),
-        called_valid=np.isfinite(printed.errors_percent)[present],
+        called_valid=frozen(np.isfinite(printed.errors_percent)[present]),
     )
     return states.select(states.called_valid) if valid_only else states

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
+from ..core.records import Record
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_positive, frozen
 
 __all__ = ["PressureInput", "PressureStep", "PressureTrace"]
 
 
-class PressureInput(ABC):
+class PressureInput(Record, ABC):
     """Gauge pressure in Pa over time in s."""
 
     #: Times in s at which the pressure jumps or has a kink; integration restarts there.

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linprog
 from scipy.stats import chi2
 
+from ..core.records import Record
 from ..errors import InvalidInput, SolverFailed
 from ..validation import FloatArray, as_finite, as_positive, frozen
 from .errors import NotIdentifiable
@@ -75,7 +76,7 @@ def hull(
 
 
 @dataclass(frozen=True)
-class Region:
+class Region(Record):
     """Where the law holds, and how that was decided.
 
     Attributes

@@ -8,6 +8,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.records import Record
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_positive
 
@@ -25,7 +26,7 @@ class Mode(IntEnum):
 
 
 @dataclass(frozen=True)
-class StepResponse:
+class StepResponse(Record):
     """Motion of a hung mass.
 
     Attributes

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import tomllib
 from collections.abc import Mapping
 from os import PathLike, fspath
@@ -12,23 +10,15 @@ from typing import Any
 
 import tomli_w
 
+from ..core.files import write_text
 from ..errors import FileFormatError
 
 __all__ = ["Reader", "as_number", "read_toml", "write_toml"]
 
 
 def write_toml(content: Mapping[str, Any], path: str | PathLike[str]) -> None:
-    """Write a TOML file whole or not at all: beside its place first, then moved there."""
-    target = Path(fspath(path))
-    text = tomli_w.dumps(content)
-    handle, temporary = tempfile.mkstemp(prefix=target.name, suffix=".part", dir=target.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        Path(temporary).replace(target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    """Write a TOML file, whole or not at all."""
+    write_text(path, tomli_w.dumps(content))
 
 
 def read_toml(path: str | PathLike[str]) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from ..core.records import Record
 from ..design import Mechanism, WristGeometry
 from ..errors import NotAWrist
 
 __all__ = ["Subject"]
 
 
-class Subject:
+class Subject(Record):
     """A design, as the questions see it; :class:`exo_pin.ShoulderExo` provides it."""
 
     @property

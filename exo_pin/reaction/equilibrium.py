@@ -13,6 +13,7 @@ affine in f_i and g_i, and what is left is the arm's moment balance for f and it
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -81,8 +82,36 @@ def _without_spin(limb: Limb) -> Limb:
     )
 
 
+class _LimbPose(NamedTuple):
+    """The limbs of one pose, base frame, filled by :func:`limb_vectors` and :func:`joint_angles`.
+
+    Attributes
+    ----------
+    b, s, X : ndarray
+        Vectors from O to B_i, directions and axes of the limbs, shape (n, 3).
+    length, reach : ndarray
+        Shape (n,), m.
+    angles : ndarray
+        Shape (n, 5), angles of the limbs' joints, rad, and the slide, m.
+    """
+
+    b: FloatArray
+    s: FloatArray
+    X: FloatArray
+    length: FloatArray
+    reach: FloatArray
+    angles: FloatArray
+
+    @classmethod
+    def empty(cls, n: int) -> _LimbPose:
+        """Memory for n limbs."""
+        return cls(np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n), np.empty((n, 5)))
+
+
 class EquilibriumModel:
-    """A mechanism's closed chain, ready to be asked for equilibrium pose by pose. Not safe to share between threads.
+    """A mechanism's closed chain, ready for equilibrium pose by pose.
+
+    May be used from several threads at once: each thread has its own memory for the limbs of its pose.
 
     Parameters
     ----------
@@ -123,9 +152,18 @@ class EquilibriumModel:
         rigid = [np.arange(own.start, own.stop) for own in closures if own.stop - own.start == 6]
         self._upu_rows = np.array(rigid, dtype=int).reshape(-1, 6)
         self._slides = np.array([columns[2] for columns in v_index])
-        n = mechanism.limb_count
-        self._b, self._s, self._X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-        self._length, self._reach, self._angles = np.empty(n), np.empty(n), np.empty((n, 5))
+        self._local = threading.local()
+
+    def __reduce__(self) -> tuple[type[EquilibriumModel], tuple[Mechanism]]:
+        return type(self), (self.mechanism,)
+
+    @property
+    def _pose(self) -> _LimbPose:
+        """This thread's limbs in the pose that :meth:`configuration` was called with last."""
+        pose = getattr(self._local, "pose", None)
+        if pose is None:
+            pose = self._local.pose = _LimbPose.empty(self.mechanism.limb_count)
+        return pose
 
     def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:
         """Joint vector with closed loops for a pose, shape (nq,).
@@ -142,42 +180,42 @@ class EquilibriumModel:
         LoopNotClosed
             If the loops do not close to 1e-12.
         """
-        geometry, neutral = self.mechanism.geometry, self._neutral
+        geometry, neutral, pose = self.mechanism.geometry, self._neutral, self._pose
         limb_vectors(
             R,
             geometry.base_points,
             geometry.platform_points,
-            self._b,
-            self._s,
-            self._X,
-            self._length,
-            self._reach,
+            pose.b,
+            pose.s,
+            pose.X,
+            pose.length,
+            pose.reach,
         )
         joint_angles(
             R,
             geometry.platform_points,
             self._base_axes,
-            self._s,
-            self._X,
-            self._length,
-            self._reach,
+            pose.s,
+            pose.X,
+            pose.length,
+            pose.reach,
             neutral.axes,
             neutral.directions,
             neutral.lengths,
             neutral.base_axes,
             neutral.matrix,
-            self._angles,
+            pose.angles,
         )
         q = np.empty(self._model.nq)
         q[:4] = quaternion
-        for index, angles in zip(self._q_index, self._angles, strict=True):
+        for index, angles in zip(self._q_index, pose.angles, strict=True):
             q[index] = angles[: len(index)]
         return self.chain.close(q)
 
     def equilibrium(
         self, R: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray, load: FloatArray
     ) -> Equilibrium:
-        """Equilibrium of a pose whose configuration :meth:`configuration` has just returned.
+        """Equilibrium of a pose whose configuration :meth:`configuration` has just returned in this thread.
 
         Parameters
         ----------
@@ -191,7 +229,7 @@ class EquilibriumModel:
         v, a = self._motion(R, q, velocity, acceleration)
         # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
         balance = balance_of(self.chain, q, v, a, keeps_closed=False)
-        n = len(self._b)
+        n = self.mechanism.limb_count
         share = np.zeros((n, 6)) if self._massless else balance.tree[self._first_joint]
         closure, of_f, of_g = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
         if self._upu.size:
@@ -207,7 +245,7 @@ class EquilibriumModel:
             closure_of_g=of_g,
             limb_share=share,
             shoulder=carried[:3],
-            limb_axes=self._X.copy(),
+            limb_axes=self._pose.X.copy(),
         )
 
     def _motion(
@@ -230,9 +268,9 @@ class EquilibriumModel:
     ) -> None:
         """Fill the rows of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i."""
         limbs, columns, own = self._upu, self._upu_columns, self._upu_rows
-        X, radius = self._X[limbs], self._radii[limbs]
+        X, radius = self._pose.X[limbs], self._radii[limbs]
         couple = np.empty((limbs.size, 6))
-        side_couples(self._b[limbs], X, couple)
+        side_couples(self._pose.b[limbs], X, couple)
         # In the multipliers of the limb's rigid closure; ``unit`` makes wrenches about O of them.
         unit = balance.unit[own]
         rows = np.empty((limbs.size, 6, 6))
@@ -252,9 +290,9 @@ class EquilibriumModel:
         Along the limb the slide's row gives it, across the limb the moment balance of the limb about B_i.
         """
         limbs = self._sps
-        s, length = self._s[limbs], self._length[limbs, None]
+        s, length, b = self._pose.s[limbs], self._pose.length[limbs, None], self._pose.b[limbs]
         base = self.mechanism.geometry.base_points[limbs]
-        about_B = share[limbs, 3:] - np.cross(self._b[limbs], share[limbs, :3])
+        about_B = share[limbs, 3:] - np.cross(b, share[limbs, :3])
         across = np.cross(s, about_B) / np.where(length > 0.0, length, 1.0)
         along = -(tau[self._slides[limbs]])[:, None] * s
         force = along + across

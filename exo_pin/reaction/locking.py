@@ -62,7 +62,7 @@ class ChainSingularity:
 
 
 class LockedChains:
-    """A mechanism's chains with and without the ball joint. Not safe to share between threads.
+    """A mechanism's chains with and without the ball joint. May be used from several threads at once.
 
     Parameters
     ----------

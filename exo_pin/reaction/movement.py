@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline, make_splrep
 from scipy.spatial.transform import Rotation
 
+from ..core.records import Record
 from ..design import Load, Motion
 from ..errors import InvalidInput, SolverFailed
 from ..validation import FloatArray, as_finite, as_positive, as_rotation
@@ -26,10 +28,12 @@ _FEWEST = 4
 _SHORTEST_STEP = 1e-9
 #: Two samples farther apart than this, rad, do not say which way the arm turned between them.
 _FARTHEST_STEP = np.radians(120.0)
+#: The filters of warnings belong to all threads: one thread at a time changes them and changes them back.
+_FILTERS = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
-class Movement:
+class Movement(Record):
     """An arm in motion. Make one with :meth:`from_samples`, or :func:`exo_pin.read_movement` from a file.
 
     Attributes
@@ -138,7 +142,7 @@ def _smoothed(x: FloatArray, q: FloatArray, degree: int, smoothing: float) -> li
     """Smoothing splines of the components, and their first two derivatives, at the samples."""
     # A small turn moves the unit quaternion by half its angle; the four components share that.
     allowed = len(x) * (0.5 * smoothing) ** 2 / 4.0
-    with warnings.catch_warnings():
+    with _FILTERS, warnings.catch_warnings():
         # FITPACK's search for the exact sum of squares may end a little off; what it reached is checked below.
         warnings.simplefilter("ignore", RuntimeWarning)
         splines = [make_splrep(x, component, k=degree, s=allowed) for component in q.T]

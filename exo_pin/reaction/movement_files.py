@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..conventions import shoulder_angles, shoulder_rotation, thesis_rotation
-from ..design.files import write_bytes, write_text
+from ..core.files import is_stream, write_bytes, write_text
 from ..errors import FileFormatError, InvalidInput
 from ..validation import FloatArray
 from .movement import Movement, MovementReaction
@@ -125,6 +125,7 @@ def write_movement_reaction(
     path : path-like
         ``.csv``: a table with units in its header, one line a sample, empty cells where there is no answer.
         ``.npz``: all arrays of the answer, among them every wrench, for :func:`numpy.load`.
+        A pipe or a device gets the table.
     side : {"left", "right"}
         Side of the body that the clinical angles in the CSV are of.
     name : str
@@ -136,7 +137,7 @@ def write_movement_reaction(
         If the ending is another.
     """
     ending = Path(fspath(path)).suffix.lower()
-    if ending == ".csv":
+    if ending == ".csv" or (ending != ".npz" and is_stream(path)):
         write_text(path, _as_csv(answer, side, name))
     elif ending == ".npz":
         buffer = io.BytesIO()

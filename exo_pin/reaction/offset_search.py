@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize
 from scipy.stats import qmc
 
+from ..core.records import Record
 from ..design import Mechanism
 from ..validation import FloatArray
 from ..wrist.forces import STATUS
@@ -42,7 +43,7 @@ def _points(balls: int) -> FloatArray:
     return points
 
 
-class OffsetSearch:
+class OffsetSearch(Record):
     """The offsets of one pose in radii: x of base and cuff together, or of base and then of cuff, each |x| <= 1."""
 
     def __init__(
@@ -186,13 +187,18 @@ class OffsetSearch:
 
 def _inside(part: slice) -> dict[str, Any]:
     """SLSQP's constraint that a part of x stays in its unit ball."""
+    # No functions within the function: those cannot be pickled.
+    return {"type": "ineq", "fun": functools.partial(_room, part), "jac": functools.partial(_slope_of_room, part)}
 
-    def slope(x: FloatArray) -> FloatArray:
-        row = np.zeros_like(x)
-        row[part] = -2.0 * x[part]
-        return row
 
-    return {"type": "ineq", "fun": lambda x: 1.0 - x[part] @ x[part], "jac": slope}
+def _room(part: slice, x: FloatArray) -> float:
+    return float(1.0 - x[part] @ x[part])
+
+
+def _slope_of_room(part: slice, x: FloatArray) -> FloatArray:
+    row = np.zeros_like(x)
+    row[part] = -2.0 * x[part]
+    return row
 
 
 def _into_balls(x: FloatArray) -> FloatArray:

@@ -147,13 +147,23 @@ def _bounded(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, fu
         # Several z give the least force: take the one of least norm, so that the answer is reproducible.
         force = c + G @ z
         shorter = _proxqp(np.diag(1.0 - weights), np.hstack([np.eye(3), -G]), c, low, high, force=force)
-        inside = (shorter > low + _ACTIVE) & (shorter < high - _ACTIVE)
-        if inside.any():
-            miss = force - c - G @ shorter
-            shorter[inside] += np.linalg.lstsq(G[:, inside], miss, rcond=RANK_TOLERANCE)[0]
+        shorter = _shortest(force - c, G, low, high, shorter)
         if _optimality(c, G, low, high, shorter)[2] <= 10.0 * _optimality(c, G, low, high, z)[2] + 1e-13:
             z = shorter
     return z
+
+
+def _shortest(force: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray) -> FloatArray:
+    """The z of least norm with G z = force on the active set that ``z`` points to.
+
+    Of ProxQP's answer only the active set is used: its last digits differ from call to call.
+    """
+    at_low, at_high = z <= low + _ACTIVE, z >= high - _ACTIVE
+    inside = ~(at_low | at_high)
+    shortest = np.where(at_low, low, np.where(at_high, high, 0.0))
+    for _ in range(2 * bool(inside.any())):  # the second time for the rounding of the first
+        shortest[inside] += np.linalg.lstsq(G[:, inside], force - G @ shortest, rcond=RANK_TOLERANCE)[0]
+    return shortest
 
 
 def duality_gap(c: FloatArray, G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray) -> float:

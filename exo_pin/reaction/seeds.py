@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.records import reduced_tuple
 from ..design import Load, Mechanism, Motion
 from ..design.geometry import CircleDimensions
 from ..validation import FloatArray
@@ -53,6 +54,9 @@ class Seed(NamedTuple):
     sides: list[SideWrenches] | None = None
     force: FloatArray | None = None
     moment: FloatArray | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 @dataclass

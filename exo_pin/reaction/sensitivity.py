@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ..core.records import Record
 from ..design import CentreOffset, Load, Mechanism, Motion
 from ..errors import UnknownName
 from ..validation import FloatArray
@@ -35,7 +36,7 @@ _SPLITS = ("spherical", "elastic")
 
 
 @dataclass(frozen=True, eq=False)
-class Parameter:
+class Parameter(Record):
     """Derivatives by one parameter, in poses of shape (...).
 
     Attributes
@@ -60,7 +61,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivity:
+class Sensitivity(Record):
     """First derivatives of an answer, in poses of shape (...).
 
     Attributes

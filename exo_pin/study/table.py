@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design.files import write_text
+from ..core.files import write_text
+from ..core.records import Record
 from ..errors import MissingExtra, UnknownName
 
 __all__ = ["StudyTable"]
 
 
-class StudyTable(Mapping[str, NDArray[Any]]):
+class StudyTable(Record, Mapping[str, NDArray[Any]]):
     """Columns of equal length by name: one row a design, NaN where a figure has no meaning.
 
     Parameters

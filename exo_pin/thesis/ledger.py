@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.records import Record
 from ..validation import FloatArray, frozen
 
 __all__ = ["NOT_REPRODUCIBLE", "Row", "Verdict", "compare", "condensed", "ledger_table"]
@@ -21,7 +22,7 @@ NOT_REPRODUCIBLE: Verdict = "not reproducible"
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class Row(Record):
     """One published result.
 
     Attributes

@@ -17,6 +17,7 @@ from typing import Any
 
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
+from ..core.records import OneProcess
 from ..errors import BrowserFailed, BrowserNotFound, InvalidInput
 
 __all__ = ["BROWSERS", "BROWSER_VARIABLE", "Browser", "find_browser"]
@@ -73,7 +74,7 @@ def find_browser(program: str | None = None) -> str:
     raise BrowserNotFound((named,) if named else BROWSERS, BROWSER_VARIABLE)
 
 
-class Browser:
+class Browser(OneProcess):
     """A browser window without a screen. Use it in a ``with`` statement.
 
     Parameters

@@ -13,6 +13,7 @@ import pinocchio as pin
 
 from ..chain import TYPES, ClosedChain, Closure
 from ..chain.topology import se3
+from ..core.records import OneProcess
 from ..validation import FloatArray
 from .colours import BLUE, GREY, ORANGE, PURPLE
 from .mechanism import urdf_visuals
@@ -31,7 +32,7 @@ _LONG = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 6.0, -3
 _LINKS = ((0.45, 0.55, 0.68), (0.64, 0.60, 0.50), (0.50, 0.62, 0.58), (0.62, 0.52, 0.60))
 
 
-class ChainPicture:
+class ChainPicture(OneProcess):
     """A closed chain in a configuration.
 
     Parameters

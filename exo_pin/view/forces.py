@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.records import OneProcess, Record
 from ..design import WristGeometry
 from ..exo import ShoulderExo
 from ..reaction import Reaction
@@ -29,7 +30,7 @@ _MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
 
 
 @dataclass(frozen=True, eq=False)
-class PoseForces:
+class PoseForces(Record):
     """Forces of one pose, N, base frame; rows of a :class:`Reaction`."""
 
     shoulder: FloatArray
@@ -63,7 +64,7 @@ def nice_step(value: float) -> float:
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9)))
 
 
-class ForcePicture:
+class ForcePicture(OneProcess):
     """Arrows for the forces on the arm.
 
     A limb that pulls has an arrow with one head, dark blue, from its joint on the arm towards the torso; one that

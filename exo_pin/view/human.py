@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
+from ..core.records import OneProcess
 from ..errors import MissingExtra
 from ..validation import FloatArray
 from .stage import Stage
@@ -59,7 +60,7 @@ def _shares() -> Iterator[Path]:
             yield Path(prefix) / "share"
 
 
-class Human:
+class Human(OneProcess):
     """A person whose shoulder stands at O and whose arm follows the pose.
 
     Parameters

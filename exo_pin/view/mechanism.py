@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..chain import mechanism_urdf
 from ..chain.xml import COLOURS
+from ..core.records import OneProcess
 from ..design import Arm, Limb, Mechanism
 from ..reaction import EquilibriumModel
 from ..validation import FloatArray
@@ -29,7 +30,7 @@ _RADIUS, _FITTING_RADIUS, _BRAID = 0.011, 0.006, np.radians(25.0)
 _FITTING_SHARE = 0.15
 
 
-class MechanismPicture:
+class MechanismPicture(OneProcess):
     """A mechanism in a pose.
 
     Parameters

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..core.records import OneProcess
 from ..design import CentreOffset, CentrePath, Mechanism
 from ..reaction.elastic import as_offset
 from ..validation import FloatArray
@@ -48,7 +49,7 @@ def displaced(mechanism: Mechanism, offset: Offset | None) -> Mechanism:
     return mechanism.replace(geometry=moved)
 
 
-class OffsetMarks:
+class OffsetMarks(OneProcess):
     """Balls at the device's centres and lines to them from O, with what they are.
 
     Parameters

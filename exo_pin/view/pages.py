@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..design.files import write_bytes, write_text
+from ..core.files import write_bytes, write_text
+from ..core.records import OneProcess
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_finite, as_positive
 from .browser import Browser
@@ -20,8 +21,10 @@ from .stage import Stage
 __all__ = ["Pages"]
 
 
-class Pages(ABC):
+class Pages(OneProcess, ABC):
     """Ways to look at a scene; base of every scene."""
+
+    _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
 
     _stage: Stage
 

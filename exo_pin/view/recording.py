@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..design.files import write_text
+from ..core.files import write_text
+from ..core.records import OneProcess, Record
 from ..reaction import Reaction
 from ..validation import FloatArray
 from .page import static_page
@@ -19,7 +20,7 @@ __all__ = ["FrameTaker", "Recording"]
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(Record):
     """A motion with forces, ready to be written as a file that plays by itself.
 
     Attributes
@@ -44,7 +45,7 @@ class Recording:
         write_text(path, self.html())
 
 
-class FrameTaker:
+class FrameTaker(OneProcess):
     """Collects frames from a stage."""
 
     def __init__(self, stage: Stage) -> None:

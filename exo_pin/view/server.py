@@ -12,6 +12,7 @@ from tornado.httpserver import HTTPServer
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
+from ..core.records import OneProcess
 from ..errors import InvalidInput
 from .page import live_page, viewer_script
 
@@ -55,7 +56,7 @@ class _Socket(WebSocketHandler):
         self._lookers.discard(self)
 
 
-class Server:
+class Server(OneProcess):
     """Serves the page and the scene on 127.0.0.1.
 
     Parameters

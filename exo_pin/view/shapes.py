@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.records import OneProcess
 from ..validation import FloatArray
 from .colours import number
 from .stage import Stage
@@ -88,7 +89,7 @@ def trimmed(vector: FloatArray, longest: float) -> tuple[FloatArray, bool]:
     return (vector * (longest / length), True) if length > longest else (vector, False)
 
 
-class Arrow:
+class Arrow(OneProcess):
     """An arrow in the scene, of fixed thickness, with one head or two.
 
     Parameters

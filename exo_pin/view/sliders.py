@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..conventions import shoulder_rotation
+from ..core.records import OneProcess
 from ..errors import ExoPinError, InvalidInput, MissingExtra, UnknownName
 from ..exo import ShoulderExo
 from ..reaction import Reaction
@@ -25,7 +26,7 @@ DIMENSIONS = {
 }
 
 
-class Sliders:
+class Sliders(OneProcess):
     """Sliders for the pose and the main dimensions, over a scene.
 
     As the last line of a notebook cell it shows itself: sliders, numbers and the scene. The sliders need ipywidgets
@@ -55,6 +56,8 @@ class Sliders:
     InvalidInput
         If dimensions are asked of a geometry made from points.
     """
+
+    _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
 
     def __init__(
         self,

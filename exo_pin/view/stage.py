@@ -17,6 +17,7 @@ import numpy as np
 import umsgpack
 from numpy.typing import ArrayLike
 
+from ..core.records import OneProcess
 from ..validation import FloatArray
 from .server import Server
 from .viewer import meshcat
@@ -47,7 +48,7 @@ class Changes:
     panels: dict[str, Any] = field(default_factory=dict)
 
 
-class Stage:
+class Stage(OneProcess):
     """The scene as a record of commands.
 
     Attributes
@@ -57,6 +58,8 @@ class Stage:
     changes : Changes
         What has changed since :meth:`update` was entered last.
     """
+
+    _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
 
     def __init__(self) -> None:
         self._nodes: dict[str, _Node] = {}

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.records import Record
 from ..design import Load, Mechanism, Motion
 from ..errors import InvalidInput
 from ..validation import FloatArray, as_rotation
@@ -38,7 +39,7 @@ class Query(NamedTuple):
     moment: FloatArray
 
 
-class Rows:
+class Rows(Record):
     """Vectors that broadcast against a stack of poses, handed out block by block and never spread out as a whole.
 
     Parameters

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from exo_pin.errors import FileFormatError, InvalidInput
+from exo_pin.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.muscle import (
     dynamic_model,
     dynamic_models,
@@ -121,7 +121,7 @@ def test_a_file_is_never_half_written(tmp_path):
     path.write_text("kept = true\n")
     with pytest.raises(TypeError):
         write_toml({"good": 1, "bad": object()}, path)
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotWritten, match="make its folder first"):
         write_toml({"good": 1}, tmp_path / "no-folder" / "set.toml")
     assert path.read_text() == "kept = true\n"
     assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,172 @@
+"""The writer of every file of the package: a reader finds the old file or the new one, never half of it.
+
+A regular file is written beside its place under a random name, put on the disk and then moved over the old one. So
+
+- a crash, a full disk, Ctrl-C or SIGTERM leave the old file, or no file if there was none; kill -9, a loss of power,
+  and SIGTERM while another thread than the main one writes may leave a hidden file ``.name.<16 hex digits>`` beside it,
+  which can be deleted;
+- the mode of an existing file stays (without the set-user-ID and set-group-ID bits), a new one has 0666 less the umask;
+  owner, access lists and other hard links are not carried over;
+- a symbolic link stays and its target is replaced;
+- a file that may not be written is refused, although its folder would allow to replace it; a folder in which no file
+  can be made is refused, although the file in it could be overwritten: overwriting cannot be taken back half-way.
+
+A pipe, a character device or a descriptor such as ``/dev/stdout`` gets the bytes one after the other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import signal
+import stat
+import sys
+import threading
+from collections.abc import Iterator
+from os import PathLike
+from types import FrameType
+
+from ...errors import FileNotWritten, InvalidInput
+from .targets import Target, find_target
+
+__all__ = ["write_bytes", "write_text"]
+
+#: Bytes of a file's name that the temporary name repeats; names end at 255 bytes.
+_LONGEST = 200
+#: What stops a program at its user's wish.
+_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def write_text(path: str | PathLike[str], text: str) -> None:
+    """Write a text file in UTF-8, its lines as they are, as :func:`write_bytes` does."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def write_bytes(path: str | PathLike[str], content: bytes) -> None:
+    """Write a file so that a reader finds the old one or the new one, never half of it.
+
+    Parameters
+    ----------
+    path : path-like
+        A regular file, which is replaced; a link, whose target is replaced; or a pipe, character device or
+        descriptor, to which the bytes are written.
+    content : bytes
+        All of it.
+
+    Raises
+    ------
+    InvalidInput
+        If the path is a folder, a block device or a socket.
+    FileNotWritten
+        If the system refuses: no such folder, no permission, disk full, the reader of a pipe gone.
+    """
+    target = find_target(path)
+    try:
+        if target.descriptor is not None:
+            _write_descriptor(target.descriptor, content)
+        elif target.status is None or stat.S_ISREG(target.status.st_mode):
+            _replace(target, content)
+        elif stat.S_ISFIFO(target.status.st_mode) or stat.S_ISCHR(target.status.st_mode):
+            _write_stream(target.path, content)
+        else:
+            raise InvalidInput(f"expected a file, pipe or character device to write, got {os.fspath(path)!r}")
+    except OSError as error:
+        raise FileNotWritten(path, error) from error
+
+
+def _write_descriptor(descriptor: int, content: bytes) -> None:
+    """Write at the position of an open descriptor, behind what has been printed to it."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(AttributeError, ValueError):  # none, closed, or not a file
+            if stream.fileno() == descriptor:
+                stream.flush()
+    _write_all(descriptor, content)
+
+
+def _write_stream(place: str, content: bytes) -> None:
+    descriptor = os.open(place, os.O_WRONLY | os.O_NOCTTY | os.O_CLOEXEC)
+    try:
+        _write_all(descriptor, content)
+    finally:
+        os.close(descriptor)
+
+
+def _write_all(descriptor: int, content: bytes) -> None:
+    left = memoryview(content)
+    while left:
+        left = left[os.write(descriptor, left) :]
+
+
+def _replace(target: Target, content: bytes) -> None:
+    """Write beside a regular file, then move over it."""
+    mode = None if target.status is None else stat.S_IMODE(target.status.st_mode) & 0o777
+    if mode is not None and not os.access(target.path, os.W_OK, effective_ids=os.access in os.supports_effective_ids):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    folder, name = os.path.split(target.path)
+    start = os.fsdecode(os.fsencode(name)[:_LONGEST])
+    temporary = os.path.join(folder, f".{start}.{secrets.token_hex(8)}")
+    with _stops_deferred():
+        try:
+            _write_new(temporary, mode, content)
+            os.replace(temporary, target.path)
+        except FileExistsError:  # somebody else's
+            raise
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+            raise
+        _sync_folder(folder)
+
+
+def _write_new(name: str, mode: int | None, content: bytes) -> None:
+    """Write a file that does not exist yet and put it on the disk."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+    # The umask is the kernel's to apply: reading it would change it for all threads.
+    descriptor = os.open(name, flags, 0o666 if mode is None else mode)
+    try:
+        if mode is not None:
+            os.fchmod(descriptor, mode)
+        _write_all(descriptor, content)
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _sync_folder(folder: str) -> None:
+    """Put the new name on the disk, too, where the file system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+@contextlib.contextmanager
+def _stops_deferred() -> Iterator[None]:
+    """Let Ctrl-C, SIGTERM and SIGHUP wait until the block is done, where they would end the program.
+
+    Only the main thread can do that. A program's own handlers are left as they are: if one raises, the block cleans up.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    arrived: list[int] = []
+
+    def remember(number: int, _: FrameType | None) -> None:
+        arrived.append(number)
+
+    before = {number: signal.getsignal(number) for number in _STOPS}
+    ending = {n: was for n, was in before.items() if was in (signal.SIG_DFL, signal.default_int_handler)}
+    try:
+        for number in ending:
+            signal.signal(number, remember)
+        yield
+    finally:
+        # Ctrl-C last: it raises at once.
+        for number, was in reversed(ending.items()):
+            signal.signal(number, was)
+        for stop in sorted(arrived, key=_STOPS.index, reverse=True):
+            signal.raise_signal(stop)

@@ -1,0 +1,112 @@
+"""Where a path leads: a descriptor of this process, a pipe or device, or a regular file, with all links followed.
+
+``/dev/stdout``, ``/dev/fd/N`` and ``/proc/self/fd/N`` look like links to a file. They are names of an open descriptor:
+the file behind may have no path, or be in use at another position. So links are followed by hand, and a descriptor is
+recognised before the kernel would look behind it.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import stat
+from os import PathLike
+from typing import NamedTuple
+
+from ...errors import FileNotWritten, InvalidInput
+
+__all__ = ["Target", "find_target", "is_stream"]
+
+#: Linux gives up after so many links, too.
+_MOST_LINKS = 40
+_DESCRIPTORS = re.compile(r"/proc/(\d+)(?:/task/\d+)?/fd")
+
+
+class Target(NamedTuple):
+    """What a path leads to.
+
+    Attributes
+    ----------
+    path : str
+        Absolute, all links followed, also a link to a file that does not exist yet.
+    descriptor : int or None
+        Number of the descriptor of this process that the path names, if it names one.
+    status : os.stat_result or None
+        Of the path; None for a descriptor and for a file that does not exist.
+    """
+
+    path: str
+    descriptor: int | None
+    status: os.stat_result | None
+
+    @property
+    def is_stream(self) -> bool:
+        """Whether it takes bytes one after the other and cannot be replaced: a descriptor, pipe or device."""
+        if self.descriptor is not None:
+            return True
+        return self.status is not None and not (stat.S_ISREG(self.status.st_mode) or stat.S_ISDIR(self.status.st_mode))
+
+
+def is_stream(path: str | PathLike[str]) -> bool:
+    """Whether a path leads to a pipe, a device or an open descriptor such as ``/dev/stdout``.
+
+    Such a path has no ending that could say in which format to write.
+    """
+    try:
+        return find_target(path).is_stream
+    except InvalidInput:
+        return False
+
+
+def find_target(path: str | PathLike[str]) -> Target:
+    """Follow all links of a path.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no path, or a folder.
+    FileNotWritten
+        If the links lead round in a circle, or a folder on the way cannot be searched.
+    """
+    try:
+        name = os.fspath(path)
+    except TypeError:
+        raise InvalidInput(f"expected the path of a file to write, got {path!r:.80}") from None
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise InvalidInput(f"expected the path of a file to write, got {path!r:.80}")
+    try:
+        if os.path.isdir(name):
+            raise InvalidInput(f"expected a file to write, got the folder {name!r}")
+        place, descriptor = _followed(name)
+        return Target(place, descriptor, None if descriptor is not None else _status(place))
+    except OSError as error:
+        raise FileNotWritten(name, error) from error
+
+
+def _followed(name: str) -> tuple[str, int | None]:
+    """The path with all links followed, and the descriptor of this process that it names."""
+    for _ in range(_MOST_LINKS):
+        folder = os.path.realpath(os.path.dirname(name) or os.curdir)
+        last = os.path.basename(name)
+        name = os.path.join(folder, last)
+        found = _DESCRIPTORS.fullmatch(folder)
+        if found and last.isdecimal():
+            # That of another process is opened like a device: what the kernel finds behind it counts.
+            return name, int(last) if int(found[1]) == os.getpid() else None
+        try:
+            name = os.path.join(folder, os.readlink(name))
+        except FileNotFoundError:
+            return name, None
+        except OSError as error:
+            if error.errno == errno.EINVAL:  # no link
+                return name, None
+            raise
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+
+
+def _status(place: str) -> os.stat_result | None:
+    try:
+        return os.stat(place)
+    except FileNotFoundError:
+        return None

@@ -1,0 +1,83 @@
+"""Records that survive pickling and copying, and objects that say why they do not.
+
+Pickle and deepcopy make new arrays that can be written, also of arrays that could not. Here the state of an object
+names the arrays that are read-only, so that the copy's are, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, ClassVar, NoReturn, Self
+
+import numpy as np
+
+__all__ = ["OneProcess", "Record", "freeze", "read_only_arrays", "reduced_tuple"]
+
+
+def read_only_arrays(value: Any) -> list[np.ndarray]:
+    """Arrays that cannot be written, in a value and in tuples, lists and mappings within it; not in objects within."""
+    if isinstance(value, np.ndarray):
+        return [] if value.flags.writeable else [value]
+    inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple | list) else ()
+    return [array for item in inner for array in read_only_arrays(item)]
+
+
+def freeze(arrays: list[np.ndarray]) -> None:
+    """Switch writing off."""
+    for array in arrays:
+        array.setflags(write=False)
+
+
+class Record:
+    """Base of objects whose attributes are all that they are.
+
+    A copy has the same attributes, its arrays read-only where they were. What a ``cached_property`` holds is left out:
+    the copy computes it again.
+    """
+
+    def __getstate__(self) -> tuple[dict[str, Any], list[np.ndarray], list[str]]:
+        state = {name: value for name, value in vars(self).items() if not _is_computed(type(self), name)}
+        # A view on a mapping cannot be pickled: the mapping is, and the copy makes the view.
+        views = [name for name, value in state.items() if isinstance(value, MappingProxyType)]
+        state |= {name: dict(state[name]) for name in views}
+        return state, read_only_arrays(state), views
+
+    def __setstate__(self, state: tuple[dict[str, Any], list[np.ndarray], list[str]]) -> None:
+        attributes, arrays, views = state
+        freeze(arrays)
+        vars(self).update(attributes)
+        vars(self).update({name: MappingProxyType(attributes[name]) for name in views})
+
+
+def _is_computed(kind: type, name: str) -> bool:
+    return isinstance(getattr(kind, name, None), cached_property)
+
+
+def reduced_tuple(record: tuple[Any, ...]) -> tuple[Any, ...]:
+    """``__reduce__`` of a NamedTuple that holds read-only arrays."""
+    return _tuple_again, (type(record), tuple(record), read_only_arrays(tuple(record)))
+
+
+def _tuple_again(kind: type[Any], values: tuple[Any, ...], arrays: list[np.ndarray]) -> Any:
+    freeze(arrays)
+    return kind(*values)
+
+
+class OneProcess:
+    """Base of objects that cannot leave their process, nor be copied: they hold a server, a program, or raw memory.
+
+    ``_instead`` says what to do instead.
+    """
+
+    _instead: ClassVar[str] = "send or copy what it was made from, and make a new one from that"
+
+    def __reduce_ex__(self, _: Any) -> NoReturn:
+        raise TypeError(f"{type(self).__name__} cannot be pickled or copied: {self._instead}")
+
+    def __copy__(self) -> Self:
+        return self.__reduce_ex__(4)
+
+    def __deepcopy__(self, _: dict[int, Any]) -> Self:
+        return self.__reduce_ex__(4)

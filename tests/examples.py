@@ -1,0 +1,105 @@
+"""Examples of public classes that no ordinary question makes: errors, muscles, rare results."""
+
+import numpy as np
+
+import exo_pin as ep
+from exo_pin import errors, muscle
+from exo_pin.chain.closures import JointProperties
+from exo_pin.chain.sharing import Bound, Space
+from exo_pin.errors import FileFormatError, FileNotWritten, InvalidInput
+from exo_pin.muscle.friction import ConstantFriction
+from exo_pin.muscle.ledger_appendix import fit_rows
+from exo_pin.muscle.phases import Phases
+from exo_pin.muscle.toml import Reader
+from exo_pin.reaction.choice import Choice
+from exo_pin.reaction.shortest import workspace
+from exo_pin.thesis import scenario_one
+from exo_pin.view import Browser
+
+
+def frozen(values):
+    array = np.array(values)
+    array.setflags(write=False)
+    return array
+
+
+def error_examples():
+    """Every error, with arrays that can be written and such that cannot."""
+    q = np.arange(3.0)
+    noted = InvalidInput("expected more, got 3")
+    noted.add_note("a note")
+    return [
+        errors.ExoPinError("something"),
+        errors.LoopNotClosed(frozen([1.0, 2.0]), 1e-3, 50),
+        errors.BeyondLimits(q, ["hip", "knee"]),
+        errors.UndeterminedMotion(q, 2),
+        errors.UndrivenMotion(q, frozen([0.0, -2.0]), ["knee"]),
+        errors.InfeasibleForces(3.5, ["f_1 at most 2"]),
+        errors.MasslessMotion(["knee"]),
+        errors.SingularConfiguration(q, -q, 0.1),
+        errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),
+        errors.SimulationStopped(0.2, q, frozen([1.0]), "it folds"),
+        noted,
+        errors.UnknownName("preset", "protoype", ["prototype", "scenario"], where="a file"),
+        errors.MissingData(["mass"], "weight", "mine"),
+        errors.MissingExtra("plot", "matplotlib"),
+        FileFormatError("not TOML", "mine.toml", "geometry.r_A"),
+        FileNotWritten("mine.toml", OSError(28, "No space left on device")),
+        errors.NonConvexBound("not convex"),
+        errors.InfeasibleBounds([0, 2]),
+        errors.NotAWrist("delta", "it has no ball joint"),
+        errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
+        errors.BrowserFailed("chromium", "no answer"),
+        errors.SolverFailed("ProxQP", 1e-3, "in pose 3"),
+        muscle.OutsideValidity("best", "pressure 9 bar above 4 bar", 2, (1, 0)),
+        muscle.NotIdentifiable("too few", ("K_1", "K_2")),
+    ]
+
+
+def muscle_examples():
+    """Models, measurements and fits."""
+    static = muscle.muscle_model("best")
+    states = muscle.steady_states(valid_only=True)
+    model = muscle.dynamic_model("tang-3-31")
+    step = muscle.PressureStep(2e5, 3e5)
+    times = np.linspace(0.0, 1.2, 31)
+    response = muscle.simulate(model, 1.3, step, times, outside="mark", estimate_error=False)
+    recording = muscle.Recording(times, response.contraction, step, 1.3)
+    return [
+        *(muscle.parameter_set(name) for name in muscle.muscle_models()),
+        muscle.Muscle(model=static, end_fitting=0.05),
+        muscle.table("3-1"),
+        states,
+        muscle.select_model(states.contraction, states.pressure, states.force, 0.3),
+        muscle.identify_static(states.contraction, states.pressure, states.force, 0.3, select="region"),
+        model,
+        ConstantFriction(),
+        muscle.simulate(model, 1.3, step, np.linspace(0, 0.5, 20), outside="mark"),
+        step,
+        muscle.PressureTrace([0.0, 1.0, 2.0], [1e5, 2e5, 2e5]),
+        recording,
+        muscle.identify_dynamic([recording], model.static, start=[228.9342, -90.429, 6.87, -1.0, 0.802]),
+        Phases(model, 1.3, step, 0.1, True, {}, np.linspace(0, 1, 3)),
+        Reader({"a": 1}, "mine.toml"),
+        list(fit_rows())[:1],
+    ]
+
+
+def rare_examples():
+    """What is only made within compiled code, in rare cases, or with a browser."""
+    exo = ep.load("prototype")
+    poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
+    modes = exo.forward_kinematics(exo.inverse_kinematics(poses).lengths)
+    path = modes.follow(poses[0])
+    bound = Bound("f_1", 1.0, frozen([1.0, 0.5]), 0.0, np.inf)
+    return [
+        JointProperties("knee", 2.0, (0.1,), (0.2,)),
+        bound,
+        Space(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
+        Choice(*[0.0] * len(Choice._fields)),
+        workspace(3),
+        modes,
+        path,
+        scenario_one.rows(),
+        Browser.__new__(Browser),
+    ]

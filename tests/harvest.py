@@ -1,0 +1,195 @@
+"""One example of every public class, caught while questions of every kind are answered."""
+
+import importlib
+import inspect
+import pkgutil
+import sys
+
+import numpy as np
+from examples import error_examples, muscle_examples, rare_examples
+from moving_chains import moving
+from scipy.spatial.transform import Rotation
+from test_elastic import guided
+from test_movement import McKibben
+from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin import wrist
+from exo_pin.chain import sdf_writing, urdf
+from exo_pin.reaction import least_forces
+from exo_pin.view import ChainScene, Scene, Sliders
+
+POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
+#: Examples of a class that are enough.
+MOST = 8
+POSES = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
+
+
+def public_classes():
+    """Every class that some module of the package lists in ``__all__``."""
+    found = set()
+    for entry in pkgutil.walk_packages(ep.__path__, "exo_pin."):
+        if not entry.name.endswith("__main__"):
+            module = importlib.import_module(entry.name)
+            for name in getattr(module, "__all__", ()):
+                value = getattr(module, name)
+                if inspect.isclass(value) and value.__module__.startswith("exo_pin"):
+                    found.add(value)
+    return sorted(found, key=lambda kind: (kind.__module__, kind.__qualname__))
+
+
+class Catcher:
+    """Keeps some objects of each class that functions of the package return or have as locals."""
+
+    def __init__(self):
+        self.caught = {}
+
+    def __enter__(self):
+        sys.setprofile(self._look)
+        return self
+
+    def __exit__(self, *_):
+        sys.setprofile(None)
+
+    def keep(self, value):
+        kind = type(value)
+        if kind.__module__.startswith("exo_pin"):
+            found = self.caught.setdefault(kind, {})
+            if len(found) < MOST:
+                found.setdefault(_form(value), value)
+        if isinstance(value, tuple | list):
+            for item in value[:8]:
+                self.keep(item)
+
+    def keep_all(self, value, seen):
+        """Keep a value and all that it holds."""
+        if id(value) in seen:
+            return
+        seen.add(id(value))
+        self.keep(value)
+        inner = list(value) if isinstance(value, tuple | list) else list(getattr(value, "__dict__", {}).values())
+        for item in inner:
+            if isinstance(item, tuple | list) or type(item).__module__.startswith("exo_pin"):
+                self.keep_all(item, seen)
+
+    def _look(self, frame, event, value):
+        if event == "return" and "/exo_pin/" in frame.f_code.co_filename:
+            self.keep(value)
+            for item in tuple(frame.f_locals.values()):
+                self.keep(item)
+                # Attributes, too: some objects are only ever built within others.
+                if type(item).__module__.startswith("exo_pin"):
+                    self.keep(tuple(getattr(item, "__dict__", {}).values()))
+
+
+def _form(value):
+    """Types of the attributes: examples of one class that differ in them may be copied in different ways."""
+    inner = tuple(getattr(value, "__dict__", {}).values()) or (value if isinstance(value, tuple) else ())
+    return tuple((type(item), getattr(getattr(item, "flags", None), "writeable", None)) for item in inner)
+
+
+def harvest(folder):
+    """Examples by class, one of every form (types of attributes), up to ``MOST``."""
+    with Catcher() as catcher:
+        for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures):
+            scenario(folder)
+    for example in (*muscle_examples(), *rare_examples(), *error_examples()):
+        catcher.keep_all(example, set())
+    return {kind: list(found.values()) for kind, found in catcher.caught.items()}
+
+
+def _forces(folder):
+    exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
+    exo.reaction(POSES).certificate.components.__str__()
+    exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5))
+    exo.reaction(POSE, split="minimal", actuator_bounds=(0, 5), cone=ep.GlenoidCone(20), weights=ep.Weights())
+    exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
+    exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))
+    for split in ("spherical", "minimal"):
+        exo.reaction_map(POSES, split=split)
+    exo.reaction_map(POSES, split="elastic", elasticity=ep.Elasticity.of(200.0, 100.0, 1e4))
+    heavy = heavy_limbs(exo.mechanism, np.random.default_rng(0))
+    ep.ShoulderExo.from_mechanism(heavy).reaction(POSE)
+    six = random_mechanism(np.random.default_rng(82), 6, ["SPS"] * 6)
+    ep.ShoulderExo.from_mechanism(six).pressures(
+        regular_poses(six, np.random.default_rng(83), 5), [McKibben(braid=0.15 + 0.01 * i) for i in range(6)]
+    )
+    exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
+    least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
+    exo.chain_singularity(POSE)
+    exo.check()
+    ep.ShoulderExo.from_chain(exo.without_masses().chain)
+    ep.sweep(exo.replace(limbs=None), {"r_A": [0.1, 0.11]}, POSES)
+
+
+def _swing(count):
+    return ep.shoulder_rotation(np.linspace(0, 40, count), np.linspace(0, 20, count), np.zeros(count), degrees=True)
+
+
+def _unknowns(folder):
+    exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
+    exo.worst_offset(POSE, 0.01)
+    exo.worst_clearance(POSE, 1e-4)
+    exo.worst_stiffness(POSE, 1e4, 1e5)
+    exo.sensitivity(POSE)
+    exo.bound_sensitivity(POSE, (-5, 5))
+    exo.ranking(POSES)
+    exo.reaction(POSE, centre_offset=ep.CentrePath(np.radians([0, 30, 60, 90]), 1e-3 * np.eye(4, 3)))
+
+
+def _wrists(folder):
+    exo = ep.load("prototype")
+    geometry, motion = exo.geometry, ep.Motion([1, 0, 0], [0, 1, 0])
+    state = exo.inverse_kinematics(POSE)
+    exo.forward_kinematics(state.lengths)
+    exo.joint_motion(POSE, motion)
+    exo.singularity(POSE)
+    exo.nearest_singularity(POSE)
+    exo.sensor_sensitivity(POSE)
+    wrist.joint_jacobians(geometry, POSE)
+    wrist.arm_motion(geometry, POSE, {"lengths": exo.joint_motion(POSE, motion).velocities["lengths"]})
+    wrist.statics(exo.mechanism, POSE)
+    wrist.holding(exo.mechanism, POSE)
+    wrist.free_region(geometry, step_deg=15.0)
+    wrist.daily_crossings(geometry, step_deg=15.0)
+    wrist.singular_surface(geometry, step_deg=20.0)
+    wrist.shoulder_slice(geometry, 0.0, step_deg=10.0)
+    wrist.OrientationChain(Rotation.identity(), Rotation.identity())
+
+
+def _chains(folder):
+    for name in ("3RRR", "rigid loop"):
+        chain, independent, q, v, a = moving(name)
+        chain.split(q, independent)
+        chain.mobility(q)
+        chain.rnea(q, v, a)
+        answer = chain.inverse_dynamics(q, v, a)
+        answer.joint_reaction(chain.model.names[1])
+        chain.forward_dynamics(q, v)
+        chain.simulate(q, v, times=np.linspace(0, 0.01, 3))
+    found = chain.inverse_dynamics_derivatives(q, v, a)
+    found.joint_reaction(chain.model.names[1])
+    sdf_writing.sdf_text(chain, q)
+    for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
+        path = made(folder)
+    ep.ClosedChain.from_mjcf(path)
+    urdf.mechanism_urdf(ep.load("prototype").mechanism)
+    ep.ClosedChain.from_urdf(*urdf.mechanism_urdf(ep.load("prototype").mechanism))
+
+
+def _files(folder):
+    exo = ep.load("prototype")
+    exo.save(folder / "exo.toml")
+    ep.load(str(folder / "exo.toml"))
+    exo.to_urdf(folder)
+    ep.load(str(folder / "prototype.urdf"))
+
+
+def _pictures(folder):
+    scene = Scene(guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3)))
+    scene.show(POSE)
+    scene.serve(0)
+    scene.close()
+    scene.record(POSES, [0.0, 1.0])
+    ChainScene(moving("3RRR").chain)
+    Sliders(ep.load("prototype"))

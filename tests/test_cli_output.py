@@ -1,0 +1,54 @@
+"""Commands whose output cannot be written: one line at most, and a status that says so."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from exo_pin import cli
+
+COMMAND = [sys.executable, "-m", "exo_pin.cli"]
+
+
+def run(arguments, **options):
+    # Without a buffer Python's argparse does not notice that its help was not read.
+    own = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    return subprocess.run([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, check=False, env=own, **options)
+
+
+@pytest.mark.parametrize("arguments", [["reaction", "--json"], ["presets"], ["--help"]], ids=lambda a: a[0])
+def test_a_reader_that_has_ended(arguments):
+    reading, writing = os.pipe()
+    os.close(reading)
+    ended = run(arguments, stdout=writing)
+    os.close(writing)
+    assert ended.returncode == 128 + signal.SIGPIPE
+    assert ended.stderr == ""
+
+
+def test_a_full_disk():
+    with open("/dev/full", "w") as full:
+        ended = run(["presets"], stdout=full)
+    assert ended.returncode == 2
+    assert ended.stderr == "exo-pin: [Errno 28] No space left on device\n"
+
+
+def test_ctrl_c(monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("exo_pin.cli.designs.presets", stop)
+    assert cli.main(["presets"]) == 128 + signal.SIGINT
+
+
+def test_a_table_through_standard_output(tmp_path):
+    """``--out /dev/stdout`` adds the table to what is printed, in a file and in a pipe alike."""
+    arguments = ["sweep", "--vary", "r_A_mm=100,110", "--step", "60", "--out", "/dev/stdout"]
+    with (tmp_path / "out").open("w") as out:
+        assert run(arguments, stdout=out).returncode == 0
+    text = (tmp_path / "out").read_text()
+    assert "r_A,peak_F_s_N" in text
+    assert text.endswith("/dev/stdout\n")
+    assert run(arguments, stdout=subprocess.PIPE).stdout == text

@@ -1,0 +1,104 @@
+"""A program that writes one kind of file again and again until it is killed; see test_killed_writers.
+
+It reads the name of a writer and a folder from its input, forks, and prints the number of the process that writes.
+"""
+
+import itertools
+import json
+import os
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin import muscle
+from exo_pin.chain import AssumedMasses, mechanism_urdf, write_closures
+from exo_pin.core.files import write_figure
+from exo_pin.design import preset
+from exo_pin.reaction import write_movement_reaction
+from exo_pin.study import StudyTable
+from exo_pin.view import ChainScene, Recording
+
+
+def _figure(k):
+    drawn = Figure()
+    drawn.subplots().plot(np.random.default_rng(k).normal(size=100))
+    return drawn
+
+
+def _named(exo, k):
+    return exo.replace(name="device", title=f"version {k}")
+
+
+EXOS = [_named(ep.load("prototype"), k) for k in range(2)]
+CHAINS = [
+    ep.ClosedChain.from_urdf(*mechanism_urdf(preset(name), assumed=AssumedMasses()))
+    for name in ("prototype", "optimised-table-5-3")
+]
+SCENES = [ChainScene(chain) for chain in CHAINS]
+TABLES = [StudyTable([{"a": k, "b": float(row)} for row in range(500)]) for k in range(2)]
+TURN = Rotation.from_rotvec(np.linspace(0, 0.5, 20)[:, None] * [1, 0, 0])
+SWING = ep.Movement.from_samples(np.linspace(0, 1, 20), TURN)
+ANSWERS = [EXOS[0].follow(SWING, load=ep.Load([0, 0, -k])) for k in range(2)]
+FIGURES = [_figure(k) for k in range(2)]
+STATIC, DYNAMIC = muscle.muscle_model("best"), muscle.dynamic_model("tang-3-31")
+
+RECORDINGS = [Recording(np.array([0.0, 1.0]), None, b"x" * 2000, {"k": k}) for k in range(2)]
+SAME_NAME = [ep.ClosedChain(chain.model, replace(chain.description, name="a")) for chain in CHAINS]
+
+
+def _static(folder, k):
+    muscle.save_parameters(STATIC, folder / "a.toml", identification={"k": k})
+
+
+def _dynamic(folder, k):
+    muscle.save_dynamic(DYNAMIC, folder / "a.toml", identification={"k": k})
+
+
+#: What is called with a folder and which of two contents to write; and the files that it makes.
+WRITERS = {
+    "design": (lambda folder, k: EXOS[k].save(folder / "a.toml"), ["a.toml"]),
+    "urdf": (lambda folder, k: EXOS[k].to_urdf(folder), ["device.urdf", "device.closures.toml"]),
+    "closures": (lambda folder, k: write_closures(CHAINS[k].description, folder / "a.toml"), ["a.toml"]),
+    "sdf": (lambda folder, k: SAME_NAME[k].to_sdf(folder), ["a.sdf"]),
+    "table": (lambda folder, k: TABLES[k].to_csv(folder / "a.csv"), ["a.csv"]),
+    "movement": (lambda folder, k: write_movement_reaction(ANSWERS[k], folder / "a.csv"), ["a.csv"]),
+    "arrays": (lambda folder, k: write_movement_reaction(ANSWERS[k], folder / "a.npz"), ["a.npz"]),
+    "page": (lambda folder, k: SCENES[k].save_html(folder / "a.html"), ["a.html"]),
+    "recording": (lambda folder, k: RECORDINGS[k].save(folder / "a.html"), ["a.html"]),
+    "figure": (lambda folder, k: write_figure(folder / "a.png", FIGURES[k]), ["a.png"]),
+    "muscle": (_static, ["a.toml"]),
+    "dynamic": (_dynamic, ["a.toml"]),
+}
+
+
+def main():
+    """Write the two contents of every file to the folder that is given, say how long that took, then serve."""
+    reference = Path(sys.argv[1])
+    seconds = {}
+    for name, (write, _) in WRITERS.items():
+        for k in range(2):
+            (reference / name / str(k)).mkdir(parents=True)
+            begin = time.perf_counter()
+            write(reference / name / str(k), k)
+            seconds[name] = time.perf_counter() - begin
+    print(json.dumps(seconds), flush=True)
+    for line in sys.stdin:
+        name, folder = line.split()
+        write, _ = WRITERS[name]
+        child = os.fork()
+        if child == 0:
+            for k in itertools.cycle(range(2)):
+                write(Path(folder), k)
+        print(child, flush=True)
+        os.waitpid(child, 0)
+        print("gone", flush=True)
+
+
+if __name__ == "__main__":
+    main()

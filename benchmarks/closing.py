@@ -62,7 +62,7 @@ def problem(name, urdf, chain, q):
 
 def ours(name, chain, starts):
     """Close every start."""
-    from exo_pin.errors import LoopNotClosed
+    from exo_pin.core.errors import LoopNotClosed
 
     times, residuals, steps = [], [], []
     chain.close(np.array(starts[0]))  # compiles

@@ -35,7 +35,7 @@ def swing(name):
 
 def draw(swings, path):
     """How far the total energy is off."""
-    from exo_pin.view.style import LINES, pyplot, tidy
+    from exo_pin.view.plots.plot_style import LINES, pyplot, tidy
 
     figure, ax = pyplot().subplots(figsize=(8, 4.5), layout="constrained")
     for (name, result), (colour, dashes) in zip(swings.items(), LINES, strict=False):

@@ -13,9 +13,9 @@ from collections.abc import Callable
 from os import PathLike
 
 from .consistency import CHAIN_CHECKS, CHECKS, check_chain, run_check
+from .core.errors import MissingExtra, NotAWrist
 from .design import Mechanism
-from .errors import MissingExtra, NotAWrist
-from .exo import ShoulderExo, load
+from .exo.shoulder_exo import ShoulderExo, load
 
 try:
     import pytest

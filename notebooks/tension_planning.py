@@ -99,7 +99,7 @@ def draw(path, rows, samples=101):
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots import BLUE, GREEN, ORANGE
+    from exo_pin.view.plots.force_plots import BLUE, GREEN, ORANGE
 
     style = {
         "middle": (ORANGE, ":", "middle of the limits"),

@@ -17,8 +17,9 @@ from mechanisms import (
     stewart,
 )
 
-from exo_pin.chain import TYPES, AssumedMasses, ClosedChain, mechanism_urdf
+from exo_pin.chain import TYPES, ClosedChain
 from exo_pin.design import preset
+from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 
 KINDS = [kind for kind in TYPES if kind != "point"]
 

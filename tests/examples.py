@@ -3,17 +3,18 @@
 import numpy as np
 
 import exo_pin as ep
-from exo_pin import errors, muscle
-from exo_pin.chain.closures import JointProperties
-from exo_pin.chain.sharing import Bound, Space
-from exo_pin.errors import FileFormatError, FileNotWritten, InvalidInput
-from exo_pin.muscle.friction import ConstantFriction
-from exo_pin.muscle.ledger_appendix import fit_rows
-from exo_pin.muscle.phases import Phases
-from exo_pin.muscle.toml import Reader
-from exo_pin.reaction.choice import Choice
-from exo_pin.reaction.shortest import workspace
+from exo_pin import muscle
+from exo_pin.chain.dynamics.force_distribution import Bound, Space
+from exo_pin.chain.structure.closures import JointProperties
+from exo_pin.core import errors
+from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
+from exo_pin.muscle.io.muscle_toml import Reader
+from exo_pin.muscle.laws.friction import ConstantFriction
+from exo_pin.muscle.simulation.phases import Phases
+from exo_pin.numerics.shortest_variables import workspace
+from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.thesis import scenario_one
+from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.view import Browser
 
 

@@ -15,9 +15,10 @@ from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.chain import sdf_writing, urdf
-from exo_pin.reaction import least_forces
+from exo_pin.chain.formats import sdf_writing
+from exo_pin.numerics import least_forces
 from exo_pin.view import ChainScene, Scene, Sliders
+from exo_pin.wrist_chain import wrist_urdf as urdf
 
 POSE = ep.shoulder_rotation(40, 20, 10, degrees=True)
 #: Examples of a class that are enough.

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from exo_pin.chain import ClosedChain, Closure, Closures, Placement, Roles
-from exo_pin.chain.xml import Body, Document
+from exo_pin.chain.formats.urdf.urdf_document import Body, Document
 from exo_pin.design import Arm, Limb, LimbBody, Mechanism, WristGeometry
 
 Z = (0.0, 0.0, 1.0)

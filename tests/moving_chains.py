@@ -6,8 +6,9 @@ import mechanisms
 import numpy as np
 import pinocchio as pin
 
-from exo_pin.chain import ClosedChain, mechanism_urdf
+from exo_pin.chain import ClosedChain
 from exo_pin.design import preset
+from exo_pin.wrist_chain import mechanism_urdf
 
 LOOPS = ("rigid", "spherical", "revolute", "universal", "prismatic", "cylindrical", "distance")
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from exo_pin.reaction import GlenoidCone
-from exo_pin.reaction.choice import Pose, Socket, Weights
-from exo_pin.reaction.equilibrium import Equilibrium
+from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket, Weights
+from exo_pin.wrist_chain.equilibrium import Equilibrium
 
 KINDS = ("pull", "range", "tight", "sides", "by_tension", "hard_cone", "soft_cone", "weights", "alone", "spherical")
 

@@ -7,7 +7,7 @@ import pytest
 import umsgpack
 
 import exo_pin as ep
-from exo_pin import errors
+from exo_pin.core import errors
 from exo_pin.view import human_urdf
 
 URDF = Path(__file__).parents[1] / "urdf"

@@ -7,8 +7,9 @@ import pytest
 from proxsuite import proxqp
 
 import exo_pin as ep
-from exo_pin.reaction import least_force, least_forces
-from exo_pin.wrist.linear import complete_basis, least_norm, orthonormalise
+from exo_pin.numerics import least_forces
+from exo_pin.numerics.small_linear import complete_basis, least_norm, orthonormalise
+from exo_pin.reaction import least_force
 
 EPS = np.finfo(float).eps
 
@@ -183,7 +184,7 @@ def test_kkt_conditions_of_larger_programs():
 
 
 def test_gap_bounds_what_a_bad_answer_misses():
-    from exo_pin.reaction.active_set import duality_gap
+    from exo_pin.numerics.active_set import duality_gap
 
     rng = np.random.default_rng(65)
     for _ in range(300):

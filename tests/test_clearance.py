@@ -5,9 +5,10 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import exo_pin as ep
-from exo_pin import errors, wrist
+from exo_pin import wrist
+from exo_pin.core import errors
 from exo_pin.study import StudyTable, non_dominated
-from exo_pin.wrist.clearing import _segment_distance
+from exo_pin.wrist.kinematics.clearances import _segment_distance
 
 POSES = ep.shoulder_rotation([0, 30, 60], [0, 20, 70], [0, 10, -20], degrees=True)
 

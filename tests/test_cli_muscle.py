@@ -6,10 +6,9 @@ import csv
 import numpy as np
 import pytest
 
-from exo_pin.cli.muscles import add_commands
-from exo_pin.errors import FileFormatError, InvalidInput
+from exo_pin.cli.muscle_commands import add_commands
+from exo_pin.core.errors import FileFormatError, InvalidInput, OutsideValidity
 from exo_pin.muscle import (
-    OutsideValidity,
     PressureStep,
     dynamic_model,
     load_dynamic,

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.conventions import MIRROR
+from exo_pin.core.conventions import MIRROR
 from exo_pin.reaction import GlenoidCone, Weights
 
 

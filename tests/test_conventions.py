@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.conventions import (
+from exo_pin.core.conventions import (
     MIRROR,
     mirrored,
     shoulder_angles,
@@ -10,7 +10,7 @@ from exo_pin.conventions import (
     thesis_angles,
     thesis_rotation,
 )
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.core.errors import InvalidInput, UnknownName
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -9,15 +9,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.conventions import MIRROR
+from exo_pin.core.conventions import MIRROR
+from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput, MissingData, UnknownName
 from exo_pin.design import (
     Arm,
     Limb,
     LimbBody,
     LimbGuide,
-    Load,
     Mechanism,
-    Motion,
     Shoulder,
     Stroke,
     WristGeometry,
@@ -26,7 +25,7 @@ from exo_pin.design import (
     read_mechanism,
     write_mechanism,
 )
-from exo_pin.errors import FileFormatError, FileNotWritten, InvalidInput, MissingData, UnknownName
+from exo_pin.load_case import Load, Motion
 
 TRIANGLE = np.array([[0.1, -0.05, 0.0], [0.0, -0.05, 0.1], [-0.1, -0.05, 0.0]])
 

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.conventions import MIRROR, mirrored
-from exo_pin.wrist.side import side_wrenches
+from exo_pin.core.conventions import MIRROR, mirrored
+from exo_pin.wrist.forces.side_forces import side_wrenches
 
 DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")

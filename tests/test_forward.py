@@ -8,10 +8,10 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.conventions import thesis_angles, thesis_rotation
+from exo_pin.core.conventions import thesis_angles, thesis_rotation
+from exo_pin.core.errors import InvalidInput
 from exo_pin.design import WristGeometry, preset, presets
-from exo_pin.errors import InvalidInput
-from exo_pin.wrist.polynomial import roots_and_touches
+from exo_pin.numerics.polynomial import roots_and_touches
 
 DEGREES = {"degrees": True}
 GEOMETRIES = ("prototype", "appendix-d", "scenario-one", "optimised-table-5-3", "optimised-table-c-2")

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.reaction import Movement, Reaction
+from exo_pin.load_case import Movement
+from exo_pin.reaction import Reaction
 from exo_pin.study import StudyTable
 
 CALLS = 20_000

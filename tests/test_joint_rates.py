@@ -7,8 +7,9 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.design import Motion, preset
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin.design import preset
+from exo_pin.load_case import Motion
 
 #: Central differences: truncation ~ step², rounding ~ eps/step; equal at the cube root of eps.
 STEP = np.finfo(float).eps ** (1 / 3)

@@ -8,7 +8,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.cli import main
-from exo_pin.thesis import kinematics, ledger
+from exo_pin.thesis import chapter_4 as kinematics
+from exo_pin.thesis import ledger
 
 mpl.use("Agg")
 

@@ -9,9 +9,9 @@ from wrists import random_mechanism, regular_poses
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.reaction import GlenoidCone, Weights
-from exo_pin.reaction.choice import force_scale
-from exo_pin.reaction.infeasible import shortfall
-from exo_pin.wrist.holding import holding
+from exo_pin.reaction.indeterminacy.infeasible_poses import shortfall
+from exo_pin.reaction.splits.limb_and_side_forces import force_scale
+from exo_pin.wrist.forces.wrench_feasibility import holding
 
 DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -185,7 +185,7 @@ def test_weights_trade_shear_for_compression():
 
 @pytest.mark.parametrize("split", ["spherical", "minimal"])
 def test_right_shoulder_with_limits_and_socket_is_the_mirror_image(split):
-    from exo_pin.conventions import MIRROR, mirrored
+    from exo_pin.core.conventions import MIRROR, mirrored
 
     left = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(67), 5, ["SPS"] * 5))
     right = left.mirrored()

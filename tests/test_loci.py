@@ -8,11 +8,12 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.conventions import mirrored, shoulder_rotation, tilt_torsion_angles, tilt_torsion_rotation
+from exo_pin.core.conventions import mirrored, shoulder_rotation, tilt_torsion_angles, tilt_torsion_rotation
+from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import preset
-from exo_pin.design.ranges import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
-from exo_pin.errors import InvalidInput, UnknownName
-from exo_pin.wrist import loci, region
+from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
+from exo_pin.wrist.singularities import singular_surface_mesh as loci
+from exo_pin.wrist.singularities import singularity_free_region as region
 
 mpl.use("Agg")
 DEGREES = {"degrees": True}
@@ -218,7 +219,7 @@ def test_what_does_not_fit_is_named():
 def test_pictures_show_what_they_say(tmp_path):
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.loci import determinant_map, locus_picture, locus_surface, tilt_torsion_map
+    from exo_pin.view.plots.singularity_plots import determinant_map, locus_picture, locus_surface, tilt_torsion_map
 
     exo = ep.load("prototype")
     ax = determinant_map(exo, step=2.0)

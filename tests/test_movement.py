@@ -7,7 +7,8 @@ from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.reaction import Movement, read_movement, write_movement_reaction
+from exo_pin.load_case import Movement, read_movement
+from exo_pin.reaction import write_movement_reaction
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 A, B = np.array([0.9, 0.0, 0.0]), np.array([0.0, 0.8, 0.3])

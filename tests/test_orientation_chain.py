@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from exo_pin.conventions import shoulder_angles, shoulder_rotation, thesis_angles
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.core.conventions import shoulder_angles, shoulder_rotation, thesis_angles
+from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.wrist import OrientationChain
 
 DEGREES = {"degrees": True}

@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import muscle
+from exo_pin.core.errors import ExoPinError
 from exo_pin.core.records import OneProcess
-from exo_pin.errors import ExoPinError
 
 WAYS = {
     "pickle": lambda value: pickle.loads(pickle.dumps(value)),

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.wrist.polynomial import roots_and_touches
+from exo_pin.numerics.polynomial import roots_and_touches
 
 
 def found(p):

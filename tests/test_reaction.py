@@ -20,7 +20,7 @@ from wrists import (
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.conventions import MIRROR, mirrored
+from exo_pin.core.conventions import MIRROR, mirrored
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_standalone_equals_the_chain_without_a_ball_joint(prototype):
     """Inverse dynamics of the free-flying wrist in Pinocchio, by its closure Jacobian alone."""
     import pinocchio as pin
 
-    from exo_pin.chain import mechanism_urdf
+    from exo_pin.wrist_chain import mechanism_urdf
 
     chain = ep.ClosedChain.from_urdf(*mechanism_urdf(prototype.mechanism, part="wrist"))
     with_shoulder = prototype.chain

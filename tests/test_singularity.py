@@ -8,10 +8,10 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.conventions import mirrored, thesis_rotation
+from exo_pin.core.conventions import mirrored, thesis_rotation
+from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import Limb, preset
-from exo_pin.errors import InvalidInput, UnknownName
-from exo_pin.reaction.locking import LockedChains
+from exo_pin.wrist_chain.locked_chains import LockedChains
 
 DEGREES = {"degrees": True}
 

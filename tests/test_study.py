@@ -147,7 +147,7 @@ def test_tables(prototype, tmp_path):
 
 
 def test_pandas_is_optional(prototype, monkeypatch):
-    from exo_pin.errors import MissingExtra
+    from exo_pin.core.errors import MissingExtra
 
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(MissingExtra, match=r"exo_pin\[study\]"):

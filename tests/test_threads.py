@@ -13,7 +13,8 @@ from test_elastic import guided
 from wrists import PERSON, heavy_limbs
 
 import exo_pin as ep
-from exo_pin.chain import ClosedChain, mechanism_urdf
+from exo_pin.chain import ClosedChain
+from exo_pin.wrist_chain import mechanism_urdf
 
 THREADS = 8
 

@@ -8,9 +8,9 @@ from test_elastic import guided
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.design.path import elevation_angle
-from exo_pin.reaction.clearance import side_forces_with_play
-from exo_pin.reaction.worst import loaded
+from exo_pin.load_case.centre_path import elevation_angle
+from exo_pin.uncertainty.clearance import side_forces_with_play
+from exo_pin.uncertainty.worst_case import loaded
 
 DEGREES = {"degrees": True}
 LIFTED = ep.shoulder_rotation(60, 30, 0, **DEGREES)

@@ -8,9 +8,10 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 from exo_pin import wrist
-from exo_pin.conventions import MIRROR, mirrored, shoulder_rotation, thesis_rotation
-from exo_pin.design import Limb, LimbBody, Load, Motion, preset
-from exo_pin.errors import InvalidInput, MissingData
+from exo_pin.core.conventions import MIRROR, mirrored, shoulder_rotation, thesis_rotation
+from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin.design import Limb, LimbBody, preset
+from exo_pin.load_case import Load, Motion
 
 DEGREES = {"degrees": True}
 

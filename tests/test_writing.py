@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin.core.errors import FileNotWritten, InvalidInput
 from exo_pin.core.files import is_stream, write_bytes, write_figure, write_text
-from exo_pin.errors import FileNotWritten, InvalidInput
 
 OLD, NEW = b"old\n" * 1000, b"the new one\n" * 1000
 NOBODY = 65534

@@ -11,8 +11,8 @@ import threading
 import pytest
 
 from exo_pin import cli
+from exo_pin.core.errors import FileNotWritten, InvalidInput
 from exo_pin.core.files import is_stream, write_bytes
-from exo_pin.errors import FileNotWritten, InvalidInput
 
 NEW = b"the new one\n" * 1000
 OLD = b"old\n" * 1000

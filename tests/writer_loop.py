@@ -17,12 +17,13 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import muscle
-from exo_pin.chain import AssumedMasses, mechanism_urdf, write_closures
+from exo_pin.chain import write_closures
 from exo_pin.core.files import write_figure
 from exo_pin.design import preset
 from exo_pin.reaction import write_movement_reaction
 from exo_pin.study import StudyTable
 from exo_pin.view import ChainScene, Recording
+from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 
 
 def _figure(k):

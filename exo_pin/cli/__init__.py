@@ -11,12 +11,32 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from .. import __version__
-from ..errors import ExoPinError
-from . import designs, dynamics, kinematics, mobility, muscles, reactions, source, studies, view
+from ..core.errors import ExoPinError
+from . import (
+    design_commands,
+    forces_command,
+    kinematics_commands,
+    mobility_command,
+    muscle_commands,
+    reaction_command,
+    sweep_command,
+    thesis_command,
+    view_command,
+)
 
 __all__ = ["main"]
 
-_GROUPS = (reactions, studies, kinematics, designs, mobility, dynamics, muscles, view, source)
+_GROUPS = (
+    reaction_command,
+    sweep_command,
+    kinematics_commands,
+    design_commands,
+    mobility_command,
+    forces_command,
+    muscle_commands,
+    view_command,
+    thesis_command,
+)
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128

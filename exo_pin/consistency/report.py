@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
-from ..validation import FloatArray
+from ..core.validation import FloatArray
 
 __all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Outcome", "Report", "closure_jacobian"]
 

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
-from ..errors import LoopNotClosed
-from ..validation import FloatArray
+from ..core.errors import LoopNotClosed
+from ..core.validation import FloatArray
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
 __all__ = ["CHAIN_CHECKS", "check_chain"]

@@ -8,12 +8,12 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ..chain import ClosedChain, mechanism_urdf
+from ..chain import ClosedChain
+from ..core.errors import ExoPinError
+from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
-from ..errors import ExoPinError
-from ..reaction import EquilibriumModel
-from ..validation import FloatArray
 from ..wrist import inverse_kinematics, limb_jacobian, singularity
+from ..wrist_chain import EquilibriumModel, mechanism_urdf
 from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Outcome, Report, closure_jacobian
 
 __all__ = ["CHECKS", "check", "run_check"]

@@ -1,1 +1,1 @@
-"""What every other part of the package may use: writing files, copying records."""
+"""What every room stands on: errors, checks of input, conventions of orientation, progress, files."""

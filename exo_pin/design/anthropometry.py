@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InvalidInput
-from ..validation import FloatArray, as_choice, as_finite, as_positive
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, as_choice, as_finite, as_positive
 
 __all__ = ["arm_segments"]
 

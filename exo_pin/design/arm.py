@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..conventions import MIRROR
+from ..core.conventions import MIRROR
+from ..core.errors import InvalidInput, MissingData
 from ..core.records import Record
-from ..errors import InvalidInput, MissingData
-from ..validation import FloatArray, as_finite, as_inertia, as_positive, frozen
+from ..core.validation import FloatArray, as_finite, as_inertia, as_positive, frozen
 
 __all__ = ["Arm"]
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..conventions import MIRROR, Side, as_side, mirrored
+from ..core.conventions import MIRROR, Side, as_side, mirrored
+from ..core.errors import InvalidInput, UnknownName
 from ..core.records import Record
-from ..errors import InvalidInput, UnknownName
-from ..validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector, frozen
+from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector, frozen
 
 __all__ = ["CircleDimensions", "WristGeometry"]
 

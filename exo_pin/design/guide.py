@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InvalidInput
-from ..validation import as_positive
+from ..core.errors import InvalidInput
+from ..core.validation import as_positive
 
 __all__ = ["LimbGuide"]
 

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import InvalidInput
-from ..validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector
+from ..core.errors import InvalidInput
+from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector
 from .guide import LimbGuide
 
 __all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]

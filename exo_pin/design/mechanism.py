@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..conventions import GRAVITY, MIRROR, Side, as_side
+from ..core.conventions import GRAVITY, MIRROR, Side, as_side
+from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.records import Record
-from ..errors import InvalidInput, MissingData, UnknownName
-from ..validation import FloatArray, as_finite
+from ..core.validation import FloatArray, as_finite
 from .arm import Arm
 from .geometry import WristGeometry
 from .limb import Limb

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..conventions import MIRROR, as_side, shoulder_angles
+from ..core.conventions import MIRROR, as_side, shoulder_angles
+from ..core.errors import InvalidInput
 from ..core.records import Record
-from ..errors import InvalidInput
-from ..validation import FloatArray, as_finite, as_positive, frozen
+from ..core.validation import FloatArray, as_finite, as_positive, frozen
 
 __all__ = ["Shoulder", "as_stiffness"]
 

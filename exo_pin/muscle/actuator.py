@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InvalidInput, MissingData
-from ..validation import FloatArray, as_finite, as_positive
-from .static import StaticModel
+from ..core.errors import InvalidInput, MissingData
+from ..core.validation import FloatArray, as_finite, as_positive
+from .laws.static import StaticModel
 
 __all__ = ["Muscle"]
 

@@ -6,23 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.errors import SolverFailed
+from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..errors import SolverFailed
-from ..validation import FloatArray
-from ..wrist.forces import STATUS, classify
+from ..load_case.pose_stacks import Query
+from ..wrist.forces.closed_form import STATUS, classify
+from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN
-from ..wrist.side import side_wrenches
-from ..wrist.stacks import Query
-from .bounds import SideForceBounds
-from .certificate import is_determined
-from .choice import Pose, Socket, Weights, choose
-from .cone import GlenoidCone
-from .elastic import shoulder_stiffness
-from .equilibrium import Equilibrium
-from .infeasibility import Shortfall
-from .infeasible import shortfall
-from .limits import ForceLimits
-from .program import duality_gap, least_force
+from ..wrist_chain.equilibrium import Equilibrium
+from .constraints.glenoid_cone import GlenoidCone
+from .constraints.limb_limits import ForceLimits
+from .constraints.side_force_bounds import SideForceBounds
+from .indeterminacy.certificate import is_determined
+from .indeterminacy.infeasibility import Shortfall
+from .indeterminacy.infeasible_poses import shortfall
+from .splits.elastic import shoulder_stiffness
+from .splits.least_shoulder_force import duality_gap, least_force
+from .splits.limb_and_side_forces import Pose, Socket, Weights, choose
 
 __all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "Answer", "Wanted", "is_trivial"]
 

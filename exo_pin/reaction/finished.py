@@ -6,14 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from ..validation import FloatArray
-from ..wrist.forces import STATUS
-from ..wrist.stacks import Query
+from ..core.validation import FloatArray
+from ..load_case.pose_stacks import Query
+from ..wrist.forces.closed_form import STATUS
 from .answer import QUERY_STATUS, STANDARD_GRAVITY, Answer, Wanted
-from .certificate import Certificate
-from .determination import ComponentSource
-from .infeasibility import Infeasibility
-from .loads import arm_loads
+from .indeterminacy.certificate import Certificate
+from .indeterminacy.component_assumptions import ComponentSource
+from .indeterminacy.infeasibility import Infeasibility
+from .mechanism_loads import arm_loads
 from .result import Optimum, Reaction
 
 __all__ = ["finished"]

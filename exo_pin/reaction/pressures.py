@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..design import Load, Motion
-from ..errors import InvalidInput
-from ..validation import FloatArray
-from ..wrist.inverse import inverse_kinematics
-from ..wrist.stiffness import rotational_stiffness
-from .equilibrium import EquilibriumModel
-from .limits import PressureActuator, each_limb, in_reach
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
+from ..load_case import Load, Motion
+from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
+from ..wrist.kinematics.inverse import inverse_kinematics
+from ..wrist_chain.equilibrium import EquilibriumModel
+from .constraints.limb_limits import PressureActuator, each_limb, in_reach
 from .query import reaction
 from .result import Reaction
 

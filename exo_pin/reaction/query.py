@@ -8,23 +8,23 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..design import CentreOffset, CentrePath, Load, Motion
-from ..errors import InvalidInput
-from ..progress import track
-from ..validation import FloatArray, as_choice
-from ..wrist.forces import STATUS, require_standalone
-from ..wrist.inverse import inverse_kinematics
-from ..wrist.stacks import as_query
+from ..core.errors import InvalidInput
+from ..core.progress import track
+from ..core.validation import FloatArray, as_choice
+from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case.pose_stacks import as_query
+from ..wrist.forces.closed_form import STATUS, require_standalone
+from ..wrist.kinematics.inverse import inverse_kinematics
+from ..wrist_chain.equilibrium import EquilibriumModel
 from .answer import QUERY_STATUS, Answer, Wanted
-from .bounds import ConstraintBounds, SideForceBounds
-from .choice import Weights
-from .cone import GlenoidCone
-from .elastic import as_offset, shoulder_stiffness
-from .equilibrium import EquilibriumModel
+from .constraints.glenoid_cone import GlenoidCone
+from .constraints.limb_limits import ActuatorBounds, ForceLimits
+from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from .finished import finished
-from .limits import ActuatorBounds, ForceLimits
-from .misaligned import misaligned_reaction
 from .result import Reaction
+from .splits.elastic import as_offset, shoulder_stiffness
+from .splits.limb_and_side_forces import Weights
+from .splits.misaligned import misaligned_reaction
 
 __all__ = ["QUERY_STATUS", "Split", "reaction"]
 

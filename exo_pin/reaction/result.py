@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..validation import FloatArray, ReadOnly
-from .certificate import Certificate
-from .infeasibility import Infeasibility
+from ..core.validation import FloatArray, ReadOnly
+from .indeterminacy.certificate import Certificate
+from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_table
 
 __all__ = ["Optimum", "Reaction"]

@@ -1,10 +1,5 @@
 """Design studies: several designs over the same poses, as one tidy table."""
 
-from __future__ import annotations
+import lazy_loader
 
-from .parameters import PARAMETERS
-from .sweep import FIGURES, adl_box, compare, evaluate, sweep
-from .table import StudyTable
-from .trade import non_dominated
-
-__all__ = ["FIGURES", "PARAMETERS", "StudyTable", "adl_box", "compare", "evaluate", "non_dominated", "sweep"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..conventions import thesis_rotation
+from ..core.conventions import thesis_rotation
+from ..core.validation import FloatArray
 from ..design import preset
-from ..reaction import EquilibriumModel, reaction
-from ..validation import FloatArray
-from .ledger import Row, compare
+from ..reaction import reaction
+from ..wrist_chain import EquilibriumModel
+from .rows import Row, compare
 
 __all__ = ["example_pose", "rows"]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..conventions import thesis_angles, thesis_rotation
+from ..core.conventions import thesis_angles, thesis_rotation
+from ..core.validation import FloatArray
 from ..design import preset
-from ..validation import FloatArray
 from ..wrist import inverse_kinematics
-from .ledger import Row, compare
+from .rows import Row, compare
 
 __all__ = ["rows"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..design import preset
-from .ledger import Row, compare
+from .rows import Row, compare
 
 __all__ = ["rows"]
 

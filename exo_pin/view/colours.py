@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..validation import FloatArray
+from ..core.validation import FloatArray
 
 __all__ = [
     "BLACK",

@@ -1,4 +1,4 @@
-"""The wrist over arrays: the formulas of :mod:`exo_pin.wrist.formulas` for all limbs of a pose, all poses of a stack.
+"""The wrist over arrays: the formulas of :mod:`exo_pin.numerics.vectors` for all limbs of a pose, all poses of a stack.
 
 Symbols and signs are those of the formulas.
 """
@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from .formulas import (
+from ..numerics.small_linear import complete_basis, least_norm, orthonormalise
+from ..numerics.vectors import (
     FOLDED,
     FOLDED_SINE,
     NEAR_MARGIN,
@@ -29,7 +30,6 @@ from .formulas import (
     triple,
     vector,
 )
-from .linear import complete_basis, least_norm, orthonormalise
 
 __all__ = [
     "FOLDED",

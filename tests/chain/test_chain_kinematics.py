@@ -16,10 +16,11 @@ from mechanisms import (
 )
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import TYPES, ClosedChain, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
+from exo_pin.chain import TYPES, ClosedChain
+from exo_pin.core.conventions import thesis_rotation
+from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 from exo_pin.design import preset
-from exo_pin.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
+from exo_pin.wrist_chain import mechanism_urdf
 
 # Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
 STEP = 1e-5

@@ -7,7 +7,7 @@ import pytest
 from changing_axes import KINDS, motion
 
 from exo_pin.chain import TYPES, ClosedChain, Closures
-from exo_pin.errors import InvalidInput
+from exo_pin.core.errors import InvalidInput
 
 CLOSURES = [kind for kind in TYPES if kind != "point"]
 #: Central differences of fourth order: step⁴ of the formula, rounding over the step.

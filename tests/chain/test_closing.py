@@ -8,10 +8,11 @@ import pinocchio as pin
 import pytest
 from mechanisms import agile_eye, delta, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, stewart
 
-from exo_pin.chain import TYPES, ClosedChain, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
+from exo_pin.chain import TYPES, ClosedChain
+from exo_pin.core.conventions import thesis_rotation
+from exo_pin.core.errors import BeyondLimits, InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.design import preset
-from exo_pin.errors import BeyondLimits, InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.wrist_chain import mechanism_urdf
 
 NAMED = {
     "four_bar": four_bar(),

@@ -18,7 +18,7 @@ from exo_pin.chain import (
     read_closures,
     write_closures,
 )
-from exo_pin.errors import FileFormatError, InvalidInput, UnknownName
+from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 GOOD = """
 schema = 1

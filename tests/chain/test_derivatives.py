@@ -3,7 +3,7 @@ import pinocchio as pin
 import pytest
 from moving_chains import ALL, drivers, moving
 
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.core.errors import InvalidInput, UnknownName
 
 #: Differences of fourth order: step⁴ of the formula, and the closing tolerance 1e-13 over the step.
 STEP, TOLERANCE = 1e-3, 1e-7

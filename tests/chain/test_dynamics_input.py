@@ -7,7 +7,7 @@ import pytest
 from mechanisms import four_bar
 
 from exo_pin.chain import ClosedChain
-from exo_pin.errors import ExoPinError, InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.core.errors import ExoPinError, InvalidInput, LoopNotClosed, UnknownName
 
 NAMED = four_bar()
 Q = NAMED.q

@@ -12,9 +12,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from scipy.spatial.transform import Rotation
 from test_closing import CHAINS, off
 
-from exo_pin.chain import AssumedMasses, ClosedChain, Closures, mechanism_urdf, read_closures
+from exo_pin.chain import ClosedChain, Closures, read_closures
+from exo_pin.core.errors import FileFormatError, InvalidInput, LoopNotClosed, UnknownName
 from exo_pin.design import preset
-from exo_pin.errors import FileFormatError, InvalidInput, LoopNotClosed, UnknownName
+from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 
 HEAVY = {
     part: ClosedChain.from_urdf(*mechanism_urdf(preset("prototype"), part, AssumedMasses()))

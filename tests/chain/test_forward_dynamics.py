@@ -6,9 +6,10 @@ import pytest
 from mechanisms import four_bar, parallelogram, random_loop, stewart
 from moving_chains import ALL, WITH_MASS, drivers, moving
 
-from exo_pin.chain import ClosedChain, Closure, Closures, mechanism_urdf
+from exo_pin.chain import ClosedChain, Closure, Closures
+from exo_pin.core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName
 from exo_pin.design import Limb, preset
-from exo_pin.errors import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName
+from exo_pin.wrist_chain import mechanism_urdf
 
 
 def pushed(name, seed=5):

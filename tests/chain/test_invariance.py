@@ -7,9 +7,10 @@ import pytest
 from mechanisms import agile_eye, delta, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, stewart
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import TYPES, ClosedChain, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
+from exo_pin.chain import TYPES, ClosedChain
+from exo_pin.core.conventions import thesis_rotation
 from exo_pin.design import preset
+from exo_pin.wrist_chain import mechanism_urdf
 
 KINDS = [kind for kind in TYPES if kind != "point"]
 NAMED = {

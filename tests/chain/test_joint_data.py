@@ -13,8 +13,9 @@ from pydrake.multibody.tree import MultibodyForces
 from urdf_trees import random_tree
 
 import exo_pin as ep
-from exo_pin.chain import ClosedChain, Closures, JointProperties, Root, read_closures, wrist_of, write_closures
-from exo_pin.errors import FileFormatError, InvalidInput, NotAWrist, UnknownName
+from exo_pin.chain import ClosedChain, Closures, JointProperties, Root, read_closures, write_closures
+from exo_pin.core.errors import FileFormatError, InvalidInput, NotAWrist, UnknownName
+from exo_pin.wrist_chain import wrist_of
 
 HINGES = ("revolute", "prismatic", "continuous")
 ARRAYS = (

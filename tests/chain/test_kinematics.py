@@ -6,7 +6,7 @@ import pytest
 from mechanisms import random_loop
 from test_closing import CHAINS, off
 
-from exo_pin.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
+from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 
 STEP = 1e-5
 

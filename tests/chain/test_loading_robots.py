@@ -9,9 +9,10 @@ from mechanisms import delta, parallelogram, planar_3rrr, random_wrist, stewart
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.chain import ClosedChain, mechanism_urdf, wrist_of, write_closures
+from exo_pin.chain import ClosedChain, write_closures
 from exo_pin.consistency import check_chain
-from exo_pin.errors import NotAWrist
+from exo_pin.core.errors import NotAWrist
+from exo_pin.wrist_chain import mechanism_urdf, wrist_of
 
 POSE = ep.shoulder_rotation(30, 20, 0, degrees=True)
 ROBOTS = {"delta": delta(), "stewart": stewart(), "3rrr": planar_3rrr(), "parallelogram": parallelogram()}

@@ -16,9 +16,10 @@ from mjcf_chains import random_robot
 from mjcf_mutations import PLANT, mutated
 from mujoco_exact import ZERO, ExactMujoco, assert_same, joint_numbers
 
-from exo_pin.chain import AssumedMasses, ClosedChain, mechanism_urdf
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import FileFormatError, LoopNotClosed
 from exo_pin.design import preset
-from exo_pin.errors import FileFormatError, LoopNotClosed
+from exo_pin.wrist_chain import AssumedMasses, mechanism_urdf
 
 
 def blocks(count, size):

@@ -7,8 +7,8 @@ import pytest
 from mjcf_arm import arm, fixed_tendon, flag, motor
 
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.mjcf_refusals import IRRELEVANT, READ, REFUSED
-from exo_pin.errors import FileFormatError, InvalidInput
+from exo_pin.chain.formats.mjcf.mjcf_refusals import IRRELEVANT, READ, REFUSED
+from exo_pin.core.errors import FileFormatError, InvalidInput
 
 
 def fields():

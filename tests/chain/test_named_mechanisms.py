@@ -18,7 +18,7 @@ from mechanisms import (
 )
 from scipy.spatial.transform import Rotation
 
-from exo_pin.errors import LoopNotClosed
+from exo_pin.core.errors import LoopNotClosed
 
 UP = np.array([0.0, 0.0, 1.0])
 

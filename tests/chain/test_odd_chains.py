@@ -12,10 +12,11 @@ from scipy.optimize import linprog
 from self_stress import Open
 from skeletons import four_bar_skeleton, parallelogram_skeleton
 
-from exo_pin.chain import PULL, ClosedChain, Closure, Closures, Placement, Roles, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
+from exo_pin.chain import PULL, ClosedChain, Closure, Closures, Placement, Roles
+from exo_pin.core.conventions import thesis_rotation
+from exo_pin.core.errors import InfeasibleForces, UndrivenMotion, UnknownName
 from exo_pin.design import preset
-from exo_pin.errors import InfeasibleForces, UndrivenMotion, UnknownName
+from exo_pin.wrist_chain import mechanism_urdf
 
 NAMED = four_bar()
 Q = NAMED.q

@@ -9,7 +9,7 @@ from moving_chains import moving
 from scipy.linalg import expm
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
-from exo_pin.errors import InvalidInput, UnknownName, UnsupportedDynamics
+from exo_pin.core.errors import InvalidInput, UnknownName, UnsupportedDynamics
 
 MASS = pin.Inertia(2.0, np.array([0.1, -0.05, 0.2]), np.diag([0.03, 0.04, 0.05]))
 

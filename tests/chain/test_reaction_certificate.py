@@ -7,10 +7,11 @@ from mechanisms import four_bar, random_wrist
 from self_stress import Open, vertices
 from skeletons import four_bar_skeleton
 
-from exo_pin.chain import PULL, ClosedChain, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
+from exo_pin.chain import PULL, ClosedChain
+from exo_pin.core.conventions import thesis_rotation
+from exo_pin.core.errors import InfeasibleForces
 from exo_pin.design import preset
-from exo_pin.errors import InfeasibleForces
+from exo_pin.wrist_chain import mechanism_urdf
 
 OUT_OF_PLANE = [2, 3, 4]
 

@@ -12,9 +12,10 @@ from self_stress import Open, lexicographic
 from skeletons import four_bar_skeleton
 
 import exo_pin as ep
-from exo_pin.chain import PULL, PUSH, ClosedChain, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
-from exo_pin.errors import InfeasibleForces
+from exo_pin.chain import PULL, PUSH, ClosedChain
+from exo_pin.core.conventions import thesis_rotation
+from exo_pin.core.errors import InfeasibleForces
+from exo_pin.wrist_chain import mechanism_urdf
 
 FORCE_ONLY = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
 POSES = [(40, -20, -30), (10, 5, 0), (20, -10, 15), (-15, 25, 10)]

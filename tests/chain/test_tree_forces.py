@@ -4,10 +4,11 @@ import pytest
 from mechanisms import four_bar, random_wrist
 from moving_chains import moving as motion_of
 
-from exo_pin.chain import ClosedChain, mechanism_urdf
-from exo_pin.conventions import thesis_rotation
+from exo_pin.chain import ClosedChain
+from exo_pin.core.conventions import thesis_rotation
+from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import Limb, preset
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.wrist_chain import mechanism_urdf
 
 MECHANISMS = {
     "prototype": preset("prototype"),

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 
 from exo_pin.chain import ClosedChain, Closures, Root, read_closures
-from exo_pin.chain.urdf_checking import DEEPEST, checked_urdf
-from exo_pin.errors import FileFormatError, InvalidInput
+from exo_pin.chain.formats.urdf.urdf_checking import DEEPEST, checked_urdf
+from exo_pin.core.errors import FileFormatError, InvalidInput
 
 BARE = Closures("bare")
 GOOD = """<?xml version="1.0"?>
@@ -253,7 +253,7 @@ def test_thousands_of_links_are_read_or_refused():
     # In a process of its own: what is tried here is whether it crashes.
     code = (
         "import sys, test_urdf_checking as t\n"
-        "from exo_pin.errors import FileFormatError\n"
+        "from exo_pin.core.errors import FileFormatError\n"
         f"t.ClosedChain.from_urdf(t.chained({DEEPEST - 1}, 'fixed'), t.BARE)\n"
         "t.ClosedChain.from_urdf(t.chained(5000, 'fixed', deep=False), t.BARE)\n"
         f"for count, kind, deep in (({DEEPEST}, 'fixed', 1), (5000, 'fixed', 1), (100000, 'fixed', 1),\n"

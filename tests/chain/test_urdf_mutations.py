@@ -11,7 +11,7 @@ from urdf_oracle import Tree, coordinates, reordering
 from urdf_trees import random_tree
 
 from exo_pin.chain import ClosedChain, Closures
-from exo_pin.errors import ExoPinError, FileFormatError
+from exo_pin.core.errors import ExoPinError, FileFormatError
 
 CASES, PARTS = 2000, 20
 BARE = Closures("bare")

@@ -8,18 +8,18 @@ import pytest
 from mechanisms import random_wrist
 from scipy.spatial.transform import Rotation
 
-from exo_pin.chain import (
+from exo_pin.chain import ClosedChain
+from exo_pin.core.conventions import shoulder_rotation, thesis_rotation
+from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin.design import WristGeometry, preset, presets
+from exo_pin.wrist_chain import (
     AssumedMasses,
-    ClosedChain,
     dummy_shoulder_urdf,
     mechanism_urdf,
     published_urdf,
     write_published_urdf,
     write_urdf,
 )
-from exo_pin.conventions import shoulder_rotation, thesis_rotation
-from exo_pin.design import WristGeometry, preset, presets
-from exo_pin.errors import InvalidInput, UnknownName
 
 FOLDER = Path(__file__).parents[2] / "urdf"
 PUBLISHED = published_urdf()

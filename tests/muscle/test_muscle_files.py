@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from exo_pin.errors import FileFormatError, FileNotWritten, InvalidInput
+from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.muscle import (
     dynamic_model,
     dynamic_models,
@@ -17,7 +17,7 @@ from exo_pin.muscle import (
     save_dynamic,
     save_parameters,
 )
-from exo_pin.muscle.toml import write_toml
+from exo_pin.muscle.io.muscle_toml import write_toml
 
 
 @pytest.mark.parametrize("name", muscle_models())

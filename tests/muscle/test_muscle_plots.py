@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
-from exo_pin.errors import InvalidInput, MissingExtra
+from exo_pin.core.errors import InvalidInput, MissingExtra
 from exo_pin.muscle import PressureStep, dynamic_model, muscle_model, simulate, steady_states
-from exo_pin.muscle.plots import plot_force_map, plot_measured, plot_responses
+from exo_pin.view.plots.muscle_plots import plot_force_map, plot_measured, plot_responses
 
 PNG = b"\x89PNG"
 

@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.core.errors import InvalidInput, OutsideValidity, UnknownName
 from exo_pin.muscle import (
     ConstantFriction,
     Damping,
     DynamicModel,
     LoadDependentFriction,
     Mode,
-    OutsideValidity,
     PolynomialModel,
     PressureStep,
     PressureTrace,

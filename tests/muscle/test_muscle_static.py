@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from exo_pin.errors import InvalidInput, UnknownName
+from exo_pin.core.errors import InvalidInput, OutsideValidity, UnknownName
 from exo_pin.muscle import (
     ChouHannaford,
     Colbrunn,
-    OutsideValidity,
     PolynomialModel,
     TonduLopez,
     Validity,
@@ -19,7 +18,7 @@ from exo_pin.muscle import (
     parameter_set,
     pujana_arrese,
 )
-from exo_pin.muscle.validity import as_outside
+from exo_pin.muscle.laws.validity import as_outside
 
 WIDE = Validity(strain=(0.0, 0.25), pressure=(0.0, 4e5))
 

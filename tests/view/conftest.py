@@ -4,7 +4,7 @@ import pytest
 from scenes import PERSON
 
 import exo_pin as ep
-from exo_pin.view import human as human_module
+from exo_pin.view.scene import human_figure as human_module
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ from mechanisms import delta, five_bar, four_bar, planar_3rrr, stewart
 from scenes import URDF, commands, panel, place, pose
 
 import exo_pin as ep
-from exo_pin import errors
 from exo_pin.chain import ClosedChain, write_closures
 from exo_pin.cli import main
+from exo_pin.core import errors
 from exo_pin.view import ChainScene, Scene
 
 ROBOTS = {"four-bar": four_bar, "five-bar": five_bar, "delta": delta, "stewart": stewart, "3rrr": planar_3rrr}

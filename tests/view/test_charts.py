@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin import errors
-from exo_pin.view import plots
+from exo_pin.core import errors
+from exo_pin.view.plots import force_plots as plots
 
 TIMES = np.linspace(0.0, 1.0, 41)
 

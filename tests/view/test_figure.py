@@ -7,7 +7,7 @@ import pytest
 from scenes import needs_human, panel, place, pose
 from scipy.spatial.transform import Rotation
 
-from exo_pin import errors
+from exo_pin.core import errors
 from exo_pin.view import Scene, human_urdf
 
 

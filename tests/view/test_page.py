@@ -10,7 +10,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation, Slerp
 
 import exo_pin as ep
-from exo_pin.errors import BrowserFailed, BrowserNotFound, MissingExtra
+from exo_pin.core.errors import BrowserFailed, BrowserNotFound, MissingExtra
 from exo_pin.view import Browser, Scene, find_browser
 from exo_pin.view.colours import BLUE, GREEN, ORANGE, RED
 

@@ -7,11 +7,11 @@ import umsgpack
 from scenes import URDF, commands, has_human, panel, place, pose
 
 import exo_pin as ep
-from exo_pin import errors
+from exo_pin.core import errors
 from exo_pin.reaction import GlenoidCone
 from exo_pin.view import Scene, Sliders, find_browser
 from exo_pin.view.colours import scale_colours
-from exo_pin.view.forces import LONGEST, nice_step
+from exo_pin.view.scene.force_arrows import LONGEST, nice_step
 
 
 def test_the_scene_uses_the_mechanisms_own_visuals(exo):

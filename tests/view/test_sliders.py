@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import panel, pose
 
-from exo_pin import errors
+from exo_pin.core import errors
 from exo_pin.view import Sliders
 
 

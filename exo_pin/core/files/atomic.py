@@ -28,7 +28,7 @@ from collections.abc import Iterator
 from os import PathLike
 from types import FrameType
 
-from ...errors import FileNotWritten, InvalidInput
+from ..errors import FileNotWritten, InvalidInput
 from .targets import Target, find_target
 
 __all__ = ["write_bytes", "write_text"]

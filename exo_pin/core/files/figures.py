@@ -7,7 +7,7 @@ import os
 from os import PathLike
 from typing import Any
 
-from ...errors import InvalidInput
+from ..errors import InvalidInput
 from .atomic import write_bytes
 from .targets import is_stream
 

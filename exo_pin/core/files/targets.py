@@ -14,7 +14,7 @@ import stat
 from os import PathLike
 from typing import NamedTuple
 
-from ...errors import FileNotWritten, InvalidInput
+from ..errors import FileNotWritten, InvalidInput
 
 __all__ = ["Target", "find_target", "is_stream"]
 

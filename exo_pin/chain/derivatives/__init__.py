@@ -1,0 +1,1 @@
+"""Derivatives of inverse dynamics and of reactions along the closed loops."""

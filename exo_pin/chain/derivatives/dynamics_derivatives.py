@@ -1,0 +1,200 @@
+"""Derivatives of inverse dynamics and of reactions along the closed loops.
+
+A closed chain has as many freedoms as independent coordinates, and a motion of it is q_i, v_i and a_i of these: all
+other coordinates follow. The derivatives are with respect to them, the others following: total derivatives on the
+constraint manifold, which is what an optimiser over closed motions needs.
+
+The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
+J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of the same joint set free, so its
+derivatives are those of RNEA on a tree with that joint replaced by a free flight. Only how J̇ v changes with q comes
+from differences, of fourth order and exact to about 1e-11.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.errors import UnknownName
+from ...core.records import Record
+from ...core.validation import FloatArray, frozen
+from ..dynamics.equations_of_motion import balance_of
+from ..dynamics.inverse_dynamics import InverseDynamics, solved
+from ..dynamics.reactions import ClosedForces
+from ..kinematics.reduced_kinematics import Kinematics
+from .reaction_derivatives import closure_change, joint_change, own_axes
+from .state_changes import Change, State, change_of, force_change
+
+__all__ = ["Derivatives", "DynamicsDerivatives", "ReactionDerivatives"]
+
+
+@dataclass(frozen=True, eq=False)
+class ReactionDerivatives(Record):
+    """Derivatives of a joint's or closure's reaction.
+
+    Attributes
+    ----------
+    q, v, a : ndarray
+        Shape (6, d), of the wrench (force and moment, N and N m, in the axes that were asked for) with respect to the
+        independent coordinates (m, rad), velocities (m/s, rad/s) and accelerations (m/s², rad/s²).
+    unique : ndarray of bool
+        Shape (6,), which components every solution shares; the others are those of the least multipliers.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    unique: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives(Record):
+    """Derivatives of efforts and multipliers along the closed loops.
+
+    Attributes
+    ----------
+    independent : ndarray of int
+        Shape (d,), the independent coordinates' indices in v; columns are in this order.
+    tau_q, tau_v, tau_a : ndarray
+        Shape (nv, d), of the efforts.
+    multipliers_q, multipliers_v, multipliers_a : ndarray
+        Shape (rows, d), of λ; where closures are redundant, of the λ of least norm in the metric "closures".
+    v_q, a_q, a_v : ndarray
+        Shape (nv, d), of all velocities and accelerations. With respect to q_i, those of q are the reduced
+        Jacobian, and so are those of v with respect to v_i and of a with respect to a_i.
+    forces : ClosedForces
+        The forces themselves, in the metric "closures".
+    """
+
+    independent: NDArray[np.int64]
+    tau_q: FloatArray
+    tau_v: FloatArray
+    tau_a: FloatArray
+    multipliers_q: FloatArray
+    multipliers_v: FloatArray
+    multipliers_a: FloatArray
+    v_q: FloatArray
+    a_q: FloatArray
+    a_v: FloatArray
+    forces: ClosedForces
+    _state: State = field(repr=False)
+    _change: Change = field(repr=False)
+
+    def joint_reaction(self, joint: str, in_frame: str = "world") -> ReactionDerivatives:
+        """Derivatives of what a joint or closure transmits, about its own, moving origin.
+
+        Parameters
+        ----------
+        joint : str
+            Name of a joint of the tree or of a closure; the wrench is that on its child link, or on the body of
+            frame a.
+        in_frame : {"world", "local"}
+            Axes of the wrench: the world's or its own, as in :meth:`ClosedForces.joint_reaction`.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such joint, closure or frame.
+        InvalidInput
+            If the joint's axes move in its child link, as those of Pinocchio's composite joints do.
+        """
+        if in_frame not in ("world", "local"):
+            raise UnknownName("frame", in_frame, ("world", "local"))
+        here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
+        change = np.hstack([self.multipliers_q, self.multipliers_v, self.multipliers_a])
+        chain = self._state.chain
+        closures = [closure.name for closure in chain.closures]
+        if joint in closures:
+            local, turning = closure_change(self._state, closures.index(joint), self._change, change)
+        else:
+            local, turning = joint_change(self._state, chain.joint_index(joint), self._change, change)
+        if in_frame == "world":
+            axes = own_axes(self._state, joint, closures)
+            local = np.vstack([axes.T @ local[:3], axes.T @ local[3:]])
+            local[:3] += np.cross(turning, here.force[:, None], axis=0)
+            local[3:] += np.cross(turning, here.moment[:, None], axis=0)
+        d = len(self.independent)
+        return ReactionDerivatives(
+            frozen(local[:, :d].copy()),
+            frozen(local[:, d : 2 * d].copy()),
+            frozen(local[:, 2 * d :].copy()),
+            here.unique,
+        )
+
+
+class DynamicsDerivatives(InverseDynamics, Kinematics):
+    """Derivatives of a closed chain's inverse dynamics."""
+
+    def inverse_dynamics_derivatives(
+        self,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        independent: Iterable[str] | None = None,
+        external: Mapping[str, ArrayLike] | None = None,
+        actuated: Iterable[str] | None = None,
+    ) -> Derivatives:
+        """Derivatives of efforts, multipliers and reactions along the closed loops.
+
+        Parameters
+        ----------
+        q, v, a, external, actuated
+            As for :meth:`inverse_dynamics`; external wrenches keep their components in the world's axes.
+        independent : iterable of str, optional
+            Joints whose coordinates are independent, as for :meth:`split`, which chooses them otherwise.
+
+        Returns
+        -------
+        Derivatives
+
+        Raises
+        ------
+        UndeterminedMotion
+            If the given joints leave others free.
+        LoopNotClosed, InvalidInput, UnknownName, UndrivenMotion
+            As for :meth:`inverse_dynamics`.
+        """
+        q = self._closed(q).copy()
+        v = np.zeros(self._model.nv) if v is None else self._tangent("v", v).copy()
+        a = np.zeros(self._model.nv) if a is None else self._tangent("a", a).copy()
+        balance = balance_of(self, q, v, a, external)
+        drive = self._drive(actuated)
+        forces = solved(balance, drive, metric="closures")
+        split = self.split(q, independent)
+        # Copies: reactions are asked for later, when gravity and the caller's arrays may be others.
+        wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
+        gravity = pin.Motion(self._model.gravity)
+        state = State(self, q, v, a, np.array(forces.multipliers), balance, wrenches, gravity)
+        change, rates = change_of(self, state, split)
+        tau, multipliers = force_change(state, change, rates, drive.passive)
+        d = len(split.independent)
+        tau_q, tau_v, tau_a = _parts(tau, d)
+        multipliers_q, multipliers_v, multipliers_a = _parts(multipliers, d)
+        v_q, _, _ = _parts(change.v, d)
+        a_q, a_v, _ = _parts(change.a, d)
+        return Derivatives(
+            split.independent,
+            tau_q,
+            tau_v,
+            tau_a,
+            multipliers_q,
+            multipliers_v,
+            multipliers_a,
+            v_q,
+            a_q,
+            a_v,
+            forces,
+            state,
+            change,
+        )
+
+
+def _parts(columns: FloatArray, d: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Columns with respect to q, v and a."""
+    by_q, by_v, by_a = (frozen(columns[:, k * d : (k + 1) * d].copy()) for k in range(3))
+    return by_q, by_v, by_a

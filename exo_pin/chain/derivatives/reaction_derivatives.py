@@ -1,0 +1,128 @@
+"""Derivatives of what joints and closures transmit; see :mod:`exo_pin.chain.derivatives.dynamics_derivatives`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ..kinematics import closure_kernels as kernels
+from ..structure.chain_state import Structure
+from .state_changes import Change, State, open_change, rates_along
+
+__all__ = ["closure_change", "joint_change", "own_axes"]
+
+
+def own_axes(state: State, joint: str, closures: list[str]) -> FloatArray:
+    """Own axes of a joint or closure, as rows."""
+    if joint in closures:
+        return state.balance.closure_frame(closures.index(joint))[1]
+    return state.balance.poses[state.chain.joint_index(joint), :3]
+
+
+def _turning(state: State, body: int, directions: FloatArray) -> FloatArray:
+    """How a body turns along each direction, world axes, shape (3, columns)."""
+    if body == 0:
+        return np.zeros((3, directions.shape[1]))
+    chain = state.chain
+    chain._workspace.linearise(state.q)
+    J = chain._workspace.J.T
+    moved = np.zeros(chain.model.nv, dtype=bool)
+    while body:
+        moved[chain.model.idx_vs[body] : chain.model.idx_vs[body] + chain.model.nvs[body]] = True
+        body = chain.model.parents[body]
+    return np.asarray(J[3:] * moved @ directions)
+
+
+def closure_change(state: State, index: int, change: Change, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Change of a closure's wrench in the axes of frame a, and the turning of these axes."""
+    chain, top = state.chain, state.chain._topology
+    work = chain._workspace
+    work.linearise(state.q)
+    out = np.zeros((6, change.q.shape[1]))
+    kernels.closure_wrench_rates(
+        work.poses, work.J, np.ascontiguousarray(change.q.T), top.joints, top.local, top.kinds, top.distances, top.rows,
+        top.supports, index, state.multipliers, np.ascontiguousarray(multipliers.T), out,
+    )  # fmt: skip
+    return out, _turning(state, int(top.joints[index, 0]), change.q)
+
+
+def joint_change(state: State, index: int, change: Change, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Change of a tree joint's wrench in its child link's axes, and the turning of these axes."""
+    chain = state.chain
+    if index == 0:
+        raise InvalidInput("the world hangs on no joint")
+    freed, into = _freed(chain, index)
+    freed.model.gravity = state.gravity
+    for body in range(1, chain.model.njoints):
+        freed.model.inertias[body] = chain.model.inertias[body]
+    pose = _local_pose(state, index)
+    q = freed.neutral()
+    for joint, name in enumerate(chain.model.names):
+        if joint:
+            here = state.q[chain.configuration_slice(name)]
+            q[freed.configuration_slice(name)] = pose if joint == index else here
+    moved = Change(into @ change.q, into @ change.v, into @ change.a)
+    beyond = state._replace(chain=freed, q=q, v=into @ state.v, a=into @ state.a)
+    found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), state.multipliers)
+    freed._workspace.linearise(q)
+    found -= freed._workspace.jacobian.T @ multipliers
+    own = freed.velocity_slice(chain.model.names[index])
+    return found[own], _turning(state, index, change.q)
+
+
+def _local_pose(state: State, index: int) -> FloatArray:
+    """Configuration of the free flight that stands for a joint, shape (7,)."""
+    model, data = state.chain.model, state.chain._workspace.data
+    pin.forwardKinematics(model, data, state.q)
+    local = model.jointPlacements[index].actInv(data.liMi[index])
+    return pin.SE3ToXYZQUAT(local)
+
+
+def _freed(chain: Structure, index: int) -> tuple[Structure, FloatArray]:
+    """The chain with one joint replaced by a free flight, and what takes velocities there, shape (nv', nv).
+
+    Raises
+    ------
+    InvalidInput
+        If the joint's axes move in its child link.
+    """
+    known = chain._freed_chains
+    if index not in known:
+        known[index] = _set_free(chain, index)
+    return known[index]
+
+
+def _set_free(chain: Structure, index: int) -> tuple[Structure, FloatArray]:
+    model = chain.model
+    still = pin.neutral(model)
+    moved = pin.integrate(model, still, np.linspace(0.3, 0.9, model.nv))
+    axes = [_subspace(model, index, q) for q in (still, moved)]
+    if np.abs(axes[0] - axes[1]).max(initial=0.0) > 1e-9:
+        raise InvalidInput(f"the axes of joint {model.names[index]!r} move in its child link: use simpler joints")
+    other = pin.Model()
+    for joint in range(1, model.njoints):
+        kind = pin.JointModelFreeFlyer() if joint == index else model.joints[joint]
+        added = other.addJoint(model.parents[joint], kind, model.jointPlacements[joint], model.names[joint])
+        other.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
+    for frame in list(model.frames)[1:]:
+        other.addFrame(frame, False)
+    # Without springs: a free flight transmits the whole wrench, whatever makes it.
+    freed = Structure(other, replace(chain.description, joints=()))
+    into = np.zeros((other.nv, model.nv))
+    for name in list(model.names)[1:]:
+        here, there = chain.velocity_slice(name), freed.velocity_slice(name)
+        into[there, here] = axes[0] if name == model.names[index] else np.eye(here.stop - here.start)
+    return freed, into
+
+
+def _subspace(model: pin.Model, index: int, q: FloatArray) -> FloatArray:
+    """Motion subspace of a joint in its child link's axes, shape (6, nv of the joint)."""
+    data = model.createData()
+    pin.computeJointJacobians(model, data, q)
+    J = pin.getJointJacobian(model, data, index, pin.ReferenceFrame.LOCAL)
+    # With a single coordinate the bindings give a vector.
+    return np.array(np.reshape(J, (6, model.nv))[:, model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]])

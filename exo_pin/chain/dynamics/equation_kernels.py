@@ -1,0 +1,153 @@
+"""Equations of motion of a chain, and the wrenches of all its joints and closures, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian, unit_wrenches
+
+__all__ = ["equations", "wrenches_of"]
+
+_compile = njit(cache=True, error_model="numpy")
+
+
+@_compile
+def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
+    """Tell joints' wrenches in world axes about the world's origin.
+
+    Parameters
+    ----------
+    poses : ndarray
+        Shape (njoints, 4, 3): rows 0 to 2 are the columns of R, row 3 is p.
+    forces : ndarray
+        Shape (njoints, 6), in local axes about the local origin.
+    out : ndarray
+        Shape (njoints, 6), filled.
+    """
+    for j in range(len(poses)):
+        R, p, wrench = poses[j], poses[j, 3], out[j]
+        for k in range(3):
+            wrench[k] = forces[j, 0] * R[0, k] + forces[j, 1] * R[1, k] + forces[j, 2] * R[2, k]
+            wrench[3 + k] = forces[j, 3] * R[0, k] + forces[j, 4] * R[1, k] + forces[j, 5] * R[2, k]
+        wrench[3] += p[1] * wrench[2] - p[2] * wrench[1]
+        wrench[4] += p[2] * wrench[0] - p[0] * wrench[2]
+        wrench[5] += p[0] * wrench[1] - p[1] * wrench[0]
+
+
+@_compile
+def wrenches_of(
+    poses: Any, tree: Any, unit: Any, carried: Any, joints: Any, local: Any, rows: Any, columns: Any, out: Any
+) -> None:
+    """Wrenches of all joints and closures, each about its own point, for several sets of multipliers.
+
+    Parameters
+    ----------
+    poses : ndarray
+        Shape (njoints, 4, 3).
+    tree : ndarray
+        Shape (njoints, 6), the joints' wrenches at λ = 0 about the world's origin, counted in the first set only.
+    unit, carried, joints, local, rows : ndarray
+        Wrenches of unit multipliers, and arrays of :class:`exo_pin.chain.structure.topology.Topology`.
+    columns : ndarray
+        Shape (rows, sets), multipliers.
+    out : ndarray
+        Shape (6 (njoints - 1 + m), sets), filled: the joints but the world's, then the closures.
+    """
+    count, sets, closures = len(poses) - 1, columns.shape[1], len(joints)
+    own = np.zeros((closures, 6, sets))
+    for c in range(closures):
+        for i in range(rows[c], rows[c + 1]):
+            for k in range(6):
+                for s in range(sets):
+                    own[c, k, s] += unit[i, k] * columns[i, s]
+    p = np.empty(3)
+    for j in range(count + closures):
+        block = out[6 * j : 6 * j + 6]
+        if j < count:
+            for k in range(6):
+                for s in range(sets):
+                    block[k, s] = tree[j + 1, k] if s == 0 else 0.0
+                for c in range(closures):
+                    if carried[j + 1, c] != 0.0:
+                        for s in range(sets):
+                            block[k, s] -= carried[j + 1, c] * own[c, k, s]
+            p[:] = poses[j + 1, 3]
+        else:
+            c = j - count
+            block[:] = own[c]
+            pose, place = poses[joints[c, 1]], local[c, 1, 3]
+            for k in range(3):
+                p[k] = place[0] * pose[0, k] + place[1] * pose[1, k] + place[2] * pose[2, k] + pose[3, k]
+        for s in range(sets):
+            block[3, s] -= p[1] * block[2, s] - p[2] * block[1, s]
+            block[4, s] -= p[2] * block[0, s] - p[0] * block[2, s]
+            block[5, s] -= p[0] * block[1, s] - p[1] * block[0, s]
+
+
+@_compile
+def equations(
+    poses: Any,
+    J: Any,
+    dJ: Any,
+    forces: Any,
+    v: Any,
+    a: Any,
+    moves: bool,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    signs: Any,
+    supports: Any,
+    row_scale: Any,
+    column: Any,
+) -> Any:
+    """What the closures add to the open tree's equations of motion, and how far state and motion open the loops.
+
+    Parameters
+    ----------
+    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports
+        As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
+    forces : ndarray
+        Shape (njoints, 6), what RNEA leaves of the joints' wrenches.
+    v, a : ndarray
+        Shape (nv,).
+    moves : bool
+        Whether v or a is not zero.
+    row_scale, column : ndarray
+        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+
+    Returns
+    -------
+    tuple
+        Jacobian, unit wrenches, joints' wrenches about the world's origin, a copy of the poses; the largest residual,
+        the same scaled; and scaled, speed, acceleration, and the largest opening by either.
+    """
+    height, nv = len(row_scale), len(v)
+    gap, jacobian, unit = np.empty(height), np.empty((height, nv)), np.empty((height, 6))
+    worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, gap, jacobian)
+    unit_wrenches(poses, joints, local, kinds, lengths, rows, unit)
+    tree = np.empty(forces.shape)
+    _tree_wrenches(poses, forces, tree)
+    scaled = 0.0
+    for i in range(height):
+        scaled = max(scaled, abs(gap[i] * row_scale[i]))
+    speed, size, opening_v, opening_a = 0.0, 0.0, 0.0, 0.0
+    if moves:
+        rate, drift = np.empty((height, nv)), np.empty(height)
+        jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, rate, drift)
+        for k in range(nv):
+            speed = max(speed, abs(v[k] / column[k]))
+            size = max(size, abs(a[k] / column[k]))
+        for i in range(height):
+            along, across = 0.0, drift[i]
+            for k in range(nv):
+                along += jacobian[i, k] * v[k]
+                across += jacobian[i, k] * a[k]
+            opening_v = max(opening_v, abs(row_scale[i] * along))
+            opening_a = max(opening_a, abs(row_scale[i] * across))
+    return jacobian, unit, tree, poses.copy(), worst, scaled, speed, size + speed * speed, opening_v, opening_a

@@ -1,0 +1,181 @@
+"""Springs and viscous damping in the joints of a chain: generalised forces, their derivatives, energy.
+
+* Damping, from ``model.damping``: -d v for every coordinate, N s/m and N m s/rad.
+* Springs, from :class:`exo_pin.chain.JointProperties`: -k times the difference that takes the reference to q, the
+  gradient of k |difference|² / 2. Hinges, slides and every joint whose v is the rate of q: the coordinates. Spherical
+  joints: the rotation vector, which jumps at half a turn. Free flights: the displacement in world axes and the
+  rotation vector.
+* Dry friction, from the model's dry friction limits, is not modelled; dynamics of a chain with friction are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from ...core.errors import InvalidInput, UnknownName, UnsupportedDynamics
+from ...core.validation import FloatArray
+from ..structure.closures import JointProperties
+
+__all__ = ["PassiveForces"]
+
+
+class _Spring(NamedTuple):
+    """A spring of a joint that turns about all its axes; with its slices of q and v."""
+
+    q: slice
+    v: slice
+    stiffness: float
+    flies: bool
+    shift: FloatArray
+    turn: FloatArray
+
+
+class PassiveForces:
+    """Springs and damping of a tree.
+
+    Parameters
+    ----------
+    model : pinocchio.Model
+        The tree; its damping and friction are read at every call.
+    joints : iterable of JointProperties
+        Springs by joint.
+
+    Raises
+    ------
+    UnknownName
+        If a joint is not in the model.
+    InvalidInput
+        If a reference does not have the joint's number of coordinates, or the joint cannot carry a spring.
+    """
+
+    def __init__(self, model: pin.Model, joints: Iterable[JointProperties]) -> None:
+        self._model = model
+        # Windows on the model's own arrays.
+        self._damping = np.asarray(model.damping)
+        self._friction = np.asarray(model.lowerDryFrictionLimit), np.asarray(model.upperDryFrictionLimit)
+        self._stiffness, self._reference = np.zeros(model.nv), np.zeros(model.nv)
+        self._linear = np.zeros(model.nv, dtype=np.int64)
+        self._turning: list[_Spring] = []
+        neutral = pin.neutral(model)
+        for own in joints:
+            if own.joint not in model.names or own.joint == "universe":
+                raise UnknownName("joint", own.joint, list(model.names)[1:], where="joints")
+            self._add(own, model.getJointId(own.joint), neutral)
+        self._indices = np.flatnonzero(self._stiffness)
+        self._q_indices = self._linear[self._indices]
+        self._has_springs = bool(len(self._indices) or self._turning)
+
+    def _add(self, own: JointProperties, joint: int, neutral: FloatArray) -> None:
+        model = self._model
+        q = slice(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
+        v = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
+        if own.armature is not None and len(own.armature) != v.stop - v.start:
+            raise InvalidInput(
+                f"expected {v.stop - v.start} armatures for joint {own.joint!r}, got {len(own.armature)}"
+            )
+        given = own.spring_reference
+        if given is not None and len(given) != q.stop - q.start:
+            raise InvalidInput(
+                f"expected a spring reference of {q.stop - q.start} coordinates for joint {own.joint!r}, "
+                f"got {len(given)}"
+            )
+        reference = np.array(neutral[q] if given is None else given)
+        if own.stiffness == 0.0:
+            return
+        if model.nqs[joint] == model.nvs[joint]:
+            self._stiffness[v], self._reference[v] = own.stiffness, reference
+            self._linear[v] = np.arange(q.start, q.stop)
+            return
+        kind = model.joints[joint].shortname()
+        if kind not in ("JointModelSpherical", "JointModelFreeFlyer"):
+            raise InvalidInput(
+                f"joint {own.joint!r} ({kind}) cannot carry a spring, because its coordinates do not count turns: use "
+                "a joint with limits"
+            )
+        if abs(float(np.linalg.norm(reference[-4:])) - 1.0) > 1e-9:
+            raise InvalidInput(f"expected a unit quaternion as spring reference of joint {own.joint!r}, got {given}")
+        turn = pin.Quaternion(reference[-4:]).normalized().toRotationMatrix()
+        flies = kind == "JointModelFreeFlyer"
+        self._turning.append(_Spring(q, v, own.stiffness, flies, reference[:3], turn))
+
+    def refuse_friction(self) -> None:
+        """Raise UnsupportedDynamics if a joint has dry friction, which is not modelled."""
+        lower, upper = self._friction
+        if np.count_nonzero(lower) or np.count_nonzero(upper):
+            model, rubs = self._model, (lower != 0.0) | (upper != 0.0)
+            spans = ((model.idx_vs[j], model.nvs[j]) for j in range(1, model.njoints))
+            names = zip(list(model.names)[1:], spans, strict=True)
+            rubbing = [str(name) for name, (first, size) in names if rubs[first : first + size].any()]
+            raise UnsupportedDynamics("dry friction", rubbing, "without_friction() gives the chain without it")
+
+    @property
+    def act(self) -> bool:
+        """Whether there are springs or dampers at all."""
+        return self._has_springs or bool(np.count_nonzero(self._damping))
+
+    def force(self, q: FloatArray, v: FloatArray | None) -> FloatArray:
+        """Generalised forces of springs and damping on the joints, shape (nv,), N and N m.
+
+        Parameters
+        ----------
+        q : ndarray
+            Shape (nq,).
+        v : ndarray or None
+            Shape (nv,), or None at rest.
+        """
+        found = np.zeros(self._model.nv) if v is None else -self._damping * v
+        index = self._indices
+        if len(index):
+            found[index] -= self._stiffness[index] * (q[self._q_indices] - self._reference[index])
+        for spring in self._turning:
+            found[spring.v] -= spring.stiffness * _difference(spring, q)
+        return found
+
+    def change(self, q: FloatArray, dq: FloatArray, dv: FloatArray) -> FloatArray:
+        """Change of the generalised forces with changes of q and v, shapes (nv, columns)."""
+        found = -self._damping[:, None] * dv
+        found -= self._stiffness[:, None] * dq
+        for spring in self._turning:
+            found[spring.v] -= spring.stiffness * (_difference_rate(spring, q) @ dq[spring.v])
+        return found
+
+    def energy(self, q: FloatArray) -> float:
+        """Energy of the springs, J."""
+        index = self._indices
+        stretch = q[self._q_indices] - self._reference[index]
+        energy = 0.5 * float(self._stiffness[index] @ stretch**2)
+        for spring in self._turning:
+            off = _difference(spring, q)
+            if spring.flies:
+                off = np.concatenate([q[spring.q][:3] - spring.shift, off[3:]])
+            energy += 0.5 * spring.stiffness * float(off @ off)
+        return energy
+
+    def loss(self, v: FloatArray) -> float:
+        """Power that damping takes out, W, never below zero for damping of zero and more."""
+        return float(self._damping @ v**2)
+
+
+def _rotation(spring: _Spring, q: FloatArray) -> FloatArray:
+    return np.asarray(pin.Quaternion(q[spring.q][-4:]).toRotationMatrix())
+
+
+def _difference(spring: _Spring, q: FloatArray) -> FloatArray:
+    """What takes the reference to the joint's configuration, in the axes of its v, shape (3,) or (6,)."""
+    R = _rotation(spring, q)
+    turn = np.array(pin.log3(spring.turn.T @ R))
+    return np.concatenate([R.T @ (q[spring.q][:3] - spring.shift), turn]) if spring.flies else turn
+
+
+def _difference_rate(spring: _Spring, q: FloatArray) -> FloatArray:
+    """Change of :func:`_difference` with a step in the axes of v, shape (3, 3) or (6, 6)."""
+    R = _rotation(spring, q)
+    turning = np.array(pin.Jlog3(spring.turn.T @ R))
+    if not spring.flies:
+        return turning
+    local = pin.skew(R.T @ (q[spring.q][:3] - spring.shift))
+    return np.block([[np.eye(3), local], [np.zeros((3, 3)), turning]])

@@ -1,0 +1,177 @@
+"""All multipliers that make a motion, and the least of them, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from ..kinematics.rank import rank_tolerance
+from .equation_kernels import wrenches_of
+
+__all__ = ["efforts_and_residual", "least", "solutions"]
+
+_compile = njit(cache=True, error_model="numpy")
+
+#: No component is called undetermined for less than this share of a self-stress, nor unique for more.
+_SHARPEST, _BLUNTEST = 1e-10, 1e-6
+
+
+@_compile
+def solutions(
+    J: Any, tau: Any, tree: Any, passive: Any, row_scale: Any, column: Any, length: float, joints: int, gap: float
+) -> Any:
+    """All λ with tau - Jᵀλ = 0 in the passive coordinates.
+
+    Parameters
+    ----------
+    J, tau : ndarray
+        Shapes (rows, nv) and (nv,).
+    tree : ndarray
+        Shape (njoints, 6), the open tree's wrenches: against them a generalised force counts as rounding.
+    passive : ndarray of int
+        Indices in v.
+    row_scale, column : ndarray
+        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+    length : float
+        Characteristic length, m.
+    joints : int
+        Number of joints of the tree.
+    gap : float
+        Largest scaled residual of the loops.
+
+    Returns
+    -------
+    tuple
+        The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
+        orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
+        the passive coordinates, N and N m; the same, scaled, as a share of the largest force.
+    """
+    count, height = len(passive), len(row_scale)
+    A, right = np.empty((count, height)), np.empty(count)
+    for i in range(count):
+        k = passive[i]
+        right[i] = column[k] * tau[k]
+        for r in range(height):
+            A[i, r] = J[r, k] * row_scale[r] * column[k]
+    found, left = np.zeros(height), right.copy()
+    null, sharpness = np.eye(height), _SHARPEST
+    if count and height:
+        U, values, Vt = np.linalg.svd(A)
+        tolerance = rank_tolerance(A.shape, values[0], joints, gap)
+        rank = 0
+        for value in values:
+            rank += value > tolerance
+        # The second time for the rounding of an ill-conditioned solution.
+        for _ in range(2):
+            for s in range(rank):
+                part = 0.0
+                for i in range(count):
+                    part += U[i, s] * left[i]
+                part /= values[s]
+                for r in range(height):
+                    found[r] += part * Vt[s, r]
+            for i in range(count):
+                total = right[i]
+                for r in range(height):
+                    total -= A[i, r] * found[r]
+                left[i] = total
+        null = Vt[rank:].T.copy()
+        if rank:
+            sharpness = min(max(10.0 * tolerance / values[rank - 1], _SHARPEST), _BLUNTEST)
+    size, worst = 0.0, 0.0
+    for i in range(count):
+        size = max(size, abs(right[i]), abs(right[i] - left[i]))
+        worst = max(worst, abs(left[i]))
+        left[i] /= column[passive[i]]
+    for j in range(1, len(tree)):
+        for k in range(3):
+            size = max(size, length * abs(tree[j, k]), abs(tree[j, 3 + k]))
+    for r in range(height):
+        # λ over row_scale is length times a force, for rows in metres.
+        found[r] *= row_scale[r]
+        for s in range(null.shape[1]):
+            null[r, s] *= row_scale[r] * length
+    return found, null, sharpness, left, worst / size if size > 0.0 else 0.0
+
+
+@_compile
+def least(
+    start: Any,
+    null: Any,
+    poses: Any,
+    tree: Any,
+    unit: Any,
+    carried: Any,
+    joints: Any,
+    local: Any,
+    rows: Any,
+    length: float,
+) -> Any:
+    """The λ = start + null z whose wrenches of all joints and closures have the least sum of squares.
+
+    Moments count divided by the length. The normal equations do no harm: the closures' own wrenches alone make
+    their matrix at least the identity.
+
+    Parameters
+    ----------
+    start, null : ndarray
+        What :func:`solutions` returns.
+    poses, tree, unit, carried, joints, local, rows : ndarray
+        As for :func:`exo_pin.chain.dynamics.equation_kernels.wrenches_of`.
+    length : float
+        Characteristic length, m.
+    """
+    count = null.shape[1]
+    columns = np.empty((len(start), 1 + count))
+    columns[:, 0] = start
+    columns[:, 1:] = null
+    wrenches = np.empty((6 * (len(poses) - 1 + len(joints)), 1 + count))
+    wrenches_of(poses, tree, unit, carried, joints, local, rows, columns, wrenches)
+    matrix, right = np.zeros((count, count)), np.zeros(count)
+    for i in range(len(wrenches)):
+        weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)
+        for s in range(count):
+            product = weight * wrenches[i, 1 + s]
+            right[s] -= product * wrenches[i, 0]
+            for t in range(s + 1):
+                matrix[s, t] += product * wrenches[i, 1 + t]
+    for s in range(count):
+        for t in range(s):
+            matrix[t, s] = matrix[s, t]
+    return start + null @ np.linalg.solve(matrix, right)
+
+
+@_compile
+def efforts_and_residual(
+    J: Any, tau: Any, multipliers: Any, null: Any, passive: Any, unit: Any, sharpness: float
+) -> Any:
+    """Efforts, what is missing in the passive coordinates, and which efforts every solution shares.
+
+    Parameters
+    ----------
+    J, tau, passive, null, sharpness
+        As for :func:`solutions`.
+    multipliers : ndarray
+        λ, shape (rows,).
+    unit : ndarray
+        Shape (nv,), which takes generalised forces to N.
+    """
+    nv, height, count = len(tau), len(multipliers), null.shape[1]
+    efforts, unique = tau.copy(), np.ones(nv, dtype=np.bool_)
+    for k in range(nv):
+        for r in range(height):
+            efforts[k] -= J[r, k] * multipliers[r]
+        for s in range(count):
+            total = 0.0
+            for r in range(height):
+                total += J[r, k] * null[r, s]
+            if abs(total) * unit[k] > sharpness:
+                unique[k] = False
+    residual = 0.0
+    for k in passive:
+        residual = max(residual, abs(efforts[k]))
+        efforts[k] = 0.0
+        unique[k] = True
+    return efforts, residual, unique

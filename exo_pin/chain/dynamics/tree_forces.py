@@ -1,0 +1,191 @@
+"""Recursive Newton-Euler on the tree, with the closures' wrenches, and what every joint transmits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.validation import FloatArray, as_finite
+from ..kinematics import closure_kernels as kernels
+from ..structure.chain_state import Structure
+from .equations_of_motion import put_on
+
+__all__ = ["Forces", "TreeForces"]
+
+
+@dataclass(frozen=True, eq=False)
+class TreeForces:
+    """Forces in a tree at one configuration and motion.
+
+    Attributes
+    ----------
+    tau : ndarray
+        Shape (nv,), generalised forces of the joints, N and N m.
+    """
+
+    tau: FloatArray
+    _chain: Structure = field(repr=False)
+    _joint_wrenches: FloatArray = field(repr=False)  # (njoints, 6), local axes and origin
+    _closure_wrenches: FloatArray = field(repr=False)  # (m, 6) on a, world axes, about the world's origin
+    _poses: FloatArray = field(repr=False)  # (njoints, 4, 3)
+
+    def joint_wrench(
+        self, joint: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
+    ) -> FloatArray:
+        """Wrench that a joint transmits: what its parent's side puts on the child's side.
+
+        Parameters
+        ----------
+        joint : str
+            Name of the joint.
+        at : "origin" or array_like
+            Point about which the moment is told: the joint's origin, or shape (3,), m, world frame.
+        frame : {"world", "local"}
+            Axes of the answer: the world's or those of the joint's child link.
+
+        Returns
+        -------
+        ndarray
+            Shape (6,), force then moment, N and N m.
+        """
+        index = self._chain.joint_index(joint)
+        if index == 0:
+            raise InvalidInput("the world hangs on no joint")
+        pose = self._poses[index]
+        wrench = self._joint_wrenches[index].reshape(2, 3) @ pose[:3]  # R f, because pose[:3] is Rᵀ
+        return _told(wrench, pose[3], at, frame, pose)
+
+    def closure_wrench(
+        self, closure: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
+    ) -> FloatArray:
+        """Wrench that a closure transmits: what the body of frame b puts on the body of frame a.
+
+        Parameters
+        ----------
+        closure : str
+            Name of the closure.
+        at : "origin" or array_like
+            Point about which the moment is told: the closure's point, frame b's origin, or shape (3,), m, world
+            frame.
+        frame : {"world", "local"}
+            Axes of the answer: the world's or those of the closure's frame a.
+
+        Returns
+        -------
+        ndarray
+            Shape (6,), force then moment, N and N m.
+        """
+        names = [item.name for item in self._chain.closures]
+        if closure not in names:
+            raise UnknownName("closure", closure, names)
+        index = names.index(closure)
+        top = self._chain._topology
+        # The closure's point is frame b's, and its axes are frame a's: a sliding closure parts the two origins.
+        carrier_a, carrier_b = self._poses[top.joints[index]]
+        pose = top.local[index, 0] @ carrier_a[:3]
+        pose[3] = top.local[index, 1, 3] @ carrier_b[:3] + carrier_b[3]
+        point = pose[3] if _is_origin(at) else at
+        return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
+
+
+def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
+    if isinstance(at, str):
+        if at != "origin":
+            raise UnknownName("point", at, ("origin",))
+        return True
+    return False
+
+
+def _told(
+    wrench: FloatArray, point: FloatArray, at: Literal["origin"] | ArrayLike, frame: str, pose: FloatArray
+) -> FloatArray:
+    """A wrench (rows force, moment, world axes, about ``point``) as it was asked for."""
+    if frame not in ("world", "local"):
+        raise UnknownName("frame", frame, ("world", "local"))
+    force, moment = wrench
+    if not _is_origin(at):
+        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)
+    both = np.stack([force, moment])
+    return (both @ pose[:3].T if frame == "local" else both).reshape(6)
+
+
+class Forces(Structure):
+    """Recursive Newton-Euler on the tree of a chain."""
+
+    def rnea(
+        self,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        multipliers: ArrayLike | None = None,
+        external: Mapping[str, ArrayLike] | None = None,
+    ) -> TreeForces:
+        """Generalised forces of the tree, and the wrench that every joint transmits.
+
+        τ = M a + h - passive - Jᵀλ - external: what the joints' actuators have to give when the closures give λ and
+        springs and damping their passive forces.
+
+        Parameters
+        ----------
+        q : array_like
+            Shape (nq,).
+        v, a : array_like, optional
+            Shape (nv,); zero if left out.
+        multipliers : array_like, optional
+            λ, shape (rows,), as the class describes; zero if left out.
+        external : mapping, optional
+            Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
+            origin, world axes, N and N m.
+
+        Returns
+        -------
+        TreeForces
+            With ``tau`` and the joints' wrenches; a wrench is all that the joint transmits, by its bearing, its
+            actuator, its spring and its damper.
+
+        Raises
+        ------
+        UnsupportedDynamics
+            If a joint has dry friction.
+        """
+        zero = np.zeros(self._model.nv)
+        return _rnea(
+            self,
+            self._configuration(q),
+            zero if v is None else self._tangent("v", v),
+            zero if a is None else self._tangent("a", a),
+            None if multipliers is None else self._vector("multipliers", multipliers, self.row_count),
+            external,
+        )
+
+
+def _rnea(
+    chain: Structure,
+    q: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    multipliers: FloatArray | None,
+    external: Mapping[str, ArrayLike] | None,
+) -> TreeForces:
+    """:meth:`Forces.rnea` after its checks."""
+    work, top, model = chain._workspace, chain._topology, chain.model
+    data = work.data
+    pin.forwardKinematics(model, data, q)
+    work.external[:] = 0.0
+    work.wrenches[:] = 0.0
+    if multipliers is not None:
+        kernels.closure_wrenches(
+            work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
+        )
+    put_on(chain, external)
+    chain._passive.refuse_friction()
+    tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
+    if chain._passive.act:
+        tau -= chain._passive.force(q, v)
+    return TreeForces(tau, chain, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

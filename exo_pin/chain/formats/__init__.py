@@ -1,0 +1,1 @@
+"""Reading and writing chains: URDF with a closures file, MJCF, SDF, robot.yaml."""

@@ -1,0 +1,124 @@
+"""The bodies of a chain as every file format wants them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ..structure.chain_state import Structure
+from ..structure.motion_axes import motion_axes
+from .joint_data import JointData, joint_data
+
+__all__ = ["TreeBody", "link_name", "refuse_massless", "tree_bodies", "world_link"]
+
+#: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
+_COMPOUND = {
+    "JointModelSpherical": "ball",
+    "JointModelFreeFlyer": "free",
+    "JointModelTranslation": "translation",
+    "JointModelPlanar": "planar",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class TreeBody:
+    """A moving body of the tree with the joint that carries it.
+
+    Attributes
+    ----------
+    index, parent : int
+        Joint indices in the model; 0 is the world.
+    name, joint : str
+        Of the body (its link) and of its joint.
+    placement : pinocchio.SE3
+        Of the joint in the parent's joint frame.
+    kind : str
+        "hinge", "slide", "ball", "free", "translation" or "planar".
+    axis : ndarray or None
+        Shape (3,), of a hinge or slide, in the joint's frame.
+    limits : tuple of float or None
+        Of a hinge or slide that has some, rad or m; infinite on a side that has none.
+    inertia : pinocchio.Inertia
+        In the joint's frame.
+    data : JointData
+        Damping, friction, armature, limits and spring of the joint.
+    """
+
+    index: int
+    parent: int
+    name: str
+    joint: str
+    placement: pin.SE3
+    kind: str
+    axis: FloatArray | None
+    limits: tuple[float, float] | None
+    inertia: pin.Inertia
+    data: JointData
+
+
+def tree_bodies(chain: Structure) -> list[TreeBody]:
+    """The bodies in the model's order, parents first.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint is of a kind that the formats do not have, or for what :func:`joint_data` refuses.
+    """
+    model, found = chain.model, []
+    axes, links, data = motion_axes(model), _link_names(model), joint_data(model, chain.description.joints)
+    for index in range(1, model.njoints):
+        joint, limits, axis = model.joints[index], None, None
+        kind = _COMPOUND.get(joint.shortname(), "")
+        if not kind and model.nvs[index] == 1:
+            linear, angular = axes[index][:3, 0], axes[index][3:, 0]
+            if not (linear.any() and angular.any()):
+                kind, axis = ("slide", linear) if linear.any() else ("hinge", angular)
+                low, high = (float(limit) for limit in data[index].position[0])
+                # An endless hinge has cosine and sine for coordinates, and no limits.
+                limits = (low, high) if model.nqs[index] == 1 and np.isfinite([low, high]).any() else None
+        if not kind:
+            raise InvalidInput(f"joint {model.names[index]!r} ({joint.shortname()}) cannot be written")
+        name, parent = links.get(index, model.names[index]), int(model.parents[index])
+        place = model.jointPlacements[index]
+        joint_name, inertia = model.names[index], model.inertias[index]
+        found.append(TreeBody(index, parent, name, joint_name, place, kind, axis, limits, inertia, data[index]))
+    return found
+
+
+def _link_names(model: pin.Model) -> dict[int, str]:
+    """Of every joint, the link that stands in its frame."""
+    names: dict[int, str] = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and frame.placement.isIdentity(1e-12):
+            names.setdefault(frame.parentJoint, frame.name)
+    return names
+
+
+def refuse_massless(bodies: list[TreeBody], what: str) -> None:
+    """Raise InvalidInput if a body has no mass or no inertia, which a simulator cannot do without."""
+    light = [
+        body.name for body in bodies if body.inertia.mass <= 0.0 or np.linalg.eigvalsh(body.inertia.inertia)[0] <= 0.0
+    ]
+    if light:
+        raise InvalidInput(
+            f"{what} wants mass and inertia for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
+            "none: give them some in the URDF, or join them to their neighbours"
+        )
+
+
+def link_name(bodies: list[TreeBody], index: int) -> str:
+    """Name of the body after a joint, "world" for the world."""
+    return "world" if index == 0 else next(body.name for body in bodies if body.index == index)
+
+
+def world_link(chain: Structure) -> str:
+    """A link that stands in the world's frame, or a new name."""
+    for frame in chain.model.frames:
+        at_origin = frame.parentJoint == 0 and frame.placement.isIdentity(1e-12)
+        if frame.type == pin.FrameType.BODY and at_origin and frame.name != "universe":
+            return frame.name
+    return "ground"

@@ -1,0 +1,270 @@
+"""Closures files: one TOML file beside a URDF that says what closes its loops.
+
+A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
+
+    schema = 1
+    name = "robot"
+
+    [root]                               # optional: how the URDF's root link hangs in the world
+    joint = "fixed"                      # fixed (default) | spherical | free_flyer | planar | translation
+    name = "root_joint"                  # of that joint, if it is not fixed
+    gravity_m_s2 = [0.0, 0.0, -9.81]     # default
+
+    [[closures]]
+    name = "loop"
+    type = "rigid"                       # what it allows, see below
+    frame_a = "hand"                     # a link or joint of the URDF, or "universe", the world
+    frame_b = "universe"
+    translation_a_m = [0.0, 0.0, 0.1]    # optional: where the closure's frame stands in frame_a, frame_b
+    quaternion_a_xyzw = [0.0, 0.0, 0.0, 1.0]
+    translation_b_m = [0.4, 0.0, 0.0]
+    quaternion_b_xyzw = [0.0, 0.0, 0.0, 1.0]
+    # axis = [0.0, 0.0, 1.0]             # optional, of revolute, prismatic, cylindrical: in the closure's frame
+    # distance_m = 0.3                   # of distance, and only there
+
+    [[joints]]                           # optional: what a URDF cannot say about a joint
+    name = "elbow"
+    stiffness_N_m_rad = 4.0              # of the spring in a joint that turns; stiffness_N_m (or _N_mm) if it slides
+    spring_reference = [0.3]             # optional: coordinates in q where it is slack, by default the neutral ones
+    armature_kg_m2 = [0.02]              # optional: of the actuator's rotor, one number for each coordinate of v;
+                                         # armature_kg if the joint slides. Damping and friction: <dynamics> of URDF
+
+    [roles]                              # optional: what the parts are for
+    actuated = ["slide"]                 # joints that carry an actuator
+    shoulder = "root_joint"              # the joint (or closure) whose reaction is asked for
+    arm = "arm"                          # the link that it carries
+    reference_point = "arm"              # frame with its origin at the shoulder centre O
+
+    [[roles.limbs]]
+    name = "limb_1"
+    kind = "UPU"                         # or SPS
+    slide = "limb_1_slide"               # the limb's actuated joint
+    platform_joint = "limb_1_platform_y" # its first joint after the arm
+    closure = "limb_1_base"              # the closure that holds it to the torso
+
+The types, with the rows that they cost:
+
+* rigid (6): nothing moves;
+* spherical, also called point (3): the frames' origins coincide;
+* revolute (5): turning about the axis, by default the closure frame's z;
+* universal (4): turning about the y axis of frame b and the x axis of frame a, which stay at right angles;
+* prismatic (5): sliding along the axis; cylindrical (4): sliding along it and turning about it;
+* distance (1): the frames' origins keep their distance, as the ends of a rod between two ball joints.
+
+Lengths may also be given in mm (``translation_b_mm``). Orientations are unit quaternions, because roll, pitch and
+yaw lose digits near their lock. A joint that both slides and turns, as a free flyer, has ``stiffness`` and
+``armature`` without a unit: SI by the coordinate. A spring reference is in m and rad, a turn about all axes as a unit
+quaternion (x, y, z, w); an endless hinge has no spring. An unknown key, type, frame, joint or closure is an error that
+lists what there is; frames, joints and the units of their data are checked when a model is loaded.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from numpy.typing import ArrayLike
+
+from ...core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
+from ...core.files import write_text
+from ...core.files.tables import Table
+from ...core.files.text_files import read_text
+from ..structure.closures import Closure, Closures, JointProperties, LimbRole, Placement, Roles, Root
+
+__all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
+
+_SCHEMA = 1
+
+
+def read_closures(path: str | PathLike[str]) -> Closures:
+    """Load a closures file.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is not TOML, or a key is unknown, missing or has a wrong value; the key is named.
+    UnknownName
+        If a closure type, root joint or closure name is not known; the message lists those there are.
+    """
+    try:
+        data = tomllib.loads(read_text(path))
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise FileFormatError(f"not TOML: {error}", path) from error
+    table = Table(data, path)
+    schema = table.integer("schema")
+    if schema != _SCHEMA:
+        raise table.error(f"this version reads schema {_SCHEMA}, got {schema}", "schema")
+    try:
+        return _read_root_table(table)
+    except FileFormatError:
+        raise
+    except UnknownName as error:
+        raise UnknownName(error.kind, error.name, error.available, where=str(path)) from error
+    except ExoPinError as error:
+        raise FileFormatError(str(error), path) from error
+
+
+def write_closures(closures: Closures, path: str | PathLike[str], comment: str = "") -> None:
+    """Save a closures file, so that it loads back bit for bit. It appears whole or not at all.
+
+    Parameters
+    ----------
+    closures : Closures
+        What to save.
+    path : path-like
+        The file.
+    comment : str
+        Lines for the head of the file.
+    """
+    write_text(path, closures_text(closures, comment))
+
+
+def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path]:
+    """Write texts, by name, to a folder, which is made if it is not there; return the paths.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made.
+    """
+    target = Path(folder)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidInput(f"expected a folder to write to, got {str(target)!r}: {error}") from error
+    for name, text in texts.items():
+        write_text(target / name, text)
+    return [target / name for name in texts]
+
+
+def closures_text(closures: Closures, comment: str = "") -> str:
+    """The text of a closures file."""
+    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name), "", "[root]"]
+    root = closures.root
+    lines += [_pair("joint", root.joint), _pair("name", root.name), _pair("gravity_m_s2", root.gravity)]
+    for closure in closures.closures:
+        lines += ["", "[[closures]]"]
+        lines += [_pair(key, getattr(closure, key)) for key in ("name", "type", "frame_a", "frame_b")]
+        for end, placement in (("a", closure.placement_a), ("b", closure.placement_b)):
+            if placement != Placement():
+                lines.append(_pair(f"translation_{end}_m", placement.translation))
+                lines.append(_pair(f"quaternion_{end}_xyzw", placement.quaternion))
+        if closure.axis is not None:
+            lines.append(_pair("axis", closure.axis))
+        if closure.distance is not None:
+            lines.append(_pair("distance_m", closure.distance))
+    for joint in closures.joints:
+        lines += ["", "[[joints]]", *_joint_lines(joint)]
+    roles = closures.roles
+    if roles != Roles():
+        lines += ["", "[roles]", _pair("actuated", roles.actuated)]
+        single = ("shoulder", "arm", "reference_point")
+        lines += [_pair(key, getattr(roles, key)) for key in single if getattr(roles, key) is not None]
+    for limb in roles.limbs:
+        lines += ["", "[[roles.limbs]]"]
+        lines += [_pair(key, getattr(limb, key)) for key in ("name", "kind", "slide", "platform_joint", "closure")]
+    return "\n".join(lines) + "\n"
+
+
+#: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
+_JOINT_KEYS = {
+    "m": (("stiffness", "stiffness", "_N_m"), ("mass", "armature", "_kg")),
+    "rad": (("twist stiffness", "stiffness", "_N_m_rad"), ("inertia", "armature", "_kg_m2")),
+    None: (("number", "stiffness", ""), ("number", "armature", "")),
+}
+
+
+def _joint_lines(joint: JointProperties) -> list[str]:
+    (_, stiffness, per_unit), (_, armature, suffix) = _JOINT_KEYS[joint.unit]
+    lines = [_pair("name", joint.joint), _pair(stiffness + per_unit, joint.stiffness)]
+    if joint.spring_reference is not None:
+        lines.append(_pair("spring_reference", joint.spring_reference))
+    if joint.armature is not None:
+        lines.append(_pair(armature + suffix, joint.armature))
+    return lines
+
+
+def _pair(key: str, value: Any) -> str:
+    """One ``key = value`` line; a list stays on its line, which tomli_w would break."""
+    if isinstance(value, tuple):
+        return f"{key} = [{', '.join(_pair('x', item)[4:] for item in value)}]"
+    return tomli_w.dumps({key: value}).rstrip("\n")
+
+
+def _read_root_table(table: Table) -> Closures:
+    name = table.text("name")
+    root_table, roles_table = table.table("root", required=False), table.table("roles", required=False)
+    closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
+    table.finish()
+    assert name is not None
+    return Closures(
+        name,
+        Root() if root_table is None else _read_root(root_table),
+        tuple(_read_closure(item) for item in closure_tables),
+        Roles() if roles_table is None else _read_roles(roles_table),
+        tuple(_read_joint(item) for item in joint_tables),
+    )
+
+
+def _read_root(table: Table) -> Root:
+    joint, name = table.text("joint", required=False), table.text("name", required=False)
+    gravity = table.quantity("acceleration", "gravity", (3,), required=False)
+    table.finish()
+    given = {"joint": joint, "name": name, "gravity": gravity}
+    return Root(**{key: value for key, value in given.items() if value is not None})
+
+
+def _read_closure(table: Table) -> Closure:
+    texts = [table.text(key) for key in ("name", "type", "frame_a", "frame_b")]
+    placements = []
+    for end in ("a", "b"):
+        translation = table.quantity("length", f"translation_{end}", (3,), required=False)
+        quaternion = table.quantity("number", f"quaternion_{end}_xyzw", (4,), required=False)
+        given: dict[str, ArrayLike | None] = {"translation": translation, "quaternion": quaternion}
+        try:
+            placements.append(Placement(**{key: value for key, value in given.items() if value is not None}))  # type: ignore[arg-type]
+        except InvalidInput as error:
+            raise table.error(str(error), f"quaternion_{end}_xyzw") from error
+    axis = table.quantity("number", "axis", (3,), required=False)
+    distance = table.quantity("length", "distance", (), required=False)
+    table.finish()
+    extra = {"axis": axis, "distance": distance}
+    return Closure(*texts, *placements, **{key: value for key, value in extra.items() if value is not None})  # type: ignore[arg-type]
+
+
+def _read_joint(table: Table) -> JointProperties:
+    name = table.text("name")
+    reference = table.quantity("number", "spring_reference", (None,), required=False)
+    found: dict[str, tuple[str | None, Any]] = {}
+    for unit, keys in _JOINT_KEYS.items():
+        for (kind, key, _), shape in zip(keys, ((), (None,)), strict=True):
+            value = table.quantity(kind, key, shape, required=False)
+            if value is not None and key in found:
+                raise table.error("given in two units", key)
+            if value is not None:
+                found[key] = (unit, value)
+    table.finish()
+    units = {unit for unit, _ in found.values()}
+    if len(units) > 1:
+        raise table.error("stiffness and armature are of joints that move in different units", "armature")
+    given = {key: value for key, (_, value) in found.items()}
+    try:
+        return JointProperties(name, spring_reference=reference, **given, unit=next(iter(units), None))  # type: ignore[arg-type]
+    except InvalidInput as error:
+        raise table.error(str(error), "name") from error
+
+
+def _read_roles(table: Table) -> Roles:
+    actuated = table.texts("actuated")
+    shoulder, arm, point = (table.text(key, required=False) for key in ("shoulder", "arm", "reference_point"))
+    limbs = []
+    for limb in table.tables("limbs"):
+        texts = [limb.text(key) for key in ("name", "kind", "slide", "platform_joint", "closure")]
+        limb.finish()
+        limbs.append(LimbRole(*texts))  # type: ignore[arg-type]
+    table.finish()
+    return Roles(actuated, shoulder, arm, point, tuple(limbs))

@@ -1,0 +1,208 @@
+"""What a joint has besides its motion: damping, dry friction, armature, limits and a spring, for readers and writers.
+
+Damping, friction and limits are the Pinocchio model's; springs are the closures file's; an armature is put from the
+closures file into the model. A limit of 1e300 or more, of either sign, means that there is no limit: URDF has no
+infinity, and Pinocchio uses the largest double.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.validation import FloatArray
+from ..structure.closures import JointProperties
+from ..structure.motion_axes import motion_axes
+
+__all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]
+
+#: Written where there is no limit: the largest double.
+NO_LIMIT = float(np.finfo(np.float64).max)
+_NO_LIMIT_FROM = 1e300
+#: Pinocchio's own limits of quaternions and cosine-sine pairs, which limit nothing.
+_BEYOND_UNIT = 1.01
+
+
+@dataclass(frozen=True, eq=False)
+class JointData:
+    """One joint's data, SI units; m or rad by the joint's coordinates.
+
+    Attributes
+    ----------
+    unit : {"m", "rad"} or None
+        Of the joint's coordinates; None for a joint with both.
+    damping, friction, armature : ndarray
+        Shape (nv of the joint,): N s/m or N m s/rad; largest dry friction, N or N m; kg or kg m².
+    effort, velocity : ndarray
+        Shape (nv of the joint, 2), lower and upper limits, N or N m, and m/s or rad/s; infinite where there is none.
+    position : ndarray
+        Shape (nq of the joint, 2), m or rad; infinite where there is none.
+    stiffness : float
+        Of the spring, N/m or N m/rad.
+    reference : ndarray or None
+        Shape (nq of the joint,), where the spring is slack; None for the joint's neutral configuration.
+    """
+
+    unit: str | None
+    damping: FloatArray
+    friction: FloatArray
+    armature: FloatArray
+    effort: FloatArray
+    velocity: FloatArray
+    position: FloatArray
+    stiffness: float
+    reference: FloatArray | None
+
+    @property
+    def present(self) -> tuple[str, ...]:
+        """What is not zero, and which limits there are, by the names of messages."""
+        position = np.isfinite(self.position) & (np.abs(self.position) != _BEYOND_UNIT)
+        there = {
+            "damping": self.damping.any(),
+            "friction": self.friction.any(),
+            "armature": self.armature.any(),
+            "spring": self.stiffness != 0.0,
+            "effort limits": np.isfinite(self.effort).any(),
+            "velocity limits": np.isfinite(self.velocity).any(),
+            "position limits": position.any(),
+        }
+        return tuple(name for name, is_there in there.items() if is_there)
+
+    @property
+    def rest(self) -> float:
+        """Coordinate of a hinge or slide at which its spring is slack, rad or m; an endless hinge has no spring."""
+        return 0.0 if self.reference is None else float(self.reference[0])
+
+    def symmetric(self, which: str, joint: str, file_format: str) -> float:
+        """The one number for "effort" or "velocity" limits of a hinge or slide, infinite if there is none.
+
+        Raises
+        ------
+        InvalidInput
+            If the lower limit is not the upper one's opposite, which the file format has no place for.
+        """
+        lower, upper = (float(value) for value in getattr(self, which)[0])
+        if lower != -upper:
+            raise InvalidInput(
+                f"{file_format} has one {which} limit for both directions; joint {joint!r} has {lower:g} and {upper:g}"
+            )
+        return upper
+
+
+def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[JointData]:
+    """The data of all joints, by joint index; index 0 is the world's and empty.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint's friction is not the same in both directions, or it has a rotor inertia of Pinocchio's (an
+        armature is what is read).
+    """
+    springs = {item.joint: item for item in properties}
+    axes, found = motion_axes(model), []
+    for index in range(model.njoints):
+        name = model.names[index]
+        v = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]) if index else slice(0, 0)
+        q = slice(model.idx_qs[index], model.idx_qs[index] + model.nqs[index]) if index else slice(0, 0)
+        friction = np.array(model.upperDryFrictionLimit[v])
+        if not np.array_equal(friction, -np.asarray(model.lowerDryFrictionLimit[v])):
+            raise InvalidInput(f"joint {name!r}: expected a friction that is the same in both directions")
+        if np.asarray(model.rotorInertia[v]).any():
+            raise InvalidInput(f"joint {name!r}: expected the rotor's inertia as armature, not as rotorInertia")
+        spring = springs.get(name)
+        found.append(
+            JointData(
+                _unit(axes[index]),
+                np.array(model.damping[v]),
+                friction,
+                np.array(model.armature[v]),
+                _limits(model, "Effort", v),
+                _limits(model, "Velocity", v),
+                _limits(model, "Position", q),
+                0.0 if spring is None else spring.stiffness,
+                None if spring is None or spring.spring_reference is None else np.array(spring.spring_reference),
+            )
+        )
+    return found
+
+
+def refuse_data(file_format: str, joint: str, what: Iterable[str]) -> None:
+    """Raise InvalidInput if there is anything that a file format cannot hold of a joint."""
+    names = " and ".join(what)
+    if names:
+        raise InvalidInput(f"{file_format} cannot hold the {names} of joint {joint!r}: set it to zero, or to no limit")
+
+
+def repair_limits(model: pin.Model) -> None:
+    """Make limits infinite that stand for none, and lower limits of velocity negative.
+
+    Pinocchio 4.1 reads ``velocity="4"`` of a URDF as limits of 4 to 4 rad/s.
+    """
+    model.lowerVelocityLimit[:] = -np.abs(model.upperVelocityLimit)
+    for key in ("Position", "Velocity", "Effort"):
+        for side in ("lower", "upper"):
+            limit = getattr(model, f"{side}{key}Limit")
+            limit[:] = _endless(limit)
+
+
+def apply_joint_properties(model: pin.Model, properties: Iterable[JointProperties]) -> None:
+    """Check the data of joints against the model, and put the armatures into it.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such moving joint.
+    InvalidInput
+        If a value has another unit or number of components than the joint, or a reference is no configuration.
+    """
+    axes = motion_axes(model)
+    for item in properties:
+        names = list(model.names)
+        if item.joint not in names[1:]:
+            raise UnknownName("moving joint", item.joint, names[1:], where="joints")
+        index = names.index(item.joint, 1)
+        unit = _unit(axes[index])
+        if item.unit is not None and item.unit != unit:
+            moves = {"m": "in m", "rad": "in rad", None: "in m and rad"}[unit]
+            raise InvalidInput(
+                f"joints: {item.joint!r} moves {moves}; its data are given for one that moves in {item.unit}"
+            )
+        _check_size(item, "armature", item.armature, model.nvs[index])
+        _check_size(item, "spring_reference", item.spring_reference, model.nqs[index])
+        if item.spring_reference is not None:
+            q = pin.neutral(model)
+            q[model.idx_qs[index] : model.idx_qs[index] + model.nqs[index]] = item.spring_reference
+            if not pin.isNormalized(model, q, 1e-9):
+                raise InvalidInput(
+                    f"joints: expected a spring_reference of {item.joint!r} of length 1 (quaternion x, y, z, w, or "
+                    f"cosine and sine), got {item.spring_reference}"
+                )
+        if item.armature is not None:
+            model.armature[model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]] = item.armature
+
+
+def _check_size(item: JointProperties, key: str, values: tuple[float, ...] | None, count: int) -> None:
+    if values is not None and len(values) != count:
+        raise InvalidInput(f"joints: expected {count} numbers for the {key} of {item.joint!r}, got {len(values)}")
+
+
+def _unit(subspace: FloatArray) -> str | None:
+    linear, angular = bool(subspace[:3].any()), bool(subspace[3:].any())
+    return None if linear == angular else "m" if linear else "rad"
+
+
+def _limits(model: pin.Model, key: str, part: slice) -> FloatArray:
+    lower, upper = (_endless(getattr(model, f"{side}{key}Limit")[part]) for side in ("lower", "upper"))
+    if key == "Velocity":
+        # See repair_limits: a model that was read elsewhere has the upper limits twice.
+        lower = np.where(lower == upper, -upper, lower)
+    return np.stack([lower, upper], axis=1)
+
+
+def _endless(limit: FloatArray) -> FloatArray:
+    values = np.array(limit, dtype=np.float64)
+    return np.where(np.abs(values) >= _NO_LIMIT_FROM, np.copysign(np.inf, values), values)

@@ -1,0 +1,128 @@
+"""Compiling MJCF with MuJoCo: the compiled model, the names of its objects, and the errors that name its file."""
+
+from __future__ import annotations
+
+import os
+import threading
+import warnings
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from ....core.errors import FileFormatError, InvalidInput, MissingExtra
+from ....core.records import OneProcess
+
+__all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
+
+#: Major version of MuJoCo whose compiled model is read.
+_VERSION = "4"
+#: MuJoCo has one handler of warnings in a process.
+_HANDLER = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled(OneProcess):
+    """What MuJoCo compiled of a file.
+
+    Attributes
+    ----------
+    model : mujoco.MjModel
+        The compiled model.
+    mujoco : module
+        The package ``mujoco``.
+    path : str or None
+        The file; None for XML that was given as text.
+    messages : list of str
+        MuJoCo's warnings so far.
+    """
+
+    model: Any
+    mujoco: Any
+    path: str | None
+    messages: list[str] = field(default_factory=list)
+
+    def error(self, message: str) -> FileFormatError:
+        """An error that names the file."""
+        return FileFormatError(message, self.path)
+
+    def warn(self) -> None:
+        """Pass MuJoCo's warnings on to the caller of the caller's caller."""
+        for text in dict.fromkeys(self.messages):
+            warnings.warn(f"{self.path or 'MJCF'}: MuJoCo: {text}", RuntimeWarning, stacklevel=4)
+
+    def name(self, kind: str, index: int) -> str:
+        """MuJoCo's name of an object, empty where it has none; ``kind`` as in mjtObj, for example "BODY"."""
+        try:
+            return self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind}"), index) or ""
+        except UnicodeDecodeError as error:
+            raise self.error(f"the name of {kind.lower()} number {index} is not UTF-8 text") from error
+
+    def called(self, kind: str, index: int) -> str:
+        """An object's name for a message, or its number."""
+        return repr(self.name(kind, index)) if self.name(kind, index) else f"number {index} (unnamed)"
+
+    def disabled(self, flag: str) -> bool:
+        """Whether a flag of ``<option><flag .../></option>`` is disabled; as in mjtDisableBit, e.g. "GRAVITY"."""
+        return bool(self.model.opt.disableflags & int(getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{flag}")))
+
+
+def compile_mjcf(source: str | PathLike[str]) -> Compiled:
+    """Let MuJoCo compile a file, or XML given as text.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such file, MuJoCo cannot compile it, or it is a URDF.
+    MissingExtra
+        If MuJoCo is not installed, or has another major version.
+    InvalidInput
+        If the source is neither a path nor text.
+    """
+    try:
+        import mujoco
+    except ImportError as error:
+        raise MissingExtra("robots", "mujoco") from error
+    if mujoco.__version__.split(".")[0] != _VERSION:
+        raise MissingExtra("robots", f"mujoco {_VERSION} (version {mujoco.__version__} is installed)")
+    if not isinstance(source, (str, PathLike)):
+        raise InvalidInput(f"expected the path of an MJCF file, or the XML itself, got {source!r}")
+    is_text = isinstance(source, str) and source.lstrip().startswith("<")
+    path = None if is_text else os.fsdecode(source)
+    if path is not None and not os.path.isfile(path):
+        raise FileFormatError("there is no such file", path)
+    if _root_tag(source if is_text else path, is_text) == "robot":
+        raise FileFormatError("this is a URDF: load it with ClosedChain.from_urdf", path)
+    load = mujoco.MjModel.from_xml_string if path is None else mujoco.MjModel.from_xml_path
+    messages: list[str] = []
+    try:
+        with mujoco_warnings(mujoco, messages):
+            model = load(source if path is None else path)
+    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+        raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from error
+    return Compiled(model, mujoco, path, messages)
+
+
+@contextmanager
+def mujoco_warnings(mujoco: Any, messages: list[str]) -> Iterator[None]:
+    """Collect MuJoCo's warnings; without a handler it writes them to a file in the working directory."""
+    with _HANDLER:
+        before = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(messages.append)
+        try:
+            yield
+        finally:
+            mujoco.set_mju_user_warning(before)
+
+
+def _root_tag(source: Any, is_text: bool) -> str:
+    """Tag of the outermost element, empty if it cannot be found: then MuJoCo says what is wrong."""
+    parser: Any = ET.XMLPullParser(events=("start",))
+    try:
+        parser.feed(source if is_text else Path(source).read_bytes())
+        return next((element.tag for _, element in parser.read_events()), "")
+    except (ET.ParseError, OSError, ValueError):
+        return ""

@@ -1,0 +1,150 @@
+"""Writing the joints of a body as MJCF, with what they have besides their motion.
+
+============== =======================================================================================================
+data           MJCF
+============== =======================================================================================================
+damping        ``damping``; friction ``frictionloss``; armature ``armature``: of a hinge, slide or translation as they
+               are, of a ball joint if they are the same about its three axes
+spring         ``stiffness`` and ``springref``; a ball joint's spring is slack in its neutral configuration only
+limits         position ``range``; effort ``actuatorfrcrange``. MJCF has no limit of velocity: they are left out
+============== =======================================================================================================
+
+An effort limit of zero is written as the smallest range that MuJoCo accepts, of 2.2e-308 N or N m. A planar or free
+joint moves in other coordinates in MuJoCo; it may have damping, the same in all directions, and nothing else.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from ....core.errors import InvalidInput
+from ....core.validation import FloatArray
+from ..bodies import TreeBody
+from ..joint_data import NO_LIMIT, JointData, refuse_data
+
+__all__ = ["as_numbers", "write_joints"]
+
+_TINY = float(np.finfo(np.float64).tiny)
+_FORMAT = "MJCF"
+
+
+def as_numbers(values: ArrayLike) -> str:
+    """Numbers with blanks between them, so that they read back bit for bit (but for the sign of zero)."""
+    return " ".join(repr(float(value) + 0.0) for value in np.asarray(values, dtype=float).reshape(-1))
+
+
+def write_joints(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
+    """Add a body's joints to its element.
+
+    Parameters
+    ----------
+    element : Element
+        The body.
+    body : TreeBody
+        The body and its joint.
+    own : ndarray
+        Shape (nq of the joint,), its coordinates.
+
+    Returns
+    -------
+    list of float
+        Its coordinates as MuJoCo orders them.
+
+    Raises
+    ------
+    InvalidInput
+        If the joint has data that MJCF cannot hold.
+    """
+    if body.kind == "free":
+        return _free(element, body, own)
+    if body.kind == "ball":
+        return _ball(element, body, own)
+    if body.axis is not None:
+        given = {"name": body.joint, "type": body.kind, "axis": as_numbers(body.axis)}
+        ET.SubElement(element, "joint", {**given, **_scalar(body.data, 0)})
+        return [float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])]
+    return _three(element, body, own)
+
+
+def _free(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
+    if body.parent != 0:
+        raise InvalidInput(f"MJCF has free joints on the world only; joint {body.joint!r} is on another body")
+    _refuse(body, ("friction", "armature", "spring", "effort limits", "position limits"))
+    damping = _one_number(body, "damping", body.data.damping)
+    if damping == 0.0:
+        ET.SubElement(element, "freejoint", name=body.joint)
+    else:
+        ET.SubElement(element, "joint", name=body.joint, type="free", damping=as_numbers(damping))
+    # MuJoCo counts a free body's coordinates from the world, not from where the file puts the body.
+    pose = pin.SE3ToXYZQUAT(body.placement * pin.XYZQUATToSE3(own))
+    return [*pose[:3], pose[6], *pose[3:6]]
+
+
+def _ball(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
+    data = body.data
+    _refuse(body, ("effort limits", "position limits"))
+    if data.stiffness != 0.0 and data.reference is not None and data.reference[:3].any():
+        refuse_data(_FORMAT, body.joint, ["spring reference"])
+    values = {
+        "damping": _one_number(body, "damping", data.damping),
+        "frictionloss": _one_number(body, "friction", data.friction),
+        "armature": _one_number(body, "armature", data.armature),
+        "stiffness": data.stiffness,
+    }
+    ET.SubElement(element, "joint", {"name": body.joint, "type": "ball", **_not_zero(values)})
+    return [own[3], *own[:3]]
+
+
+def _three(element: ET.Element, body: TreeBody, own: FloatArray) -> list[float]:
+    """A planar joint or a translation, as three joints along and about the axes of its frame."""
+    planar = body.kind == "planar"
+    if planar:
+        _refuse(body, ("friction", "armature", "spring", "effort limits", "position limits"))
+        _one_number(body, "damping", body.data.damping[:2])
+    for k, (axis, letter) in enumerate(zip(np.eye(3), "xyz", strict=True)):
+        kind = "hinge" if planar and letter == "z" else "slide"
+        given = {"name": f"{body.joint}_{letter}", "type": kind, "axis": as_numbers(axis)}
+        more = _not_zero({"damping": body.data.damping[k]}) if planar else _scalar(body.data, k)
+        ET.SubElement(element, "joint", {**given, **more})
+    return [own[0], own[1], float(np.arctan2(own[3], own[2])) if planar else own[2]]
+
+
+def _scalar(data: JointData, k: int) -> dict[str, str]:
+    """Attributes of the k-th coordinate, of a joint whose coordinates are hinges or slides."""
+    values = {
+        "damping": data.damping[k],
+        "frictionloss": data.friction[k],
+        "armature": data.armature[k],
+        "stiffness": data.stiffness,
+    }
+    written = _not_zero(values)
+    if data.stiffness != 0.0 and data.reference is not None:
+        written["springref"] = as_numbers(data.rest if len(data.damping) == 1 else data.reference[k])
+    # An endless hinge has cosine and sine for coordinates, and no limits.
+    position = data.position[k] if len(data.position) == len(data.damping) else np.full(2, np.inf)
+    if np.isfinite(position).any():
+        written["range"] = as_numbers(np.clip(position, -NO_LIMIT, NO_LIMIT))
+    effort = data.effort[k]
+    if np.isfinite(effort).any():
+        low, high = np.clip(effort, -NO_LIMIT, NO_LIMIT)
+        written["actuatorfrcrange"] = as_numbers([min(low, -_TINY), max(high, _TINY)])
+    return written
+
+
+def _refuse(body: TreeBody, what: tuple[str, ...]) -> None:
+    refuse_data(_FORMAT, body.joint, [name for name in body.data.present if name in what])
+
+
+def _one_number(body: TreeBody, what: str, values: FloatArray) -> float:
+    """The number that all values are."""
+    if (values != values[0]).any():
+        refuse_data(_FORMAT, body.joint, [f"{what} that differs between the axes"])
+    return float(values[0])
+
+
+def _not_zero(values: dict[str, float]) -> dict[str, str]:
+    return {key: as_numbers(value) for key, value in values.items() if value != 0.0}

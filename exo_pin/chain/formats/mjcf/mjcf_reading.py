@@ -1,0 +1,181 @@
+"""Reading MJCF: MuJoCo compiles the file, and its compiled model becomes a Pinocchio tree with closures.
+
+Read are: bodies, also several on the world; hinges, slides, balls and free joints, several on one body too; inertias,
+armature, gravity; position limits; springs, damping and dry friction of joints; limits of effort; sites, as frames;
+the equalities connect and weld. What the file says about friction, springs and damping counts with MuJoCo's flags:
+a flag that is disabled takes its forces away.
+
+**Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. The softness of MuJoCo's
+constraints, its solver and its time step are not read: closures are exact here. How a control becomes a force is not
+read either; efforts are given as forces.
+
+Anything else that changes the motion is an error that names it (:mod:`exo_pin.chain.formats.mjcf.mjcf_refusals`).
+What was built is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned.
+
+=================== ===========================================================================================
+name                of what
+=================== ===========================================================================================
+a joint's           its own, or ``joint_3`` by MuJoCo's number
+a body's frame      the body's own (type BODY), or ``body_3``; the world is "universe"
+a site's frame      the site's own (type OP_FRAME); sites without a name have no frame
+a closure's         the equality's own, or ``equality_3``
+=================== ===========================================================================================
+
+Two frames in different places cannot have one name: the joint keeps it, then the body, which otherwise gets "_body"
+after its name, then the site, which gets "_site". A closure called as a joint gets "_closure".
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ....core.errors import FileFormatError, InvalidInput
+from ....core.validation import FloatArray
+from ...structure.closures import Closure, Closures, Placement, Roles, Root
+from .mjcf_check import refuse_disagreement
+from .mjcf_compiling import Compiled, compile_mjcf
+from .mjcf_refusals import refuse_unreadable
+from .mjcf_tree import Tree, build_tree, free_name, pose
+
+__all__ = ["read_mjcf"]
+
+
+def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
+    """Read a robot.
+
+    Parameters
+    ----------
+    path : path-like or str
+        The XML file, or the XML itself.
+
+    Returns
+    -------
+    pinocchio.Model
+        The tree. Hinges and slides have MuJoCo's coordinates, ``ref`` included; quaternions are (x, y, z, w), and the
+        linear velocity of a free joint is in the body's axes (in MuJoCo: the world's). Its ``damping``, ``armature``
+        and ``upperDryFrictionLimit`` are the joints'; ``upperEffortLimit`` and ``lowerEffortLimit`` are infinite where
+        the file limits no effort. ``referenceConfigurations`` has "qpos0", where MuJoCo starts, and the keyframes.
+    Closures
+        A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
+        point only and is spherical. Springs are in ``joints``. Joints with an actuator are actuated.
+
+    Warns
+    -----
+    RuntimeWarning
+        If MuJoCo warns about the file.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such file, MuJoCo cannot compile it, or it has something that a chain cannot hold.
+    MissingExtra
+        If MuJoCo is not installed.
+    InvalidInput
+        If ``path`` is neither a path nor text.
+    """
+    source = compile_mjcf(path)
+    refuse_unreadable(source)
+    try:
+        model, closures = _built(source)
+    except FileFormatError:
+        raise
+    except InvalidInput as error:
+        raise source.error(str(error)) from error
+    source.warn()
+    return model, closures
+
+
+def _built(source: Compiled) -> tuple[pin.Model, Closures]:
+    """The tree and its closures, compared with MuJoCo."""
+    tree = build_tree(source)
+    actuated = _limit_efforts(source, tree)
+    closures = _closures(source, tree)
+    refuse_disagreement(source, tree)
+    root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
+    roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
+    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties)
+
+
+def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
+    """The equalities under names of their own."""
+    count = source.model.neq
+    joints = set(tree.model.names)
+    taken = {*joints, *(source.name("EQUALITY", index) for index in range(count))}
+    found: list[Closure] = []
+    for index in range(count):
+        name = source.name("EQUALITY", index)
+        if not name or name in joints:
+            name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
+            taken.add(name)
+        found.append(_closure(source, tree, index, name))
+    return tuple(found)
+
+
+def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
+    """One equality as MuJoCo compiled it.
+
+    ``eq_data`` of a connect is the point in body 1 and in body 2. Of a weld it is the point in body 2, the point in
+    body 1, the orientation of body 2 in body 1, and the scale of the rows that hold the orientation.
+    """
+    theirs, mujoco = source.model, source.mujoco
+    data = theirs.eq_data[index]
+    is_weld = int(theirs.eq_type[index]) == int(mujoco.mjtEq.mjEQ_WELD)
+    ids = int(theirs.eq_obj1id[index]), int(theirs.eq_obj2id[index])
+    still = np.array([1.0, 0.0, 0.0, 0.0])
+    if int(theirs.eq_objtype[index]) == int(mujoco.mjtObj.mjOBJ_SITE):
+        bodies = [int(theirs.site_bodyid[site]) for site in ids]
+        places = [(theirs.site_pos[site], theirs.site_quat[site]) for site in ids]
+    else:
+        bodies = list(ids)
+        places = [(data[3:6], data[6:10]), (data[0:3], still)] if is_weld else [(data[0:3], still), (data[3:6], still)]
+    if tree.carriers[bodies[0]][0] == tree.carriers[bodies[1]][0]:
+        named = " and ".join(repr(tree.frames[body]) for body in bodies)
+        raise source.error(f"equality {name!r} joins {named}, which are one rigid body: remove it")
+    kind = "rigid" if is_weld and data[10] else "spherical"
+    ends = [_placement(*place) for place in places]
+    return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
+
+
+def _placement(position: FloatArray, quaternion: FloatArray) -> Placement:
+    place = pose(position, quaternion)
+    coefficients: Any = pin.Quaternion(place.rotation).normalized().coeffs()
+    return Placement(tuple(place.translation.tolist()), tuple(coefficients.tolist()))
+
+
+def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:
+    """Put the limits of efforts into the tree, and return the joints that carry an actuator, by their index."""
+    theirs, model = source.model, tree.model
+    lower, upper = np.full(model.nv, -np.inf), np.full(model.nv, np.inf)
+    efforts: dict[int, FloatArray] = {}
+    for index in range(theirs.nactuator):
+        joint = int(theirs.actuator_trnid[index, 0])
+        efforts[joint] = efforts.get(joint, np.zeros(2)) + _effort_range(source, index)
+    for joint, own in enumerate(tree.joints):
+        limits = efforts.get(joint, np.array([-np.inf, np.inf]))
+        if theirs.jnt_actfrclimited[joint]:
+            limits = np.clip(limits, *theirs.jnt_actfrcrange[joint])
+        lower[model.idx_vs[own]], upper[model.idx_vs[own]] = limits
+    model.lowerEffortLimit, model.upperEffortLimit = lower, upper
+    return [tree.joints[joint] for joint in efforts]
+
+
+def _effort_range(source: Compiled, index: int) -> FloatArray:
+    """What an actuator can put on its joint, shape (2,), N or N m.
+
+    A control range limits the force of a motor (a constant gain, no dynamics); otherwise a force range alone does.
+    """
+    theirs, mujoco = source.model, source.mujoco
+    limits = np.array([-np.inf, np.inf])
+    is_motor = int(theirs.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED) and int(
+        theirs.actuator_dyntype[index]
+    ) == int(mujoco.mjtDyn.mjDYN_NONE)
+    control = int(theirs.actuator_ctrladr[index])
+    if is_motor and theirs.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
+        limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_ctrlrange[control]
+    if theirs.actuator_forcelimited[index]:
+        limits = np.clip(np.sort(limits), *theirs.actuator_forcerange[index])
+    return np.sort(limits * theirs.actuator_gear[theirs.actuator_outadr[index], 0])

@@ -1,0 +1,234 @@
+"""What of a compiled MuJoCo model is read, what does not change the motion, and what is refused.
+
+Every field of MuJoCo 4.0's mjModel and mjOption is in one of three groups; a test compares them with the installed
+version.
+
+* :data:`READ`: the fields that the chain is made of. Their numbers have to be finite.
+* :data:`IRRELEVANT`: names, pictures, sensors, user data, keyframes' controls, settings of the solver and of the time
+  integration, and everything about contact, which this package does not have. Quantities that MuJoCo derives from
+  other fields are here too.
+* :data:`REFUSED`: physics that a chain cannot hold. Each is an error as soon as the file uses it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ....core.validation import FloatArray
+from .mjcf_compiling import Compiled
+
+__all__ = ["IRRELEVANT", "READ", "REFUSED", "refuse_unreadable"]
+
+#: Fields that are read, of the model and, after "opt.", of its options.
+READ = (
+    *("nq", "nv", "nbody", "njnt", "nsite", "neq", "nactuator", "nkey", "names", "qpos0", "qpos_spring", "key_qpos"),
+    *("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
+    *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
+    *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange", "jnt_actuatorid"),
+    *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
+    *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
+    *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
+    *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
+    *("actuator_ctrladr", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_forcelimited"),
+    *("actuator_forcerange", "actuator_damping", "actuator_armature"),
+    *("opt.gravity", "opt.density", "opt.viscosity", "opt.disableflags", "opt.disableactuator"),
+)
+
+#: Fields that do not change the motion of rigid bodies without contact. A name that ends in * is a group.
+IRRELEVANT = (
+    # Sizes of other groups and of memory, names, paths.
+    *("n*", "name_*", "names_map", "paths", "signature", "buffer"),
+    # Derived from fields that are read.
+    *("body_rootid", "body_weldid", "body_dofnum", "body_dofadr", "body_treeid", "body_simple", "body_sameframe"),
+    *("body_subtreemass", "body_invweight0", "dof_bodyid", "dof_jntid", "dof_parentid", "dof_treeid", "dof_Madr"),
+    *("dof_simplenum", "dof_invweight0", "dof_M0", "dof_length", "site_sameframe", "tree_*", "flg_*", "B_*", "M_*"),
+    *("D_*", "mapM2M", "mapM2D", "mapD2M", "actuator_acc0", "actuator_length0", "actuator_lengthrange", "stat"),
+    # Contact and collision, which are not read.
+    *("geom_*", "bvh_*", "oct_*", "mesh_*", "hfield_*", "pair_*", "exclude_*", "body_geomnum", "body_geomadr"),
+    *("body_margin", "body_contype", "body_conaffinity", "body_bvhadr", "body_bvhnum"),
+    # Pictures, sensors, user data, other parts of keyframes.
+    *("cam_*", "light_*", "skin_*", "tex_*", "mat_*", "vis", "sensor_*", "numeric_*", "text_*", "tuple_*", "key_*"),
+    *("body_user", "jnt_group", "jnt_user", "site_type", "site_dataid", "site_matid", "site_group", "site_size"),
+    *("site_user", "site_rgba", "actuator_user"),
+    # How soft MuJoCo makes its constraints, and how it integrates.
+    *("jnt_solref", "jnt_solimp", "dof_solref", "dof_solimp", "eq_solref", "eq_solimp", "opt.*"),
+    # How a control becomes a force: the efforts of a chain are given as forces.
+    *("actuator_ctrlnum", "actuator_ctrlspec", "actuator_outnum", "actuator_actadr", "actuator_actnum"),
+    *("actuator_cranklength", "actuator_dynprm", "actuator_actlimited", "actuator_actrange", "actuator_actearly"),
+    *("actuator_history", "actuator_historyadr", "actuator_delay"),
+    # Of gravity compensation, which is refused.
+    "jnt_actgravcomp",
+)
+
+#: Fields, or groups, that no chain can hold; the rest of this module says when they are refused.
+REFUSED = (
+    *("body_mocapid", "body_gravcomp", "body_plugin", "jnt_stiffnesspoly", "jnt_springyield", "jnt_plasticadr"),
+    *("dof_dampingpoly", "actuator_dampingpoly", "actuator_plugin", "plugin*", "flex*", "efm*", "tendon_*", "ten_*"),
+    *("wrap_*", "opt.wind"),
+)
+
+#: Fields that say where something is, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
+_PLACES = ("qpos0", "qpos_spring", "key_qpos", "body_pos", "body_ipos", "jnt_pos", "site_pos", "eq_data")
+_FAR = 1e10
+
+#: Why a property of a free joint cannot be read.
+_FREE = "acts along the world's axes in MuJoCo and along the body's axes in Pinocchio: set it to 0"
+
+
+def refuse_unreadable(source: Compiled) -> None:
+    """Raise FileFormatError for the first thing that a chain cannot hold."""
+    for rule in (_not_finite, _whole_model, _bodies, _joints, _tendons, _equalities, _actuators):
+        for message in rule(source):
+            raise source.error(message)
+
+
+def _not_finite(source: Compiled) -> Iterator[str]:
+    for name in READ:
+        owner = source.model.opt if name.startswith("opt.") else source.model
+        values = np.atleast_1d(getattr(owner, name.removeprefix("opt.")))
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            index = int(np.argwhere(~np.isfinite(values))[0][0])
+            yield f"{name} number {index} is not finite, in MuJoCo's compiled model: {values[index]}"
+        elif name in _PLACES and np.abs(values).max(initial=0.0) > _FAR:
+            yield f"{name} has {np.abs(values).max():g}, in MuJoCo's compiled model: expected at most {_FAR:g}"
+
+
+def _whole_model(source: Compiled) -> Iterator[str]:
+    model, option = source.model, source.model.opt
+    fluid = {"density": option.density, "viscosity": option.viscosity}
+    for name, value in fluid.items():
+        if value and model.nv:
+            yield f"a fluid acts on the bodies (option {name} = {value:g}), which is not read: set {name} to 0"
+    if model.nflex:
+        yield f"it has {model.nflex} flexes (deformable bodies): only rigid bodies are read"
+    if model.nplugin:
+        yield f"it has {model.nplugin} plugins, whose forces are not known: remove them"
+    if model.nmocap:
+        bodies = [source.called("BODY", body) for body in range(model.nbody) if model.body_mocapid[body] >= 0]
+        yield f"mocap bodies are moved from outside, which is not read: {', '.join(bodies)}. Remove mocap"
+    for flag in ("EQUALITY", "CONSTRAINT"):
+        if model.neq and source.disabled(flag):
+            yield (
+                f"the flag {flag.lower()} is disabled, so that MuJoCo ignores the {model.neq} equalities: remove "
+                "them, or enable the flag"
+            )
+    if model.nactuator and source.disabled("ACTUATION"):
+        yield f"the flag actuation is disabled and there are {model.nactuator} actuators: remove them, or enable it"
+
+
+def _bodies(source: Compiled) -> Iterator[str]:
+    for body in np.flatnonzero(source.model.body_gravcomp).tolist():
+        yield (
+            f"body {source.called('BODY', body)} has gravcomp = {source.model.body_gravcomp[body]:g}, which is not "
+            "read: set it to 0, or apply its weight as an external force"
+        )
+
+
+def _joints(source: Compiled) -> Iterator[str]:
+    model, kinds = source.model, source.mujoco.mjtJoint
+    for joint in range(model.njnt):
+        name, kind = source.called("JOINT", joint), int(model.jnt_type[joint])
+        dofs = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + {0: 6, 1: 3}.get(kind, 1))
+        if model.jnt_stiffnesspoly[joint].any() or model.jnt_springyield[joint]:
+            yield f"the spring of joint {name} is not linear (polynomial or plastic): use one stiffness"
+        if model.dof_dampingpoly[dofs].any():
+            yield f"the damping of joint {name} is not linear: use one coefficient"
+        for field in ("armature", "frictionloss"):
+            values = getattr(model, f"dof_{field}")[dofs]
+            if (values < 0.0).any():
+                yield f"expected a {field} of zero or more for joint {name}, got {values.min():g}"
+            if kind == int(kinds.mjJNT_FREE) and values.any():
+                yield f"the {field} of free joint {name} {_FREE}"
+        if model.jnt_limited[joint] and kind in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL)):
+            yield f"joint {name} is a ball (or free) joint with a range, which is not read: remove the range"
+        low, high = model.jnt_actfrcrange[joint]
+        if model.jnt_actfrclimited[joint] and not low <= 0.0 <= high:
+            yield (
+                f"the actuators of joint {name} exert a force without control, because its actuatorfrcrange is "
+                f"{low:g} to {high:g}: let the range have 0 in it"
+            )
+        if model.jnt_limited[joint] and model.jnt_margin[joint]:
+            yield f"the limits of joint {name} have a margin, {model.jnt_margin[joint]:g}: set it to 0"
+
+
+def _tendons(source: Compiled) -> Iterator[str]:
+    """A tendon without any of these is a length that is measured."""
+    model = source.model
+    acting = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "frictionloss", "armature", "limited")
+    for tendon in range(model.ntendon):
+        found = [name for name in acting if np.any(getattr(model, f"tendon_{name}")[tendon])]
+        if found:
+            name = source.called("TENDON", tendon)
+            yield f"tendon {name} has {', '.join(found)}, and forces of tendons are not read: remove it"
+
+
+def _equalities(source: Compiled) -> Iterator[str]:
+    model, kinds = source.model, source.mujoco.mjtEq
+    for index in range(model.neq):
+        name, kind = source.called("EQUALITY", index), int(model.eq_type[index])
+        if kind not in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
+            what = kinds(kind).name.removeprefix("mjEQ_").lower()
+            yield f"equality {name} is a {what} coupling: only connect and weld are read"
+        if not model.eq_active0[index]:
+            yield f"equality {name} is not active: remove it, or make it active"
+
+
+def _actuators(source: Compiled) -> Iterator[str]:
+    model, mujoco = source.model, source.mujoco
+    transmissions = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
+    scalar = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
+    for index in range(model.nactuator):
+        name, group = source.called("ACTUATOR", index), int(model.actuator_group[index])
+        if int(model.actuator_trntype[index]) not in transmissions:
+            yield f"actuator {name} does not act on a joint: only actuators of joints are read"
+        elif int(model.jnt_type[model.actuator_trnid[index, 0]]) not in scalar:
+            joint = source.called("JOINT", int(model.actuator_trnid[index, 0]))
+            yield (
+                f"actuator {name} acts along one direction of joint {joint}, which has several; an actuated joint is "
+                "driven in all: use hinges, or remove the actuator"
+            )
+        elif not model.actuator_gear[model.actuator_outadr[index], 0]:
+            yield f"actuator {name} has a gear of 0 and moves nothing: remove it"
+        if 0 <= group < 31 and model.opt.disableactuator >> group & 1:
+            yield f"actuator {name} is in group {group}, which is disabled: remove it, or enable the group"
+        if own := _own_force(source, index):
+            yield f"actuator {name} {own}, which is not read: make it a <motor>"
+        for field, values in _ranges(source, index).items():
+            if not values[0] <= 0.0 <= values[1]:
+                yield (
+                    f"actuator {name} exerts a force without control, because its {field} is {values[0]:g} to "
+                    f"{values[1]:g}: let the range have 0 in it"
+                )
+        if model.actuator_dampingpoly[index].any():
+            yield f"the damping of actuator {name} is not linear: use one coefficient"
+
+
+def _own_force(source: Compiled, index: int) -> str:
+    """Why an actuator's force is not a control times a gain, empty if it is."""
+    model, mujoco = source.model, source.mujoco
+    known = (
+        ("actuator_dyntype", mujoco.mjtDyn, "mjDYN_", {"none", "integrator", "filter", "filterexact"}),
+        ("actuator_gaintype", mujoco.mjtGain, "mjGAIN_", {"fixed", "affine"}),
+        ("actuator_biastype", mujoco.mjtBias, "mjBIAS_", {"none", "affine"}),
+    )
+    for field, kinds, prefix, simple in known:
+        kind = kinds(int(getattr(model, field)[index])).name.removeprefix(prefix).lower()
+        if kind not in simple:
+            return f"has a {field.removeprefix('actuator_').removesuffix('type')} of type {kind}"
+    if int(model.actuator_biastype[index]) != int(mujoco.mjtBias.mjBIAS_NONE) and model.actuator_biasprm[index].any():
+        return "exerts a force without control (a servo, or a general actuator with a bias)"
+    return ""
+
+
+def _ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
+    """The ranges that limit what an actuator does, by their names in MJCF."""
+    model = source.model
+    control = int(model.actuator_ctrladr[index])
+    found = {}
+    if model.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
+        found["ctrlrange"] = model.actuator_ctrlrange[control]
+    if model.actuator_forcelimited[index]:
+        found["forcerange"] = model.actuator_forcerange[index]
+    return found

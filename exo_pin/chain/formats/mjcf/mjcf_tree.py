@@ -1,0 +1,241 @@
+"""The tree of a compiled MuJoCo model as a Pinocchio model.
+
+MuJoCo moves a body from its place at its parent by its joints, one after the other: a hinge or a ball turns it about
+the point ``jnt_pos``, a slide shifts it, all in the body's own axes and counted from ``qpos0``. Here every joint is a
+Pinocchio joint at ``jnt_pos`` with axes parallel to the body's at ``qpos0``; bodies between the joints of one MuJoCo
+body have no mass. So hinges and slides have MuJoCo's coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from ....core.validation import FloatArray
+from ...structure.closures import JointProperties
+from .mjcf_compiling import Compiled
+
+__all__ = ["Tree", "build_tree", "free_name", "own_configuration", "pose"]
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """A Pinocchio model and where MuJoCo's objects are in it.
+
+    Attributes
+    ----------
+    model : pinocchio.Model
+        The tree.
+    joints : list of int
+        For every joint of MuJoCo its index in the model.
+    carriers : dict of int to (int, pinocchio.SE3)
+        For every body of MuJoCo the joint that carries it, and the body's frame in the joint's.
+    frames : dict of int to str
+        For every body of MuJoCo its frame.
+    properties : tuple of JointProperties
+        The joints' springs.
+    """
+
+    model: pin.Model
+    joints: list[int] = field(default_factory=list)
+    carriers: dict[int, tuple[int, pin.SE3]] = field(default_factory=dict)
+    frames: dict[int, str] = field(default_factory=dict)
+    properties: tuple[JointProperties, ...] = ()
+
+
+def build_tree(source: Compiled) -> Tree:
+    """Build joints, bodies, frames, inertias, limits, friction, damping and springs."""
+    theirs = source.model
+    model = pin.Model()
+    model.name = theirs.names[: theirs.names.index(b"\0")].decode(errors="replace") or "unnamed"
+    model.gravity.linear = np.zeros(3) if source.disabled("GRAVITY") else theirs.opt.gravity.copy()
+    tree = Tree(model, [0] * theirs.njnt, {0: (0, pin.SE3.Identity())}, {0: "universe"})
+    names = _joint_names(source)
+    for body in _depth_first(theirs.body_parentid.tolist()):
+        _add_body(source, tree, body, names)
+    _add_frames(source, tree)
+    _fill_coordinates(source, tree)
+    return Tree(model, tree.joints, tree.carriers, tree.frames, _springs(source, tree))
+
+
+def own_configuration(source: Compiled, tree: Tree, qpos: FloatArray) -> FloatArray:
+    """MuJoCo's qpos as q: the same numbers, joint by joint, with quaternions (x, y, z, w)."""
+    q = pin.neutral(tree.model)
+    for joint, index in enumerate(tree.joints):
+        start, count = int(source.model.jnt_qposadr[joint]), tree.model.nqs[index]
+        own = qpos[start : start + count]
+        if count == 4:
+            own = own[[1, 2, 3, 0]]
+        elif count == 7:
+            own = own[[0, 1, 2, 4, 5, 6, 3]]
+        q[tree.model.idx_qs[index] : tree.model.idx_qs[index] + count] = own
+    return np.asarray(pin.normalize(tree.model, q))
+
+
+def _depth_first(parents: list[int]) -> list[int]:
+    """Bodies, each followed by all that it carries: Pinocchio's mass matrix needs this order."""
+    children: dict[int, list[int]] = {}
+    for body, parent in enumerate(parents[1:], start=1):
+        children.setdefault(parent, []).append(body)
+    order, pending = [], list(reversed(children.get(0, [])))
+    while pending:
+        body = pending.pop()
+        order.append(body)
+        pending += reversed(children.get(body, []))
+    return order
+
+
+def _joint_names(source: Compiled) -> list[str]:
+    """MuJoCo's names; joints without one are called after their number, and none is called "universe"."""
+    given = [source.name("JOINT", joint) for joint in range(source.model.njnt)]
+    taken = {"universe", *given}
+    names = []
+    for joint, name in enumerate(given):
+        if not name or name == "universe":
+            name = free_name(f"joint_{joint}" if not name else "universe_joint", taken)
+            taken.add(name)
+        names.append(name)
+    return names
+
+
+def free_name(wish: str, taken: Iterable[str]) -> str:
+    """The wish, with as many underscores after it as it takes to be new."""
+    while wish in taken:
+        wish += "_"
+    return wish
+
+
+def _add_body(source: Compiled, tree: Tree, body: int, names: list[str]) -> None:
+    """The joints of one body of MuJoCo and its mass."""
+    theirs, model = source.model, tree.model
+    carrier, place = tree.carriers[int(theirs.body_parentid[body])]
+    place = place * pose(theirs.body_pos[body], theirs.body_quat[body])
+    first = int(theirs.body_jntadr[body])
+    for joint in range(first, first + int(theirs.body_jntnum[body])):
+        kind, moving = _joint_model(source, joint)
+        point = pin.SE3(np.eye(3), theirs.jnt_pos[joint].copy())
+        if kind == "free":
+            place = point = pin.SE3.Identity()
+        carrier = model.addJoint(carrier, moving, place * point * _reference(source, joint, kind), names[joint])
+        model.addJointFrame(carrier, -1)
+        tree.joints[joint] = carrier
+        place = point.inverse()
+    tree.carriers[body] = (carrier, place)
+    if carrier:
+        # In principal axes the inertia is exactly positive, as Pinocchio wants it.
+        principal = pin.Inertia(float(theirs.body_mass[body]), np.zeros(3), np.diag(theirs.body_inertia[body]))
+        centre = pose(theirs.body_ipos[body], theirs.body_iquat[body])
+        model.appendBodyToJoint(carrier, principal, place * centre)
+
+
+def pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
+    """A placement from a position and a quaternion with its scalar first."""
+    w, x, y, z = quaternion
+    return pin.SE3(pin.Quaternion(w, x, y, z).normalized(), np.array(position))
+
+
+def _joint_model(source: Compiled, joint: int) -> tuple[str, Any]:
+    kind = source.mujoco.mjtJoint(int(source.model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
+    if kind in ("free", "ball"):
+        return kind, pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical()
+    axis = source.model.jnt_axis[joint].copy()
+    along = np.flatnonzero(axis == 1.0)
+    if along.size and np.count_nonzero(axis) == 1:
+        letter = "XYZ"[int(along[0])]
+        return kind, getattr(pin, f"JointModel{'R' if kind == 'hinge' else 'P'}{letter}")()
+    return kind, pin.JointModelRevoluteUnaligned(axis) if kind == "hinge" else pin.JointModelPrismaticUnaligned(axis)
+
+
+def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
+    """Where a hinge or slide stands at q = 0, from where it stands at qpos0."""
+    start = float(source.model.qpos0[source.model.jnt_qposadr[joint]])
+    axis = source.model.jnt_axis[joint]
+    if kind == "hinge":
+        return pin.SE3(pin.AngleAxis(-start, axis.copy()).toRotationMatrix(), np.zeros(3))
+    return pin.SE3(np.eye(3), -start * axis) if kind == "slide" else pin.SE3.Identity()
+
+
+def _add_frames(source: Compiled, tree: Tree) -> None:
+    """Frames of bodies and named sites; where a name stands elsewhere already, it gets "_body" or "_site"."""
+    theirs, model = source.model, tree.model
+    there = {frame.name: (frame.parentJoint, frame.placement) for frame in model.frames}
+    bodies = {body: source.name("BODY", body) for body in range(1, theirs.nbody)}
+    sites = {site: source.name("SITE", site) for site in range(theirs.nsite)}
+    taken = {*bodies.values(), *sites.values()}
+    for body, given in bodies.items():
+        carrier, place = tree.carriers[body]
+        wish = given or free_name(f"body_{body}", {*there, *taken})
+        tree.frames[body] = _add_frame(model, there, taken, (wish, "body"), carrier, place)
+    for site, name in sites.items():
+        if name:
+            carrier, place = tree.carriers[int(theirs.site_bodyid[site])]
+            place = place * pose(theirs.site_pos[site], theirs.site_quat[site])
+            _add_frame(model, there, taken, (name, "site"), carrier, place)
+
+
+def _add_frame(
+    model: pin.Model,
+    there: dict[str, tuple[int, pin.SE3]],
+    taken: set[str],
+    called: tuple[str, str],
+    carrier: int,
+    place: pin.SE3,
+) -> str:
+    """Add a frame ``called`` by a name and its kind, and return the name that it gets."""
+    wish, what = called
+    known = there.get(wish)
+    if known is not None and not (known[0] == carrier and known[1].isApprox(place, 1e-12)):
+        wish = free_name(f"{wish}_{what}", {*there, *taken})
+    there[wish] = (carrier, place)
+    kind = pin.FrameType.BODY if what == "body" else pin.FrameType.OP_FRAME
+    parent = model.getFrameId(model.names[carrier], pin.FrameType.JOINT) if carrier else 0
+    model.addFrame(pin.Frame(wish, carrier, parent, place, kind, pin.Inertia.Zero()))
+    return wish
+
+
+def _fill_coordinates(source: Compiled, tree: Tree) -> None:
+    """Limits, friction, damping and armature, coordinate by coordinate, and the configurations of the file."""
+    theirs, model = source.model, tree.model
+    lower, upper = np.full(model.nq, -np.inf), np.full(model.nq, np.inf)
+    damping, friction, armature = np.zeros((3, model.nv))
+    for joint, index in enumerate(tree.joints):
+        own = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
+        dofs = slice(int(theirs.jnt_dofadr[joint]), int(theirs.jnt_dofadr[joint]) + model.nvs[index])
+        armature[own], damping[own] = theirs.dof_armature[dofs], theirs.dof_damping[dofs]
+        if (actuator := int(theirs.jnt_actuatorid[joint])) >= 0:
+            # A motor's rotor and its friction, before the gear.
+            ratio = float(theirs.actuator_gear[theirs.actuator_outadr[actuator], 0]) ** 2
+            armature[own] += ratio * theirs.actuator_armature[actuator]
+            damping[own] += ratio * theirs.actuator_damping[actuator]
+        if source.disabled("DAMPER"):
+            damping[own] = 0.0
+        rubs = not (source.disabled("FRICTIONLOSS") or source.disabled("CONSTRAINT"))
+        friction[own] = theirs.dof_frictionloss[dofs] if rubs else 0.0
+        stops = not (source.disabled("LIMIT") or source.disabled("CONSTRAINT"))
+        if theirs.jnt_limited[joint] and stops:
+            lower[model.idx_qs[index]], upper[model.idx_qs[index]] = theirs.jnt_range[joint]
+    model.lowerPositionLimit, model.upperPositionLimit = lower, upper
+    model.damping, model.armature = damping, armature
+    model.upperDryFrictionLimit, model.lowerDryFrictionLimit = friction, -friction
+    for key in range(theirs.nkey):
+        name = source.name("KEY", key) or f"key_{key}"
+        model.referenceConfigurations[name] = own_configuration(source, tree, theirs.key_qpos[key])
+    model.referenceConfigurations["qpos0"] = own_configuration(source, tree, theirs.qpos0)
+
+
+def _springs(source: Compiled, tree: Tree) -> tuple[JointProperties, ...]:
+    """Springs of the joints. That of a free joint is in the world's axes in MuJoCo and here."""
+    if source.disabled("SPRING"):
+        return ()
+    model, found = tree.model, []
+    slack = own_configuration(source, tree, source.model.qpos_spring)
+    for joint, index in enumerate(tree.joints):
+        stiffness = float(source.model.jnt_stiffness[joint])
+        if stiffness:
+            at = slice(model.idx_qs[index], model.idx_qs[index] + model.nqs[index])
+            found.append(JointProperties(model.names[index], stiffness, tuple(slack[at].tolist())))
+    return tuple(found)

@@ -1,0 +1,198 @@
+"""The ``robot.yaml`` layout of toolbox-parallel-robots: a URDF, and beside it its loops and motors.
+
+::
+
+    closed_loop: [["loop1_A", "loop1_B"], ["loop2_A", "loop2_B"]]   # pairs of frames of the URDF
+    type: ["6d", "3d"]                                              # rigid, or only the origins
+    name_mot: ["motor1", "motor2"]                                  # actuated joints
+    joint_name: ["ball1", "cross1", "weld1"]                        # optional: joints of the URDF that are others
+    joint_type: ["SPHERICAL", "UJOINT_XY", "FIXED"]
+
+A joint that is changed to SPHERICAL turns about all its axes; UJOINT_XY (YZ, ZX) becomes two hinges, ``cross1_X`` and
+``cross1_Y``; FIXED does not move. A changed joint has no limits: those of the URDF are the hinge's that it was. Its
+damping and friction have to be zero in the URDF, because they are no longer about one axis. All other joints are as
+in the URDF.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import pinocchio as pin
+
+from ...core.errors import FileFormatError, MissingExtra, UnknownName
+from ...core.files.text_files import read_text
+from ..structure.closures import Closure, Closures, Roles
+from .joint_data import joint_data, refuse_data
+from .urdf.urdf_loading import load_model
+
+__all__ = ["read_parallel_robot"]
+
+_TYPES = {"6d": "rigid", "3d": "spherical"}
+_KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+_HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
+_JOINT_TYPES = ("SPHERICAL", "FIXED", "UJOINT_XY", "UJOINT_YZ", "UJOINT_ZX")
+
+
+def read_parallel_robot(
+    path: str | PathLike[str], urdf: str | PathLike[str] | None = None
+) -> tuple[pin.Model, Closures]:
+    """Read a robot.
+
+    Parameters
+    ----------
+    path : path-like
+        The YAML file, or the folder of a ``robot.yaml``.
+    urdf : path-like, optional
+        The URDF; by default the file beside it with the same stem.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is not YAML or a key is unknown, missing or of a wrong kind.
+    UnknownName
+        If a loop's or a joint's type is not known, or a frame or joint is not in the URDF.
+    InvalidInput
+        If a joint that is changed has damping or friction in the URDF.
+    MissingExtra
+        If PyYAML is not installed.
+    """
+    try:
+        import yaml
+    except ImportError as error:
+        raise MissingExtra("robots", "PyYAML") from error
+    file = Path(path)
+    if file.is_dir():
+        file = file / "robot.yaml"
+    try:
+        data = _parsed(read_text(file))
+    except (yaml.YAMLError, RecursionError) as error:
+        raise FileFormatError(f"not YAML: {error}", file) from error
+    if not isinstance(data, dict):
+        raise FileFormatError("expected keys with values", file)
+    for key in data:
+        if key not in _KEYS:
+            raise FileFormatError(str(UnknownName("key", key, _KEYS)), file, str(key))
+    loops, types, motors = (_listed(data, key, file, required=True) for key in _KEYS[:3])
+    names, kinds = (_listed(data, key, file, required=False) for key in _KEYS[3:])
+    _same_length(file, closed_loop=loops, type=types)
+    _same_length(file, joint_name=names, joint_type=kinds)
+    closures = []
+    for pair, kind in zip(loops, types, strict=True):
+        if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
+            raise FileFormatError(f"expected pairs of frames, got {pair!r}", file, "closed_loop")
+        if not isinstance(kind, str) or kind.lower() not in _TYPES:
+            raise UnknownName("type of a closed loop", kind, _TYPES, where=str(file))
+        closures.append(Closure(f"{pair[0]}-{pair[1]}", _TYPES[kind.lower()], *pair))
+    for name in (*motors, *names):
+        if not isinstance(name, str):
+            raise FileFormatError(f"expected names of joints, got {name!r}", file, "name_mot")
+    changes = dict(zip(names, kinds, strict=True))
+    for kind in kinds:
+        if kind not in _JOINT_TYPES:
+            raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
+    described = Closures(file.parent.name or file.stem, closures=tuple(closures), roles=Roles(tuple(motors)))
+    model, _ = load_model(urdf if urdf is not None else file.with_suffix(".urdf"), described, None)
+    for name in changes:
+        if name not in model.names:
+            raise UnknownName("joint", name, list(model.names)[1:], where=str(file))
+    return (_changed(model, changes) if changes else model), described
+
+
+def _parsed(text: str) -> Any:
+    """The data of a YAML text; a key that is there twice is an error, where PyYAML takes the last one."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+            twice = next((key for n, key in enumerate(keys) if key in keys[:n]), None)
+            if twice is not None:
+                raise yaml.constructor.ConstructorError(None, None, f"{twice!r} is given twice", node.start_mark)
+            return super().construct_mapping(node, deep)
+
+    return yaml.load(text, Loader)
+
+
+def _listed(data: dict[str, Any], key: str, file: Path, required: bool) -> list[Any]:
+    if key not in data and required:
+        raise FileFormatError(f"missing key {key!r}", file, key)
+    value = data.get(key)
+    if value is None and (key not in data or key.startswith("joint")):
+        return []
+    if not isinstance(value, list):
+        raise FileFormatError(f"expected {key} to be a list, got {value!r}", file, key)
+    return value
+
+
+def _same_length(file: Path, **lists: list[Any]) -> None:
+    (one, first), (other, second) = lists.items()
+    if len(first) != len(second):
+        raise FileFormatError(f"{one} has {len(first)} entries, {other} has {len(second)}", file, other)
+
+
+def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
+    """The same tree with some joints of another type.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint of another type had damping or friction.
+    """
+    data = joint_data(model, ())
+    for joint in range(1, model.njoints):
+        if model.names[joint] in changes:
+            lost = [what for what in data[joint].present if what in ("damping", "friction")]
+            refuse_data(f"the joint type {changes[model.names[joint]]}", model.names[joint], lost)
+    new = pin.Model()
+    new.name, new.gravity = model.name, model.gravity
+    carriers, welded = {0: 0}, []
+    for joint in range(1, model.njoints):
+        name, place = model.names[joint], model.jointPlacements[joint]
+        parent, kind = carriers[model.parents[joint]], changes.get(name)
+        if kind is None or kind == "FIXED":
+            added = new.addJoint(parent, model.joints[joint], place, name)
+            welded += [added] if kind == "FIXED" else []
+        elif kind == "SPHERICAL":
+            added = new.addJoint(parent, pin.JointModelSpherical(), place, name)
+        else:
+            first, second = kind[-2], kind[-1]
+            middle = new.addJoint(parent, _HINGES[first](), place, f"{name}_{first}")
+            new.addJointFrame(middle, -1)
+            added = new.addJoint(middle, _HINGES[second](), pin.SE3.Identity(), f"{name}_{second}")
+        new.addJointFrame(added, -1)
+        new.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
+        carriers[joint] = added
+    for frame in model.frames:
+        if frame.type != pin.FrameType.JOINT and frame.name != "universe":
+            new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, frame.type), False)
+    if welded:
+        new = pin.buildReducedModel(new, welded, pin.neutral(new))
+    for joint in range(1, model.njoints):
+        if model.names[joint] not in changes:
+            _copy_data(model, joint, new, new.getJointId(model.names[joint]))
+    return new
+
+
+def _copy_data(model: pin.Model, joint: int, new: pin.Model, other: int) -> None:
+    """A joint's limits, damping, friction and armature, from one model to another."""
+    for names, first, count in ((_PER_V, "idx_vs", "nvs"), (_PER_Q, "idx_qs", "nqs")):
+        here, there = getattr(model, first)[joint], getattr(new, first)[other]
+        size = getattr(model, count)[joint]
+        for name in names:
+            getattr(new, name)[there : there + size] = getattr(model, name)[here : here + size]
+
+
+_PER_V = (
+    "lowerEffortLimit",
+    "upperEffortLimit",
+    "lowerVelocityLimit",
+    "upperVelocityLimit",
+    "lowerDryFrictionLimit",
+    "upperDryFrictionLimit",
+    "damping",
+    "armature",
+)
+_PER_Q = ("lowerPositionLimit", "upperPositionLimit")

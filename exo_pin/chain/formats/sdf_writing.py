@@ -1,0 +1,178 @@
+"""Writing a chain as SDF: every closure is one more joint.
+
+SDF tells where links are, not what their joints read: a joint reads zero as the file stands, so the file stands closed.
+Root joints: a free robot is not joined to the world, a ball root is a ball joint on it.
+
+A hinge or slide keeps its damping, friction and spring, and its limits of position, effort and velocity. A joint
+without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
+armature, and no data of a ball joint.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ..structure.chain_state import Structure
+from .bodies import TreeBody, link_name, refuse_massless, tree_bodies
+from .joint_data import refuse_data
+
+__all__ = ["sdf_text"]
+
+_VERSION = "1.9"
+#: Data of a hinge or slide that SDF has a place for.
+_HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
+_TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
+_CLOSURES = {
+    "rigid": "fixed",
+    "spherical": "ball",
+    "revolute": "revolute",
+    "universal": "universal",
+    "prismatic": "prismatic",
+}
+
+
+def sdf_text(chain: Structure, q: FloatArray) -> str:
+    """The XML of a chain as it stands at a closed configuration.
+
+    Parameters
+    ----------
+    chain : Structure
+        The chain; every body needs mass and inertia.
+    q : ndarray
+        Shape (nq,), closed: where links stand and joints read zero.
+
+    Raises
+    ------
+    InvalidInput
+        If a body has no mass, a joint or closure is of a kind that SDF does not have (cylindrical, distance), or a
+        joint has data that SDF cannot hold.
+    """
+    bodies = tree_bodies(chain)
+    refuse_massless(bodies, "SDF")
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, q)
+    root = ET.Element("sdf", version=_VERSION)
+    model = ET.SubElement(root, "model", name=chain.description.name)
+    taken = {body.name for body in bodies}
+    for body in bodies:
+        link = ET.SubElement(model, "link", name=body.name)
+        _pose(link, data.oMi[body.index])
+        inertial = ET.SubElement(link, "inertial")
+        _pose(inertial, pin.SE3(np.eye(3), body.inertia.lever))
+        ET.SubElement(inertial, "mass").text = _number(body.inertia.mass)
+        moments = ET.SubElement(inertial, "inertia")
+        for entry, (row, column) in _MOMENTS.items():
+            ET.SubElement(moments, entry).text = _number(body.inertia.inertia[row, column])
+    for body in bodies:
+        _tree_joint(chain, model, body, link_name(bodies, body.parent), q, taken)
+    for c, closure in enumerate(chain.closures):
+        if closure.type not in _CLOSURES:
+            raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
+        ends = [link_name(bodies, int(joint)) for joint in chain._topology.joints[c]]
+        element = _joint(model, _free_name(closure.name, "closure", taken), _CLOSURES[closure.type])
+        # A joint's frame stands on its child, and the world can be no child.
+        child = 1 if ends[0] == "world" else 0
+        local = chain._topology.local[c, child]
+        _pose(element, pin.SE3(local[:3].T.copy(), local[3].copy()))
+        ET.SubElement(element, "parent").text = ends[1 - child]
+        ET.SubElement(element, "child").text = ends[child]
+        if closure.type in ("revolute", "prismatic"):
+            _axis(element, "axis", np.array([0.0, 0.0, 1.0]))
+        elif closure.type == "universal":
+            _universal(chain, c, child, element, q)
+    ET.indent(root)
+    note = "<!-- Written by exo_pin. Joints read zero where the loops are closed. -->"
+    return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
+
+
+_MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+
+
+def _tree_joint(
+    chain: Structure, model: ET.Element, body: TreeBody, parent: str, q: FloatArray, taken: set[str]
+) -> None:
+    held = _HELD if body.axis is not None else ()
+    refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
+    if body.kind == "free" and body.parent == 0:
+        return
+    if body.kind not in _TREE:
+        raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
+    element = _joint(model, _free_name(body.joint, "joint", taken), _TREE[body.kind])
+    ET.SubElement(element, "parent").text = parent
+    ET.SubElement(element, "child").text = body.name
+    if body.axis is not None:
+        own = q[chain.configuration_slice(body.joint)]
+        here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
+        _strong_axis(element, body, here, body.joint in chain.roles.actuated)
+
+
+def _strong_axis(element: ET.Element, body: TreeBody, here: float, actuated: bool) -> None:
+    """The axis of a hinge or slide, its limits, damping, friction and spring; zero of the file is ``here``."""
+    data, axis = body.data, ET.SubElement(element, "axis")
+    assert body.axis is not None
+    ET.SubElement(axis, "xyz").text = " ".join(_number(value) for value in body.axis)
+    limits = ET.SubElement(axis, "limit")
+    for key, limit in zip(("lower", "upper"), body.limits or (), strict=False):
+        if np.isfinite(limit):
+            ET.SubElement(limits, key).text = _number(limit - here)
+    effort = data.symmetric("effort", body.joint, "SDF")
+    for key, limit in (
+        ("effort", effort if np.isfinite(effort) or actuated else 0.0),
+        ("velocity", data.symmetric("velocity", body.joint, "SDF")),
+    ):
+        if np.isfinite(limit):
+            ET.SubElement(limits, key).text = _number(limit)
+    values = {"damping": float(data.damping[0]), "friction": float(data.friction[0])}
+    if data.stiffness != 0.0:
+        values |= {"spring_reference": data.rest - here, "spring_stiffness": data.stiffness}
+    if any(values.values()):
+        dynamics = ET.SubElement(axis, "dynamics")
+        for key, value in values.items():
+            ET.SubElement(dynamics, key).text = _number(value)
+
+
+def _universal(chain: Structure, c: int, child: int, element: ET.Element, q: FloatArray) -> None:
+    """First the axis on the parent, then the one on the child, both in the joint's frame, which is the child's."""
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, q)
+    ends = [
+        data.oMi[int(chain._topology.joints[c, end])].rotation @ chain._topology.local[c, end, :3].T for end in (0, 1)
+    ]
+    # Frame a turns about its x, frame b about its y.
+    axes = [ends[0][:, 0], ends[1][:, 1]]
+    for name, end in (("axis", 1 - child), ("axis2", child)):
+        _axis(element, name, ends[child].T @ axes[end])
+
+
+def _joint(model: ET.Element, name: str, kind: str) -> ET.Element:
+    return ET.SubElement(model, "joint", name=name, type=kind)
+
+
+def _axis(element: ET.Element, name: str, direction: FloatArray) -> None:
+    axis = ET.SubElement(element, name)
+    ET.SubElement(axis, "xyz").text = " ".join(_number(value) for value in direction)
+    # Passive until a simulator says otherwise.
+    ET.SubElement(ET.SubElement(axis, "limit"), "effort").text = "0"
+
+
+def _free_name(name: str, suffix: str, taken: set[str]) -> str:
+    """SDF's links and joints share one space of names."""
+    while name in taken:
+        name = f"{name}_{suffix}"
+    taken.add(name)
+    return name
+
+
+def _pose(element: ET.Element, place: pin.SE3) -> None:
+    numbers = [*place.translation, *pin.Quaternion(place.rotation).normalized().coeffs()]
+    pose = ET.SubElement(element, "pose", rotation_format="quat_xyzw")
+    pose.text = " ".join(_number(value) for value in numbers)
+
+
+def _number(value: float) -> str:
+    return repr(float(value) + 0.0)

@@ -1,0 +1,1 @@
+"""URDF: a strict check of the file, reading through Pinocchio, writing."""

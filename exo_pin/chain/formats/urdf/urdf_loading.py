@@ -1,0 +1,79 @@
+"""From files to a Pinocchio tree and its closures."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from ....core.errors import FileFormatError, InvalidInput, UnknownName
+from ....core.files.text_files import read_file
+from ...structure.closures import Closures
+from ..closures_file import read_closures
+from ..joint_data import apply_joint_properties, repair_limits
+from .urdf_checking import checked_urdf
+
+__all__ = ["load_model"]
+
+#: Most degrees of freedom: Pinocchio's Data takes 64 bytes times their cube, 4 GB for these.
+_MOST_FREEDOMS = 400
+
+_ROOT_MODELS = {
+    "spherical": pin.JointModelSpherical,
+    "free_flyer": pin.JointModelFreeFlyer,
+    "planar": pin.JointModelPlanar,
+    "translation": pin.JointModelTranslation,
+}
+
+
+def load_model(
+    urdf: str | PathLike[str], closures: Closures | str | PathLike[str] | None, root_joint: str | None
+) -> tuple[pin.Model, Closures]:
+    """See :meth:`ClosedChain.from_urdf`."""
+    source, path = _source(urdf)
+    if closures is None:
+        if path is None:
+            raise InvalidInput("expected closures, because the URDF is no file that they could stand beside")
+        closures = path.with_suffix(".closures.toml")
+    if not isinstance(closures, Closures):
+        closures = read_closures(closures)
+    root = closures.root
+    hangs = root.joint if root_joint is None else root_joint
+    if hangs != "fixed" and hangs not in _ROOT_MODELS:
+        raise UnknownName("root joint", hangs, ("fixed", *_ROOT_MODELS))
+    try:
+        model = _built(checked_urdf(source), None if hangs == "fixed" else _ROOT_MODELS[hangs](), root.name)
+    except FileFormatError as error:
+        raise FileFormatError(str(error), path, error.key) from error
+    model.gravity.linear = np.array(root.gravity)
+    apply_joint_properties(model, closures.joints)
+    return model, closures
+
+
+def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:
+    """The model of a checked URDF, hanging on a joint of this name if there is one."""
+    try:
+        model = pin.buildModelFromXML(text) if hanging is None else pin.buildModelFromXML(text, hanging, name)
+    except (RuntimeError, ValueError, TypeError) as error:
+        raise FileFormatError(f"not a URDF that Pinocchio reads: {error}") from error
+    if list(model.names).count(name) > (0 if hanging is None else 1) and hanging is not None:
+        raise FileFormatError(
+            f"the root joint and a joint of the URDF are both called {name!r}: rename one", None, name
+        )
+    if model.nv > _MOST_FREEDOMS:
+        raise FileFormatError(
+            f"{model.nv} degrees of freedom are too many: Pinocchio's memory for a tree grows with their cube, "
+            f"and ends at {_MOST_FREEDOMS}"
+        )
+    repair_limits(model)
+    return model
+
+
+def _source(urdf: str | PathLike[str]) -> tuple[str | bytes, Path | None]:
+    """The XML, and the file that it came from."""
+    if isinstance(urdf, str) and urdf.lstrip("\ufeff \t\r\n").startswith("<"):
+        return urdf.lstrip("\ufeff \t\r\n"), None
+    content = read_file(urdf)
+    return content, Path(urdf)

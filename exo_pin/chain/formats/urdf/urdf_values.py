@@ -1,0 +1,198 @@
+"""What the numbers of a URDF's links and joints may be.
+
+Masses are zero or more. A body's principal moments of inertia are zero or more, and none is larger than the sum of
+the other two; a link without mass has no inertia. Printed inertias violate this by their rounding, so each entry is
+taken to be known to half a unit of its last digit: with the matrix H of these half units, a principal moment may be
+negative by |H|, and larger than the sum of the others by 3 |H| (Weyl's inequality, |.| the spectral norm); an entry
+on the diagonal may be negative by its own half unit. Computer-aided design prints noise instead of zero as well:
+moments below the mass times a micrometre squared count as zero.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ....core.validation import FloatArray
+from .urdf_elements import Element
+from .urdf_numbers import half_unit, number, vector
+
+__all__ = ["check_joint", "check_origin", "check_picture", "inertia_of"]
+
+#: Radius of gyration, m, below which an inertia is rounding noise.
+_NOISE = 1e-6
+#: Shortest axis that still has a direction.
+_SHORTEST_AXIS = 1e-6
+_KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_MOVING_ALONG_AXIS = ("revolute", "continuous", "prismatic")
+_ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+_FULL_TURN = 2.0 * np.pi
+
+
+def check_origin(element: Element | None, version: tuple[int, int]) -> None:
+    """An ``<origin>`` of three numbers each, or with a unit quaternion from version 1.1 on.
+
+    Raises
+    ------
+    FileFormatError
+        If it is anything else.
+    """
+    vector(element, "xyz", (0.0, 0.0, 0.0))
+    vector(element, "rpy", (0.0, 0.0, 0.0))
+    if element is None or "quat_xyzw" not in element.attributes:
+        return
+    if version < (1, 1):
+        raise element.error('needs <robot version="1.1">: URDF 1.0 has no such attribute', "quat_xyzw")
+    if "rpy" in element.attributes:
+        raise element.error("expected rpy or quat_xyzw, got both")
+    length = float(np.linalg.norm(vector(element, "quat_xyzw", (0.0, 0.0, 0.0, 1.0))))
+    if abs(length - 1.0) > 1e-6:
+        raise element.error(f"expected a quaternion of length 1, got length {length:.9g}", "quat_xyzw")
+
+
+def inertia_of(inertial: Element) -> tuple[float, FloatArray]:
+    """Mass, kg, and inertia about the centre of mass, shape (3, 3), kg m², of an ``<inertial>``.
+
+    Raises
+    ------
+    FileFormatError
+        If no body has them, see the module.
+    """
+    mass_element, inertia = inertial.first("mass"), inertial.first("inertia")
+    assert mass_element is not None
+    assert inertia is not None
+    mass = number(mass_element, "value")
+    if mass < 0.0:
+        raise mass_element.error(f"expected a mass of zero or more, got {mass:g} kg", "value")
+    matrix = np.array([[number(inertia, key) for key in row] for row in _ENTRIES])
+    if mass == 0.0:
+        if matrix.any():
+            raise inertia.error("the link has inertia but no mass: give it a mass, or make the inertia zero")
+        return mass, matrix
+    scale = float(np.abs(matrix).max())
+    if scale == 0.0:
+        return mass, matrix
+    # Divided by the largest entry, so that no square of it overflows.
+    moments = np.linalg.eigvalsh(matrix / scale) * scale
+    half = np.array([[half_unit(inertia.attributes[key]) for key in row] for row in _ENTRIES])
+    slack = scale * float(np.linalg.norm(half / scale, 2)) + 1e-14 * scale + mass * _NOISE**2
+    shown = ", ".join(f"{moment:.6g}" for moment in moments)
+    own = np.diag(matrix) + np.diag(half) + 1e-14 * scale + mass * _NOISE**2
+    if moments[0] < -slack or own.min() < 0.0:
+        raise inertia.error(f"no body has a negative principal moment of inertia; they are {shown} kg m²")
+    if moments[2] - moments[1] - moments[0] > 3.0 * slack:
+        raise inertia.error(
+            "no body has a principal moment of inertia that is larger than the sum of the other two; "
+            f"they are {shown} kg m²"
+        )
+    return mass, matrix
+
+
+def check_joint(joint: Element, version: tuple[int, int]) -> None:
+    """A joint's type, axis, limits, damping and friction.
+
+    Raises
+    ------
+    FileFormatError
+        If a value is out of its range, or is not one that the joint's type has.
+    """
+    kind = joint.attributes["type"]
+    if kind not in _KINDS:
+        raise joint.error(f"expected one of {', '.join(_KINDS)}, got {kind!r}", "type")
+    check_origin(joint.first("origin"), version)
+    axis = vector(joint.first("axis"), "xyz", (1.0, 0.0, 0.0))
+    if kind in (*_MOVING_ALONG_AXIS, "planar") and float(np.abs(axis).max()) < _SHORTEST_AXIS:
+        raise (joint.first("axis") or joint).error(f"expected a direction, got {axis.tolist()}", "xyz")
+    if kind == "planar" and not (axis[2] > 0.0 and axis[0] == axis[1] == 0.0):
+        raise (joint.first("axis") or joint).error(
+            f'a planar joint is read with the axis "0 0 1" only, got {axis.tolist()} (URDF\'s default is "1 0 0"): '
+            "turn the joint's origin so that the normal of the plane is its z axis"
+        )
+    _check_dynamics(joint, kind)
+    _check_limit(joint, kind, version)
+    for tag in ("calibration", "safety_controller"):
+        element = joint.first(tag)
+        for attribute in () if element is None else element.attributes:
+            if ":" not in attribute and attribute != "reference_position":
+                number(element, attribute)  # type: ignore[arg-type]
+
+
+def _check_dynamics(joint: Element, kind: str) -> None:
+    dynamics = joint.first("dynamics")
+    if dynamics is None:
+        return
+    for attribute in ("damping", "friction"):
+        value = number(dynamics, attribute, 0.0)
+        if value < 0.0:
+            raise dynamics.error(f"expected zero or more, got {value:g}", attribute)
+        if value != 0.0 and kind in ("floating", "planar"):
+            raise dynamics.error(f"a {kind} joint's {attribute} is not read; it has to be zero, got {value:g}")
+
+
+def _check_limit(joint: Element, kind: str, version: tuple[int, int]) -> None:
+    limit = joint.first("limit")
+    bounded = kind in ("revolute", "prismatic")
+    if limit is None:
+        if bounded:
+            raise joint.error(f"<limit> is missing; a {kind} joint needs one (a continuous joint does not)")
+        return
+    values = {key: number(limit, key) for key in limit.attributes if key in _LIMITS}
+    for key, value in values.items():
+        if key not in ("lower", "upper") and value < 0.0:
+            raise limit.error(f"expected zero or more, got {value:g}", key)
+    if kind in ("floating", "planar") and any(values.values()):
+        raise limit.error(f"the limits of a {kind} joint are not read; leave them out")
+    if kind in _MOVING_ALONG_AXIS and version < (1, 2):
+        for key in ("effort", "velocity"):
+            if key not in values:
+                raise limit.error(f"the attribute {key!r} is missing")
+    if bounded and version >= (1, 2):
+        for key in ("lower", "upper"):
+            if key not in values:
+                raise limit.error(f"the attribute {key!r} is missing; URDF 1.2 has no default for it")
+    lower, upper = values.get("lower", 0.0), values.get("upper", 0.0)
+    if lower > upper:
+        raise limit.error(f"expected lower <= upper, got {lower:g} and {upper:g}")
+    if kind == "continuous" and 0.0 < upper - lower < _FULL_TURN - 1e-3:
+        raise limit.error(
+            f"a continuous joint has no limits, got {lower:g} to {upper:g} rad: make it revolute, or leave them out"
+        )
+
+
+_LIMITS = ("lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk")
+
+
+def check_picture(picture: Element, version: tuple[int, int]) -> None:
+    """A ``<visual>`` or ``<collision>``: one shape of positive size, a mesh's scale, a colour of four numbers.
+
+    Raises
+    ------
+    FileFormatError
+        If it is anything else.
+    """
+    check_origin(picture.first("origin"), version)
+    geometry = picture.first("geometry")
+    assert geometry is not None
+    shapes = [child for child in geometry.children if ":" not in child.tag]
+    if len(shapes) != 1:
+        raise geometry.error(f"expected one shape, got {len(shapes)}")
+    shape = shapes[0]
+    if shape.tag == "capsule" and version < (1, 1):
+        raise shape.error('needs <robot version="1.1">: URDF 1.0 has no capsules')
+    for attribute, count in (("radius", 1), ("length", 1), ("size", 3)):
+        if attribute in shape.attributes and vector(shape, attribute, (0.0,) * count).min() < 0.0:
+            raise shape.error(f"expected zero or more, got {shape.attributes[attribute]!r}", attribute)
+    vector(shape, "scale", (1.0, 1.0, 1.0))
+    material = picture.first("material")
+    if material is not None and picture.tag == "visual":
+        check_material(material)
+
+
+def check_material(material: Element) -> None:
+    """A ``<material>``'s colour.
+
+    Raises
+    ------
+    FileFormatError
+        If it is not four numbers.
+    """
+    vector(material.first("color"), "rgba", (0.0, 0.0, 0.0, 0.0))

@@ -1,0 +1,119 @@
+"""Writing any chain as URDF, with its closures file beside it.
+
+Damping, friction and limits of a joint go into the URDF, its spring and armature into the closures file. No limit is
+written as the largest double, because URDF needs a number; reading it gives no limit again.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pinocchio as pin
+
+from ....core.errors import InvalidInput
+from ...structure.chain_state import Structure
+from ...structure.closures import Closures, JointProperties, Root
+from ..bodies import TreeBody, tree_bodies, world_link
+from ..joint_data import NO_LIMIT, refuse_data
+from .urdf_document import Body, Document, JointStrength
+
+__all__ = ["urdf_text"]
+
+_ROOTS = {"ball": "spherical", "free": "free_flyer", "translation": "translation", "planar": "planar"}
+_KINDS = {"hinge": "revolute", "slide": "prismatic"}
+
+
+def urdf_text(chain: Structure) -> tuple[str, Closures]:
+    """The XML of a chain, and what goes into its closures file.
+
+    Links that are welded together in the model come out with their masses in the first of them.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint is of a kind that URDF does not have, as a ball joint anywhere but alone under the root, or has
+        data that neither file can hold: damping, friction or limits of a joint that is neither hinge nor slide, or
+        limits of effort or velocity that differ between the directions.
+    """
+    model, given = chain.model, chain.description
+    bodies = tree_bodies(chain)
+    document = Document(given.name, ["Written by exo_pin; load it with its closures file."])
+    first = [body for body in bodies if body.parent == 0]
+    alone = len(first) == 1 and first[0].kind in _ROOTS and first[0].placement.isIdentity(1e-12)
+    hung = first[0] if alone else None
+    gravity = tuple(np.asarray(model.gravity.linear).tolist())
+    links, root = {body.index: body.name for body in bodies}, Root(gravity=gravity)
+    if hung is not None:
+        root = Root(_ROOTS[hung.kind], hung.joint, gravity)
+    else:
+        links[0] = world_link(chain)
+        document.link(links[0], None)
+    for body in bodies:
+        inertia = body.inertia
+        held = None if inertia.mass <= 0.0 else Body(inertia.mass, np.array(inertia.lever), np.array(inertia.inertia))
+        document.link(body.name, held)
+        if body is hung or body.axis is None:
+            lost = [what for what in body.data.present if what not in ("spring", "armature")]
+            refuse_data("URDF", body.joint, lost)
+        if body is hung:
+            continue
+        place = body.placement.translation, body.placement.rotation
+        if body.kind == "free" and body.parent == 0:
+            document.joint(body.joint, "floating", links[0], body.name, place[0], [1, 0, 0], rotation=place[1])
+            continue
+        if body.axis is None:
+            raise InvalidInput(f"URDF has no joint for {body.joint!r}, which is {body.kind}")
+        endless = body.kind == "hinge" and model.nqs[body.index] == 2
+        kind = "continuous" if endless else _KINDS[body.kind]
+        if endless:
+            refuse_data("URDF", body.joint, [what for what in body.data.present if what == "position limits"])
+        limits = None if endless else np.clip(body.limits or (-np.inf, np.inf), -NO_LIMIT, NO_LIMIT)
+        strength = JointStrength(
+            body.data.symmetric("effort", body.joint, "URDF"),
+            body.data.symmetric("velocity", body.joint, "URDF"),
+            float(body.data.damping[0]),
+            float(body.data.friction[0]),
+        )
+        parent = links[body.parent]
+        document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength)
+    _more_frames(chain, document, links)
+    return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
+
+
+def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> tuple[JointProperties, ...]:
+    """Springs as they were given, and the armatures of the model."""
+    known = {item.joint: item for item in given}
+    for body in bodies:
+        item = known.get(body.joint)
+        if item is None and not body.data.armature.any():
+            continue
+        item = item or JointProperties(body.joint)
+        # Left out stays left out where the model has none.
+        armature = body.data.armature if item.armature is not None or body.data.armature.any() else None
+        known[body.joint] = dataclasses.replace(
+            item, unit=body.data.unit, armature=None if armature is None else tuple(armature.tolist())
+        )
+    return tuple(known.values())
+
+
+def _more_frames(chain: Structure, document: Document, links: dict[int, str]) -> None:
+    """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
+    known = set(links.values())
+    for frame in chain.model.frames:
+        if frame.type not in (pin.FrameType.BODY, pin.FrameType.OP_FRAME) or frame.name in known:
+            continue
+        if frame.parentJoint not in links or frame.name == "universe":
+            continue
+        place = frame.placement
+        document.link(frame.name, None)
+        document.joint(
+            f"{frame.name}_weld",
+            "fixed",
+            links[frame.parentJoint],
+            frame.name,
+            place.translation,
+            [1, 0, 0],
+            rotation=place.rotation,
+        )
+        known.add(frame.name)

@@ -1,0 +1,1 @@
+"""Closing loops, motions that keep them closed, mobility and singular configurations."""

@@ -1,0 +1,235 @@
+"""How far a closed chain is from singular, in units that mean something."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...core.records import Record
+from ...core.validation import FloatArray
+
+if TYPE_CHECKING:
+    from .reduced_kinematics import Kinematics
+
+__all__ = ["PARTS_OF_POSE", "Margins", "Output", "margins"]
+
+#: An output frame, and the rows of its twist that count.
+Output = tuple[str, slice]
+#: What of a frame can be the output.
+PARTS_OF_POSE = {"pose": slice(0, 6), "position": slice(0, 3), "orientation": slice(3, 6)}
+#: A direction of play that the redundant constraints oppose by more than this share is none.
+_OPPOSED = 1e-9
+#: A share of a motion below this is rounding.
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Margins(Record):
+    """Worst-case ratios between output and actuators at a pose. They grow without bound towards a singularity.
+
+    Attributes
+    ----------
+    frame : str
+        The output; loads are about its origin.
+    effort : mapping of str to float
+        Greatest norm of the actuators' efforts per load on the output, by unit: "N per N", "N per N m", "N m per N",
+        "N m per N m", efforts of slides first. As many of them as there are kinds of actuators. Infinite in an output
+        singularity.
+    travel : mapping of str to float
+        Greatest norm of the actuators' travel per travel of the output, by unit: "m per m", "m per rad", "rad per m",
+        "rad per rad". Infinite in an input singularity.
+    clearance : float
+        Greatest travel of the output's origin per clearance in one joint or closure, with the actuators locked, mm
+        per mm. Clearance is a shift of the joint's two bodies against each other in any direction, and in the line of
+        an actuated slide the play of its drive. Infinite in an output singularity.
+    clearance_turn : float
+        The same for the output's turn, mrad per mm.
+    loosest : str
+        The joint or closure whose clearance matters most to the origin; to the turn, if the origin has no play.
+    """
+
+    frame: str
+    effort: Mapping[str, float]
+    travel: Mapping[str, float]
+    clearance: float
+    clearance_turn: float
+    loosest: str
+
+    def __str__(self) -> str:
+        return "\n".join(
+            [
+                f"effort per load      {_listed(self.effort)} on {self.frame}",
+                f"actuator travel      {_listed(self.travel)} of {self.frame}",
+                f"play of the output   {_shown(self.clearance)} mm and {_shown(self.clearance_turn)} mrad per mm of "
+                f"clearance, worst at {self.loosest}",
+            ]
+        )
+
+
+def _listed(ratios: Mapping[str, float]) -> str:
+    return ", ".join(f"{_shown(value)} {unit}" for unit, value in ratios.items())
+
+
+def _shown(value: float) -> str:
+    """Four digits, and no rounding errors of zero."""
+    return "0" if abs(value) < _NOTHING else f"{value:.4g}"
+
+
+def margins(
+    chain: Kinematics,
+    q: FloatArray,
+    null_space: FloatArray,
+    locked: FloatArray,
+    driven: np.ndarray,
+    output: Output,
+    lost: tuple[int, int, int],
+) -> Margins:
+    """Margins of a pose.
+
+    Parameters
+    ----------
+    chain : Kinematics
+        The chain.
+    q : ndarray
+        Shape (nq,), closed.
+    null_space : ndarray
+        Shape (nv, dof), orthonormal motions that the constraints leave, coordinates in metres divided by the
+        characteristic length.
+    locked : ndarray
+        Shape (rows, nv), scaled constraints with the actuators locked.
+    driven : ndarray of int
+        Actuated coordinates.
+    output : tuple of str and slice
+        The output's frame, and which rows of its twist count.
+    lost : tuple of int
+        Motions of the output that locked actuators leave, motions of the actuators that a locked output leaves, and
+        motions of neither. They settle what counts as zero here.
+    """
+    output_lost, input_lost, idle = lost
+    dof = null_space.shape[1]
+    top = chain._topology
+    scale = top.column
+    frame, counted = output
+    tree = chain._tree_frame_jacobian(q, frame)
+    tree[np.setdiff1d(np.arange(6), np.arange(6)[counted])] = 0.0
+    out = tree @ (scale[:, None] * null_space)
+    drive = null_space[driven]
+    slides = top.metres[driven]
+    # The output's motion per actuator motion; efforts per load are its transpose, by virtual work.
+    gain = out @ _inverse(drive, dof - output_lost - idle) / scale[driven]
+    weights = np.array([top.length] * 3 + [1.0] * 3)
+    back = scale[driven, None] * (drive @ _inverse(out / weights[:, None], dof - input_lost - idle)) / weights
+    held_out = _moved(out / weights[:, None], drive, dof - output_lost - idle) if output_lost else (False, False)
+    free_in = (
+        _moved(drive, out / weights[:, None], dof - input_lost - idle, np.flatnonzero(slides))
+        if input_lost
+        else (False, False)
+    )
+    effort: dict[str, float] = {}
+    travel: dict[str, float] = {}
+    for which, force, length, loose in ((slides, "N", "m", free_in[0]), (~slides, "N m", "rad", free_in[1])):
+        if which.any():
+            parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))
+            for part, load, way, unheld in (each for each in parts if counted.start <= each[0].start < counted.stop):
+                effort[f"{force} per {load}"] = np.inf if unheld else _norm(gain[part][:, which])
+                travel[f"{length} per {way}"] = np.inf if loose else _norm(back[which][:, part])
+    worst, turn, loosest = _clearance(chain, q, locked, locked.shape[1] - output_lost - idle, tree, output)
+    return Margins(
+        frame,
+        MappingProxyType(effort),
+        MappingProxyType(travel),
+        np.inf if held_out[0] else worst,
+        np.inf if held_out[1] else turn,
+        loosest,
+    )
+
+
+def _norm(matrix: FloatArray) -> float:
+    return float(np.linalg.norm(matrix, 2)) if matrix.size else 0.0
+
+
+def _inverse(matrix: FloatArray, rank: int) -> FloatArray:
+    """Pseudo-inverse of a matrix whose rank is known: a small singular value that counts makes a large answer."""
+    U, values, Vt = np.linalg.svd(matrix, full_matrices=False)
+    kept = np.maximum(values[:rank], np.finfo(float).tiny)
+    return np.asarray((Vt[:rank].T / kept) @ U[:, :rank].T)
+
+
+def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray | None = None) -> tuple[bool, bool]:
+    """Whether motions that leave ``still`` at rest move the first and the second part of ``moving``."""
+    _, _, Vt = np.linalg.svd(still)
+    left = moving @ Vt[rank:].T
+    rows = np.zeros(len(moving), dtype=bool)
+    rows[np.arange(3) if first is None else first] = True
+    return _norm(left[rows]) > _NOTHING, _norm(left[~rows]) > _NOTHING
+
+
+def _clearance(
+    chain: Kinematics, q: FloatArray, locked: FloatArray, rank: int, tree: FloatArray, output: Output
+) -> tuple[float, float, str]:
+    """Greatest travel and turn (rad/m) of the output per clearance, and where.
+
+    A joint whose bodies are shifted against each other by ε opens the closures of the loops that it is in; the other
+    joints move to close them. A shift that the redundant constraints cannot follow does not happen. All of this is
+    told by the loop alone: it does not depend on which of its joints is written as the closure.
+    """
+    top, model = chain._topology, chain.model
+    scale = top.column
+    chain._workspace.linearise(q)
+    opened = chain._workspace.unit_wrenches()[:, :3]
+    stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)
+    frame, counted = output
+    carrier = model.frames[chain._frames[frame]].parentJoint
+    above = _ancestors(model, carrier)
+    worst, turn, loosest, most_turning = 0.0, 0.0, "none", "none"
+    for name, gap, direct in _plays(chain, opened, above):
+        right = np.zeros((len(locked), 3))
+        right[: top.row_count] = top.row_scale[:, None] * gap
+        _, opposed, axes = np.linalg.svd(stress.T @ right) if stress.size else (None, np.zeros(0), np.eye(3))
+        largest = float(np.abs(right).max(initial=0.0))
+        stays = int(np.count_nonzero(opposed > _OPPOSED * largest)) if largest else 0
+        free = axes[stays:].T
+        motion = tree @ (scale[:, None] * (inverse @ right))
+        if counted.start == 0:
+            motion[:3] += direct * np.eye(3)
+        there, turned = _norm((motion @ free)[:3]), _norm((motion @ free)[3:])
+        # The first of equals: what rounding says of joints that play the same part is no news.
+        if there > worst * (1 + _NOTHING) + _NOTHING:
+            worst, loosest = there, name
+        if turned > turn * (1 + _NOTHING) + _NOTHING:
+            turn, most_turning = turned, name
+    return worst, turn, loosest if worst > 0.0 else most_turning
+
+
+def _plays(chain: Kinematics, opened: FloatArray, above: set[int]) -> list[tuple[str, FloatArray, float]]:
+    """Of every joint and closure: name, rows that a shift of its child opens, and whether that carries the output."""
+    top, model = chain._topology, chain.model
+    moved = [_ancestors(model, joint) for joint in range(model.njoints)]
+    found = []
+    for joint in range(1, model.njoints):
+        gap = np.zeros_like(opened)
+        for c, (a, b) in enumerate(top.joints):
+            side = float(joint in moved[a]) - float(joint in moved[b])
+            rows = slice(top.rows[c], top.rows[c + 1])
+            # What the shift opens, the other joints have to take back.
+            gap[rows] = -side * opened[rows]
+        found.append((model.names[joint], gap, float(joint in above)))
+    for c, closure in enumerate(chain.closures):
+        gap = np.zeros_like(opened)
+        rows = slice(top.rows[c], top.rows[c + 1])
+        gap[rows] = opened[rows]
+        found.append((closure.name, gap, 0.0))
+    return found
+
+
+def _ancestors(model: object, joint: int) -> set[int]:
+    """A joint and those that carry it, without the world."""
+    found = set()
+    while joint:
+        found.add(int(joint))
+        joint = model.parents[joint]  # type: ignore[attr-defined]
+    return found

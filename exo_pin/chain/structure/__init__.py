@@ -1,0 +1,1 @@
+"""What a closed chain consists of: tree, closures, arrays for the kernels, memory of a thread."""

@@ -1,0 +1,242 @@
+"""What never changes of a chain's loops, as arrays for the kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.records import Record
+from ...core.validation import FloatArray, frozen
+from .closures import TYPES, Closures, Placement
+
+__all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Topology(Record):
+    """Arrays of a chain with m closures, read-only.
+
+    Attributes
+    ----------
+    joints : ndarray of int
+        Shape (m, 2), the joints that carry frames a and b.
+    local : ndarray
+        Shape (m, 2, 4, 3), the closure's frames in those joints; rows 0 to 2 are the columns of R, row 3 is p.
+    kinds, rows : ndarray of int
+        Shape (m,), type codes; shape (m + 1,), first row of each closure.
+    supports : ndarray
+        Shape (m, 2, nv), 1 for coordinates that move frame a (b).
+    signs : ndarray
+        Shape (m, nv), difference of the two.
+    carried : ndarray
+        Shape (njoints, m): 1 where frame a is on the joint's own body or further out and frame b is not, -1 the other
+        way round, else 0.
+    length : float
+        The characteristic length that weighs metres against radians, m: the root mean square of the distances
+        between the joints and closures of each body, the world included. It does not depend on the cut.
+    row_metres : ndarray of bool
+        Shape (rows,), which rows are in metres.
+    row_scale : ndarray
+        Shape (rows,), 1/length for rows in metres, 1 for rows in radians.
+    distances : ndarray
+        Shape (m,), what the distance closures keep, m; 0 for the others.
+    metres : ndarray of bool
+        Shape (nv,), which coordinates are in metres.
+    column : ndarray
+        Shape (nv,), length for metres, 1 for radians: a velocity over it has no length in it.
+    per_newton : ndarray
+        Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
+    weight : ndarray
+        Shape (nv,), mobility of each coordinate where the least movement is asked: length² for metres, 1 for radians.
+    """
+
+    joints: IntArray
+    local: FloatArray
+    kinds: IntArray
+    rows: IntArray
+    supports: FloatArray
+    signs: FloatArray
+    carried: FloatArray
+    length: float
+    row_metres: NDArray[np.bool_]
+    row_scale: FloatArray
+    distances: FloatArray
+    metres: NDArray[np.bool_]
+    column: FloatArray
+    per_newton: FloatArray
+    weight: FloatArray
+
+    @property
+    def row_count(self) -> int:
+        """Number of constraint rows."""
+        return int(self.rows[-1])
+
+
+def se3(placement: Placement) -> pin.SE3:
+    """A placement as Pinocchio's."""
+    quaternion = pin.Quaternion(np.array(placement.quaternion)).normalized()
+    return pin.SE3(quaternion, np.array(placement.translation))
+
+
+def frame_table(model: pin.Model) -> dict[str, int]:
+    """Frame index by name.
+
+    A link and its joint may share a name: they share their frame too. The first one counts.
+    """
+    table: dict[str, int] = {}
+    for index, frame in enumerate(model.frames):
+        known = table.setdefault(frame.name, index)
+        other = model.frames[known]
+        if frame.parentJoint != other.parentJoint or not frame.placement.isApprox(other.placement, 1e-12):
+            raise InvalidInput(f"two frames in different places are called {frame.name!r}")
+    return table
+
+
+def refuse_model(model: pin.Model) -> None:
+    """Raise if Pinocchio's algorithms do not hold for a tree.
+
+    Raises
+    ------
+    InvalidInput
+        If its joints are not numbered depth first, it has mimic joints, or a mass or inertia is none.
+    """
+    for joint in range(2, model.njoints):
+        parent, before = model.parents[joint], joint - 1
+        while before > parent:
+            before = model.parents[before]
+        if before != parent:
+            raise InvalidInput(
+                f"joint {model.names[joint]!r} hangs on {model.names[parent]!r} but is numbered after "
+                f"{model.names[joint - 1]!r}, which does not: Pinocchio's mass matrix needs joints that are added "
+                "depth first, each subtree before the next one begins"
+            )
+    mimics = [model.names[joint] for joint in model.mimicking_joints]
+    if mimics:
+        raise InvalidInput(f"mimic joints ({', '.join(mimics)}) are not supported: say what couples them as a closure")
+    for joint in range(1, model.njoints):
+        inertia = model.inertias[joint]
+        tensor = np.asarray(inertia.inertia)
+        numbers = np.concatenate([[inertia.mass], np.asarray(inertia.lever), tensor.reshape(-1)])
+        if not np.isfinite(numbers).all() or inertia.mass < 0.0:
+            raise InvalidInput(f"the body of joint {model.names[joint]!r} has mass {inertia.mass} and inertia {tensor}")
+
+
+def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) -> Topology:
+    """Find the closures' frames in the model.
+
+    Raises
+    ------
+    UnknownName
+        If a frame is not in the model.
+    InvalidInput
+        If a closure joins a body with itself.
+    """
+    count = len(closures.closures)
+    joints, local = np.zeros((count, 2), dtype=np.int64), np.zeros((count, 2, 4, 3))
+    for c, closure in enumerate(closures.closures):
+        ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
+        for end, (name, placement) in enumerate(ends):
+            if name not in frames:
+                raise UnknownName("frame", name, frames, where=f"closure {closure.name!r}")
+            frame = model.frames[frames[name]]
+            pose = frame.placement * se3(placement) * _axis_turn(closure.axis)
+            joints[c, end] = frame.parentJoint
+            local[c, end, :3], local[c, end, 3] = pose.rotation.T, pose.translation
+        if joints[c, 0] == joints[c, 1]:
+            raise InvalidInput(
+                f"closure {closure.name!r} joins {closure.frame_a!r} and {closure.frame_b!r}, which are one rigid body"
+            )
+    kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
+    heights = [closure.rows for closure in closures.closures]
+    rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
+    moved = _supports(model)
+    supports = moved[joints].reshape(count, 2, model.nv)
+    outward = _outward(model)
+    carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
+    length = _characteristic_length(model, joints, local)
+    types = [TYPES[closure.type] for closure in closures.closures]
+    row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
+    row_scale = np.where(row_metres, 1.0 / length, 1.0)
+    distances = np.array([closure.distance or 0.0 for closure in closures.closures])
+    for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
+        array.setflags(write=False)
+    signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
+    metres = _metres(model)
+    column = frozen(np.where(metres, length, 1.0))
+    per_newton = frozen(np.where(metres, 1.0, 1.0 / length))
+    weight = frozen(column**2)
+    return Topology(
+        joints,
+        local,
+        kinds,
+        rows,
+        supports,
+        signs,
+        carried,
+        length,
+        row_metres,
+        row_scale,
+        distances,
+        metres,
+        column,
+        per_newton,
+        weight,
+    )
+
+
+def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:
+    """The least rotation that takes z to the axis, so that the closure's own z is the axis."""
+    if axis is None:
+        return pin.SE3.Identity()
+    if axis[2] < -1.0 + 1e-12:
+        return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+    return pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(axis)), np.zeros(3))
+
+
+def _supports(model: pin.Model) -> FloatArray:
+    """Shape (njoints, nv): 1 for coordinates that move the joint's body."""
+    moved = np.zeros((model.njoints, model.nv))
+    for joint in range(1, model.njoints):
+        moved[joint] = moved[model.parents[joint]]
+        first = model.idx_vs[joint]
+        moved[joint, first : first + model.nvs[joint]] = 1.0
+    return moved
+
+
+def _outward(model: pin.Model) -> FloatArray:
+    """Shape (njoints, njoints): 1 in row j and column k where joint k hangs on joint j, or is it."""
+    outward = np.eye(model.njoints)
+    for joint in range(model.njoints - 1, 0, -1):
+        outward[model.parents[joint]] += outward[joint]
+    return outward
+
+
+def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray) -> float:
+    """Root mean square distance between the joints and closures of each body; a free flight is no joint."""
+    points: list[list[FloatArray]] = [[] for _ in range(model.njoints)]
+    for joint in range(1, model.njoints):
+        if model.nvs[joint] < 6:
+            points[joint].append(np.zeros(3))
+            points[model.parents[joint]].append(model.jointPlacements[joint].translation)
+    for bodies, places in zip(joints, local, strict=True):
+        for body, place in zip(bodies, places, strict=True):
+            points[body].append(place[3])
+    pairs = [pdist(np.array(group)) for group in points if len(group) > 1]
+    lengths = np.concatenate([np.zeros(0), *pairs])
+    lengths = lengths[lengths > 1e-9]
+    return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0
+
+
+def _metres(model: pin.Model) -> NDArray[np.bool_]:
+    """A coordinate that turns nothing is a translation."""
+    data = model.createData()
+    # With a single coordinate the bindings give a vector.
+    J = np.reshape(pin.computeJointJacobians(model, data, pin.neutral(model)), (6, model.nv))
+    return np.asarray(np.linalg.norm(J[3:], axis=0) < 1e-9)

@@ -1,0 +1,171 @@
+"""One thread's scratch memory for a chain: Pinocchio's Data, NumPy windows on it, buffers for the kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.lib.stride_tricks import as_strided
+
+from ...core.errors import ExoPinError
+from ...core.records import OneProcess
+from ...core.validation import FloatArray, frozen
+from ..kinematics import closure_kernels as kernels
+from .constant_axes import ConstantAxes
+from .topology import Topology
+
+__all__ = ["ProximalProblem", "Workspace"]
+
+
+class Workspace(OneProcess):
+    """Pinocchio's Data for one chain and one thread.
+
+    Attributes
+    ----------
+    data : pinocchio.Data
+        Overwritten by every call.
+    rate_data : pinocchio.Data
+        The same, or that of the model with constant axes where joints do not have them.
+    poses : ndarray
+        Shape (njoints, 4, 3), a window on ``data.oMi``: rows 0 to 2 are the columns of R, row 3 is p.
+    forces : ndarray
+        Shape (njoints, 6), a window on ``data.f``.
+    external, external_vector
+        Shape (njoints, 6), a window on the vector of forces that RNEA takes; and that vector.
+    J, dJ : ndarray
+        Shape (nv, 6), windows on ``data.J`` and ``rate_data.dJ``, transposed.
+    gap, jacobian, jacobian_rate, drift, move, unit
+        Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
+    still : ndarray
+        Shape (nv,), zeros.
+    """
+
+    def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
+        self._model, self._topology, self._axes = model, topology, axes
+        self.data = model.createData()
+        self.rate_data = axes.model.createData() if axes.differs else self.data
+        self.external_vector = pin.StdVec_Force()
+        for _ in range(model.njoints):
+            self.external_vector.append(pin.Force.Zero())
+        count = model.njoints
+        self.poses = _window(
+            [self.data.oMi[k].rotation.T for k in range(count)],
+            [self.data.oMi[k].translation for k in range(count)],
+            (4, 3),
+        )
+        self.forces = _force_window(self.data.f, count)
+        self.external = _force_window(self.external_vector, count)
+        self.J, self.dJ = _columns(self.data.J, model.nv), _columns(self.rate_data.dJ, model.nv)
+        rows = topology.row_count
+        self.gap, self.drift = np.zeros(rows), np.zeros(rows)
+        self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
+        self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
+        self.wrenches = np.zeros((len(topology.kinds), 6))
+        self.unit = np.zeros((rows, 6))
+
+    def residual(self, q: FloatArray) -> float:
+        """Fill ``gap`` and return its largest entry."""
+        top = self._topology
+        pin.forwardKinematics(self._model, self.data, q)
+        return kernels.residual(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.gap)
+
+    def linearise(self, q: FloatArray) -> float:
+        """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
+        top = self._topology
+        pin.computeJointJacobians(self._model, self.data, q)
+        return kernels.residual_jacobian(
+            self.poses,
+            self.J,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.signs,
+            self.gap,
+            self.jacobian,
+        )
+
+    def unit_wrenches(self) -> FloatArray:
+        """Fill ``unit``, what multipliers of one put on the bodies of frames a; the poses must be there."""
+        top = self._topology
+        kernels.unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        return self.unit
+
+    def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
+        """Fill the poses, ``J`` and ``dJ``."""
+        self._axes.jacobian_rate(self.rate_data, q, v)
+        if self._axes.differs:
+            pin.computeJointJacobians(self._model, self.data, q)
+
+    def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
+        top = self._topology
+        self.jacobian_rates(q, v)
+        kernels.jacobian_rate(
+            self.poses,
+            self.J,
+            self.dJ,
+            v,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.supports,
+            self.jacobian_rate,
+            self.drift,
+        )
+        return self.drift
+
+
+class ProximalProblem(OneProcess):
+    """Pinocchio's memory for the constrained dynamics of one chain and one thread.
+
+    Attributes
+    ----------
+    data : pinocchio.Data
+        Of its own, because it is laid out for the constraints.
+    models, datas
+        Pinocchio's vectors of constraints.
+    """
+
+    def __init__(self, model: pin.Model, constraints: list[pin.RigidConstraintModel]) -> None:
+        self.data = model.createData()
+        self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+        for constraint in constraints:
+            self.models.append(constraint)
+            self.datas.append(constraint.createData())
+        pin.initConstraintDynamics(model, self.data, self.models, self.datas)
+
+
+def _address(array: Any) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> FloatArray:
+    """One array over equal records that lie one after the other in memory.
+
+    A record is a C-ordered block ``first[k]`` with ``second[k]`` right behind it. Reading hundreds of poses through
+    the bindings one by one would cost more than the kinematics. The addresses are checked, because the layout is
+    Pinocchio's own affair.
+    """
+    size = 8 * shape[0] * shape[1]
+    start = _address(first[0])
+    for k, (one, other) in enumerate(zip(first, second, strict=True)):
+        block = _address(one) == start + k * size and one.flags.c_contiguous
+        tail = _address(other) == start + k * size + 8 * one.size and other.flags.c_contiguous
+        if not (block and tail and 8 * (one.size + other.size) == size):
+            raise ExoPinError(f"pinocchio {pin.__version__} keeps its arrays in an unexpected layout")
+    return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
+
+
+def _columns(matrix: Any, count: int) -> FloatArray:
+    """A window on the columns of a matrix; with one column the bindings give a vector."""
+    return np.asarray(matrix.T if matrix.ndim == 2 else matrix.reshape(count, 6))
+
+
+def _force_window(vector: Any, count: int) -> FloatArray:
+    window = _window([vector[k].linear for k in range(count)], [vector[k].angular for k in range(count)], (1, 6))
+    return window[:, 0, :]

@@ -1,0 +1,122 @@
+"""``exo-pin forces``: what actuators, joints and closures of any robot carry, and what of it is determined."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+import numpy as np
+
+from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
+from ..core.errors import InvalidInput
+from .options.configuration_options import add_configuration, configuration
+from .options.query_options import add_design, add_person, design
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser(
+        "forces", help="efforts and joint reactions of a design or any robot at rest, and which are determined"
+    )
+    add_design(parser)
+    add_configuration(parser)
+    add_person(parser)
+    parser.add_argument(
+        "--joint", action="append", default=[], metavar="NAME", help="a joint or closure to tell; may be repeated"
+    )
+    parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as the file says)")
+    parser.add_argument(
+        "--external", action="append", default=[], metavar="FRAME=FX,FY,FZ[,MX,MY,MZ]",
+        help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
+    )  # fmt: skip
+    parser.add_argument("--pull", action="store_true", help="actuators that only pull (slides that only shorten)")
+    parser.add_argument("--least", metavar="NAME", help="make the force in this joint or closure as small as it can be")
+    parser.add_argument("--at", default="origin", metavar="FRAME", help="moments about that frame's origin")
+    parser.add_argument("--in", dest="in_frame", default="world", metavar="FRAME", help="axes (default: world)")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.set_defaults(run=_forces)
+
+
+def _forces(options: argparse.Namespace) -> int:
+    exo = design(options)
+    chain = exo.chain
+    actuated = chain.roles.actuated if options.actuated is None else tuple(options.actuated.split(","))
+    forces = chain.inverse_dynamics(
+        configuration(options, exo),
+        external=_wrenches(options.external),
+        actuated=actuated,
+        effort_bounds=dict.fromkeys(actuated, PULL) if options.pull else None,
+        objective=None if options.least is None else {options.least: [1.0] * 3 + [0.0] * 3},
+    )
+    names = options.joint or _default_joints(chain)
+    reactions = [forces.joint_reaction(name, at=options.at, in_frame=options.in_frame) for name in names]
+    if options.json:
+        print(json.dumps(_as_json(exo.name, forces, actuated, reactions), indent=2))
+        return 0
+    print(exo.name)
+    for joint in actuated:
+        unique = forces.effort_is_unique[chain.velocity_slice(joint)]
+        rows = zip(forces.effort(joint), unique, forces.effort_interval(joint), strict=True)
+        for value, alone, (low, high) in rows:
+            told = "unique" if alone else f"undetermined, from {low:.6g} to {high:.6g}"
+            print(f"effort of {joint:24} {value:14.6f} {told}")
+    for reaction in reactions:
+        print(f"\n{reaction}")
+    return 0
+
+
+def _default_joints(chain: ClosedChain) -> list[str]:
+    """The shoulder where there is one, else the closures."""
+    if chain.roles.shoulder is not None:
+        return [chain.roles.shoulder]
+    return [closure.name for closure in chain.closures]
+
+
+def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
+    """Wrenches by frame; several on one frame add up."""
+    total: dict[str, np.ndarray] = {}
+    for text in texts:
+        frame, wrench = _wrench(text)
+        total[frame] = total.get(frame, np.zeros(6)) + wrench
+    return total
+
+
+def _wrench(text: str) -> tuple[str, list[float]]:
+    frame, _, numbers = text.partition("=")
+    try:
+        values = [float(number) for number in numbers.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in (3, 6) or not np.isfinite(values).all():
+        raise InvalidInput(f"expected --external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind, got {text!r}")
+    return frame, values + [0.0] * (6 - len(values))
+
+
+def _as_json(
+    name: str, forces: ClosedForces, actuated: tuple[str, ...], reactions: list[JointReaction]
+) -> dict[str, Any]:
+    return {
+        "robot": name,
+        "undetermined": forces.undetermined,
+        "efforts": {
+            joint: {"value": forces.effort(joint).tolist(), "interval": _finite(forces.effort_interval(joint))}
+            for joint in actuated
+        },
+        "reactions": {
+            reaction.name: {
+                "on": reaction.on,
+                "wrench": reaction.wrench.tolist(),
+                "unique": reaction.unique.tolist(),
+                "interval": _finite(reaction.interval),
+            }
+            for reaction in reactions
+        },
+    }
+
+
+def _finite(intervals: np.ndarray) -> list[list[float | None]]:
+    """JSON knows no infinity: an open end is null."""
+    return [[float(end) if np.isfinite(end) else None for end in pair] for pair in intervals]

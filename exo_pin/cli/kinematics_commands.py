@@ -1,0 +1,241 @@
+"""``exo-pin kinematics`` and ``exo-pin singularity``: poses from what is measured, and where the limbs lose the arm."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import shoulder_angles, thesis_angles
+from ..core.errors import InvalidInput
+from ..core.files import write_figure
+from ..core.validation import FloatArray
+from ..exo.shoulder_exo import ShoulderExo
+from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
+from ..wrist import AssemblyModes
+from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
+from .options.query_options import add_design, add_pose, design, pose, pose_angles
+
+__all__ = ["add_commands"]
+
+_SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("limb lengths", ("lengths",)),
+    ("θ_xA of the base joints", ("base_theta_x",)),
+    ("θ_yA of the base joints", ("base_theta_y",)),
+    ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
+)
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    forward = commands.add_parser(
+        "kinematics",
+        help="lengths and joint angles in a pose, or all poses that fit measured lengths or angles",
+        description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the "
+        "same lengths. With measurements: every pose that fits them, and which is closest to the pose (default: rest).",
+    )
+    add_design(forward)
+    add_pose(forward)
+    forward.add_argument("--lengths", metavar="MM,...", help="limb lengths between joint centres, mm")
+    forward.add_argument("--theta-x", metavar="DEG,...", help="angles θ_xA of the base joints, degrees")
+    forward.add_argument("--theta-y", metavar="DEG,...", help="angles θ_yA of the base joints, degrees")
+    forward.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    forward.set_defaults(run=_kinematics)
+
+    singular = commands.add_parser("singularity", help="how close a pose is to losing the arm, and what lies across")
+    add_design(singular)
+    add_pose(singular)
+    singular.add_argument(
+        "--map", type=Path, metavar="FILE", help="write det X over flexion and abduction as a picture"
+    )
+    singular.add_argument("--surface", type=Path, metavar="FILE", help="write the surface det X = 0 as a picture")
+    singular.add_argument("--tilt-torsion", type=Path, metavar="FILE", help="write det X over tilt of the arm")
+    singular.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    singular.set_defaults(run=_singularity)
+
+
+def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
+    if text is None:
+        return None
+    try:
+        values = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        values = np.empty(0)
+    if values.shape != (count,):
+        raise InvalidInput(f"expected --{name} as {count} numbers with commas between, got {text!r}")
+    return values
+
+
+def _kinematics(options: argparse.Namespace) -> int:
+    exo = design(options)
+    n = exo.geometry.limb_count
+    lengths = _numbers("lengths", options.lengths, n)
+    theta_x, theta_y = (_numbers(name, getattr(options, name.replace("-", "_")), n) for name in ("theta-x", "theta-y"))
+    measured_angles = theta_x is not None or theta_y is not None
+    if lengths is not None and measured_angles:
+        raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
+    near = pose(options, exo.side)
+    if measured_angles:
+        x, y = (None if angles is None else np.radians(angles) for angles in (theta_x, theta_y))
+        modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
+        unit, scale = "°", np.degrees(1.0)
+    else:
+        known = exo.inverse_kinematics(near).lengths if lengths is None else lengths * 1e-3
+        modes = exo.forward_kinematics(known, near=near)
+        unit, scale = "mm", 1e3
+    given = None if lengths is not None or measured_angles else near
+    if options.json:
+        print(_modes_json(exo, modes, given, unit, scale))
+    else:
+        print(f"{exo.mechanism.title or exo.name}\n")
+        if given is not None:
+            print(_limb_table(exo, given, pose_angles(options)) + "\n")
+        print(_modes_table(exo, modes, unit, scale))
+    return 0
+
+
+def _limb_table(exo: ShoulderExo, orientation: Rotation, angles: tuple[float, float, float]) -> str:
+    state = exo.inverse_kinematics(orientation)
+    lines = [
+        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°",
+        f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}",
+    ]
+    columns = (state.base_theta_x, state.base_theta_y, state.platform_theta_x, state.platform_theta_y)
+    for i in range(exo.geometry.limb_count):
+        joint_angles = " ".join(f"{np.degrees(column[i]):9.3f}" for column in columns)
+        lines.append(f"{i + 1:>4} {state.lengths[i] * 1e3:11.3f} {joint_angles}")
+    return "\n".join(lines)
+
+
+def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float) -> str:
+    count = int(modes.count)
+    if count == 0:
+        return f"no pose fits: {modes.status}"
+    noun = "pose fits" if count == 1 else "poses fit"
+    lines = [
+        f"{count} {noun}{', some of them modes that meet' if modes.status == 'meeting' else ''}",
+        f"     {'flexion, abduction, internal, °':>32} {'(4-7) θx, θy, θz, °':>32} "
+        f"{'residual, ' + unit:>14} {'margin':>9}",
+    ]
+    for k in np.flatnonzero(modes.valid):
+        mode = modes.rotations[int(k)]
+        clinical, printed = shoulder_angles(mode, exo.side, degrees=True), thesis_angles(mode, degrees=True)
+        mark = "*" if modes.nearest == k else " "
+        lines.append(
+            f"{mark}{k + 1:>3} "
+            + " ".join("".join(f"{round(angle, 4) + 0.0:11.4f}" for angle in triple) for triple in (clinical, printed))
+            + f" {modes.residual[k] * scale:14.1e} {modes.margin[k]:9.4f}"
+        )
+    doubt = "; another may be meant" if modes.ambiguous else ""
+    lines.append(f"* closest to the pose asked about{doubt}. Two modes meet where the margin is 0.")
+    return "\n".join(lines)
+
+
+def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, unit: str, scale: float) -> str:
+    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+    key = f"residual_{'deg' if unit == '°' else unit}"
+    found = []
+    for k in np.flatnonzero(modes.valid):
+        mode = modes.rotations[int(k)]
+        clinical = dict(zip(names, shoulder_angles(mode, exo.side, degrees=True).tolist(), strict=True))
+        found.append(
+            {
+                **clinical,
+                "quaternion_xyzw": mode.as_quat().tolist(),
+                key: float(modes.residual[k] * scale),
+                "margin": float(modes.margin[k]),
+                "nearest": bool(modes.nearest == k),
+            }
+        )
+    answer: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "status": str(modes.status), "poses": found}
+    if given is not None:
+        answer["lengths_mm"] = (exo.inverse_kinematics(given).lengths * 1e3).tolist()
+    return json.dumps(answer, indent=2)
+
+
+def _singularity(options: argparse.Namespace) -> int:
+    exo, angles = design(options), pose_angles(options)
+    orientation = pose(options, exo.side)
+    state, nearest = exo.singularity(orientation), exo.nearest_singularity(orientation)
+    crossings = []
+    if side_of_rest(exo.geometry) != 0:
+        crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
+    sensors = {label: exo.sensor_sensitivity(orientation, names) for label, names in _SENSORS}
+    there = shoulder_angles(nearest.pose, exo.side, degrees=True)
+    if options.json:
+        answer = {
+            "mechanism": exo.name,
+            "side": exo.side,
+            "kind": str(state.kind),
+            "det_X": _number(state.determinant),
+            "distance_deg": _number(nearest.degrees),
+            "nearest_singular_pose_deg": there.tolist(),
+            "amplification_N_per_Nm": _number(state.amplification),
+            "centre_shift_mm_per_mm": _number(state.centre_shift),
+            "condition": _number(state.condition),
+            "lost_direction": state.lost_direction.tolist(),
+            "across": {item.range.name: item.across for item in crossings},
+            "unreachable": {item.range.name: item.unreachable for item in crossings},
+        }
+        print(json.dumps(answer, indent=2))
+    else:
+        x, y, z = state.lost_direction + 0.0
+        print(
+            f"{exo.mechanism.title or exo.name}\n"
+            f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°"
+            f": {state.kind}\n\n"
+            f"det X                           {state.determinant:+.5f}\n"
+            f"reach h_i                       {', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm\n"
+            f"nearest singular pose           {nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, "
+            f"abduction {there[1]:.1f}°, internal rotation {there[2]:.1f}°\n"
+            f"limb force per moment, worst    {state.amplification:.1f} N per N m\n"
+            f"axis that the limbs hold worst  ({x:.3f}, {y:.3f}, {z:.3f})\n"
+            f"centre shift without ball joint {state.centre_shift:.1f} mm per mm of play in each limb\n"
+            f"condition of the limbs          {state.condition:.1f}\n"
+        )
+        print("turn of the arm per unit of sensor error, worst")
+        for label, sensor in sensors.items():
+            unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
+            print(f"  {label:32} {sensor.sensitivity * factor:8.2f} {unit}")
+        if not crossings:
+            print("\nthe hanging arm is itself singular: no range of motion lies on either side of it")
+        else:
+            print("\nseen from rest, share of each range of motion")
+            print(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
+        for item in crossings:
+            print(f"  {item.range.name:36} {item.across:8.1%} {item.unreachable:8.1%} {item.close:15.1%}")
+    for path in _pictures(exo, options):
+        if not options.json:
+            print(f"wrote {path}")
+    return 0
+
+
+def _number(value: Any) -> float | None:
+    """A JSON number; null where there is none (a folded limb's determinant, an infinite amplification)."""
+    number = float(value)
+    return number if np.isfinite(number) else None
+
+
+def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
+    """Draw what was asked for; return the files."""
+    if options.map is None and options.surface is None and options.tilt_torsion is None:
+        return []
+    from ..view.plots.singularity_plots import determinant_map, locus_surface, tilt_torsion_map
+
+    internal = float(options.internal_rotation)
+    written: list[Path] = []
+    pictures: tuple[tuple[Path | None, Callable[[], Any]], ...] = (
+        (options.map, lambda: determinant_map(exo, internal_rotation=internal)),
+        (options.surface, lambda: locus_surface(exo)),
+        (options.tilt_torsion, lambda: tilt_torsion_map(exo, internal)),
+    )
+    for path, draw in pictures:
+        if path is not None:
+            write_figure(path, draw().figure)
+            written.append(path)
+    return written

@@ -1,0 +1,178 @@
+"""``exo-pin muscle force|pressure|identify|step``: pneumatic muscles."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..core.files import write_figure, write_text
+from ..core.validation import FloatArray
+from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
+from ..muscle.io.published import muscle_models
+from ..muscle.laws.dynamic import DynamicModel, G
+from ..muscle.laws.friction import ConstantFriction
+from ..muscle.laws.static import BAR, StaticModel
+from ..muscle.simulation.pressure import PressureStep
+from ..muscle.simulation.step_response import simulate
+from ..view.plots.muscle_plots import plot_force_map, plot_responses
+from .muscle_identify_command import add_identify, named_static
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("muscle", help="pneumatic muscles: force, pressure, identification, step response")
+    own = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_force(own)
+    _add_pressure(own)
+    add_identify(own)
+    _add_step(own)
+
+
+def _static_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--model", default="best", help=f"{', '.join(muscle_models())}, or the path of a .toml (default: best)"
+    )
+    parser.add_argument("--length-mm", type=float, help="nominal length; scaled by equal strain (default: as measured)")
+    parser.add_argument(
+        "--mark",
+        action="store_true",
+        help="mark answers outside the validity range with * instead of refusing them",
+    )
+
+
+def _static(args: argparse.Namespace) -> StaticModel:
+    model = named_static(args.model)
+    return model if args.length_mm is None else model.scaled(args.length_mm / 1e3)
+
+
+def _outside(args: argparse.Namespace) -> str:
+    return "mark" if args.mark else "raise"
+
+
+def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Sequence[int]) -> None:
+    cells = [
+        [
+            "none" if not np.isfinite(v) else f"{v:.{d}f}" + ("*" if masked else "")
+            for v, masked in zip(np.ma.getdata(c), np.ma.getmaskarray(c), strict=True)
+        ]
+        for c, d in zip(columns, digits, strict=True)
+    ]
+    widths = [max(len(h), *(len(v) for v in column)) for h, column in zip(heads, cells, strict=True)]
+    print("  ".join(h.rjust(w) for h, w in zip(heads, widths, strict=True)))
+    for row in zip(*cells, strict=True):
+        print("  ".join(v.rjust(w) for v, w in zip(row, widths, strict=True)))
+    if any(np.ma.getmaskarray(c).any() for c in columns):
+        print("* outside the validity range of the model")
+
+
+def _add_force(commands: Any) -> None:
+    parser = commands.add_parser("force", help="force at a contraction and a pressure, or a list of each")
+    _static_arguments(parser)
+    parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
+    parser.add_argument("--pressure-bar", type=float, nargs="+", required=True)
+    parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
+    parser.set_defaults(run=_force)
+
+
+def _force(args: argparse.Namespace) -> int:
+    model = _static(args)
+    x, p = (a.ravel() for a in np.meshgrid(args.contraction_mm, args.pressure_bar, indexing="ij"))
+    si = (x / 1e3, p * BAR)
+    force = model.force(*si, outside=_outside(args))
+    stiffness = model.stiffness(*si, outside=_outside(args))
+    gain = model.pressure_gain(*si, outside=_outside(args))
+    print(f"{model.name}, {model.length * 1e3:g} mm")
+    heads = ("contraction_mm", "pressure_bar", "force_N", "stiffness_N_per_mm", "gain_N_per_bar")
+    _print_table(heads, (x, p, force, stiffness / 1e3, gain * BAR), (2, 3, 2, 3, 2))
+    if args.plot:
+        write_figure(args.plot, plot_force_map(model))
+        print(f"wrote {args.plot}")
+    return 0
+
+
+def _add_pressure(commands: Any) -> None:
+    parser = commands.add_parser("pressure", help="pressure that makes a muscle pull a force at a contraction")
+    _static_arguments(parser)
+    parser.add_argument("--force-N", type=float, nargs="+", required=True, dest="force_N")
+    parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
+    parser.set_defaults(run=_pressure)
+
+
+def _pressure(args: argparse.Namespace) -> int:
+    model = _static(args)
+    f, x = (a.ravel() for a in np.meshgrid(args.force_N, args.contraction_mm, indexing="ij"))
+    pressure = model.pressure_for(f, x / 1e3, outside=_outside(args))
+    print(f"{model.name}, {model.length * 1e3:g} mm")
+    _print_table(("force_N", "contraction_mm", "pressure_bar"), (f, x, pressure / BAR), (2, 2, 3))
+    return 0
+
+
+def _add_step(commands: Any) -> None:
+    parser = commands.add_parser("step", help="response of a hung mass to a step of pressure")
+    parser.add_argument(
+        "--model",
+        default="tang-3-31",
+        help=f"{', '.join(dynamic_models())}, or the path of a .toml (default: tang-3-31)",
+    )
+    load = parser.add_mutually_exclusive_group(required=True)
+    load.add_argument("--mass-kg", type=float)
+    load.add_argument("--weight-N", type=float, dest="weight_N")
+    parser.add_argument("--from-bar", type=float, default=0.0)
+    parser.add_argument("--to-bar", type=float, required=True)
+    parser.add_argument("--lag-s", type=float, default=0.1, help="time constant of the filling (default: 0.1)")
+    parser.add_argument("--duration-s", type=float, default=4.0)
+    parser.add_argument("--mark", action="store_true", help="go on outside the model's range and say how much")
+    parser.add_argument("--csv", help="write time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside")
+    parser.add_argument(
+        "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"
+    )
+    parser.set_defaults(run=_step)
+
+
+def _step(args: argparse.Namespace) -> int:
+    model: DynamicModel = load_dynamic(args.model) if args.model.endswith(".toml") else dynamic_model(args.model)
+    mass = args.mass_kg if args.mass_kg is not None else args.weight_N / G
+    pressure = PressureStep(args.from_bar * BAR, args.to_bar * BAR, time_constant=args.lag_s)
+    samples = max(2, round(args.duration_s / 1e-3) + 1)
+    times = np.linspace(0.0, args.duration_s, samples)
+    response = simulate(model, mass, pressure, times, outside=_outside(args))
+    print(f"{model.name}, {mass:.3f} kg, {args.from_bar:g} to {args.to_bar:g} bar with a lag of {args.lag_s:g} s")
+    print(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
+    print(f"at rest        {'yes' if response.at_rest else 'no'}")
+    print(f"overshoot      {100 * response.overshoot:.1f} %")
+    print(f"settling time  {response.settling_time():.3f} s (2 %)")
+    print(f"inside range   {100 * response.inside.mean():.1f} % of the time")
+    print(f"error          {response.error_estimate:.1e} m (integration)")
+    if args.csv:
+        _write_csv(args.csv, response)
+        print(f"wrote {args.csv}")
+    if args.plot:
+        constant = replace(model, name="constant friction of 2.5 N", friction=ConstantFriction())
+        beside = simulate(constant, mass, pressure, times, outside="mark", estimate_error=False)
+        write_figure(args.plot, plot_responses({model.name: response, constant.name: beside}))
+        print(f"wrote {args.plot}")
+    return 0
+
+
+def _write_csv(path: str, response: Any) -> None:
+    rows = zip(
+        response.time,
+        response.contraction * 1e3,
+        response.velocity * 1e3,
+        response.pressure / BAR,
+        response.inside,
+        strict=True,
+    )
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside"))
+    writer.writerows((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", int(i)) for t, x, v, p, i in rows)
+    write_text(path, out.getvalue())

@@ -1,0 +1,184 @@
+"""Command ``exo-pin muscle identify``: from a CSV file of measurements to a parameter set."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import FileFormatError, InvalidInput
+from ..core.validation import FloatArray
+from ..muscle.identification.dynamic_identification import Recording, identify_dynamic
+from ..muscle.identification.static_identification import StaticIdentification, identify_static
+from ..muscle.io.dynamic_files import save_dynamic
+from ..muscle.io.published import muscle_model, muscle_models
+from ..muscle.io.static_files import load_parameters, save_parameters
+from ..muscle.laws.dynamic import G
+from ..muscle.laws.static import BAR, StaticModel
+
+__all__ = ["add_identify", "named_static", "read_columns"]
+
+_REST = ("contraction_mm", "pressure_bar", "force_N")
+_RESPONSE = ("time_s", "contraction_mm", "pressure_bar")
+
+
+def named_static(name: str) -> StaticModel:
+    """Return the static model of a published name or of the path of a .toml file."""
+    return load_parameters(name) if name.endswith(".toml") else muscle_model(name)
+
+
+def read_columns(path: str, names: Sequence[str]) -> FloatArray:
+    """Read numbers from a CSV file whose first line that is no comment (#) names the columns.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    names : sequence of str
+        Columns that are wanted; others are passed over.
+
+    Returns
+    -------
+    ndarray
+        Shape (n, len(names)).
+
+    Raises
+    ------
+    FileFormatError
+        If the file cannot be read, a column is missing, or a cell is no finite number; it names the line.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileFormatError(f"cannot be read: {error}", path) from None
+    body = [(n, line) for n, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
+    table = csv.DictReader(line for _, line in body)
+    missing = [c for c in names if c not in (table.fieldnames or ())]
+    if missing:
+        raise FileFormatError(f"expected the columns {', '.join(names)}; missing: {', '.join(missing)}", path)
+    values = []
+    for (number, _), row in zip(body[1:], table, strict=True):
+        try:
+            numbers = [float(row[c]) for c in names]
+        except (TypeError, ValueError):
+            numbers = [float("nan")]
+        if not np.isfinite(numbers).all():
+            cells = ", ".join(f"{c}={row[c]!r}" for c in names)
+            raise FileFormatError(f"line {number}: expected finite numbers, got {cells}", path)
+        values.append(numbers)
+    if not values:
+        raise FileFormatError("expected at least one line of numbers", path)
+    return np.array(values)
+
+
+def add_identify(commands: Any) -> None:
+    """Register the command."""
+    parser = commands.add_parser(
+        "identify",
+        help="fit a force law to measurements at rest, or friction and damping to responses; write a parameter set",
+    )
+    parser.add_argument("csv", nargs="?", help="measurements at rest: contraction_mm, pressure_bar, force_N")
+    parser.add_argument("--length-mm", type=float, help="nominal length of the muscle, for measurements at rest")
+    parser.add_argument(
+        "--response",
+        nargs=2,
+        action="append",
+        metavar=("CSV", "WEIGHT_N"),
+        help="a response of a hung weight: time_s, contraction_mm, pressure_bar; may be given several times",
+    )
+    parser.add_argument(
+        "--static",
+        default="best",
+        help=f"force law that responses are fitted with: {', '.join(muscle_models())}, or a .toml (default: best)",
+    )
+    parser.add_argument(
+        "--all", action="store_true", help="fit every measurement instead of the region where the law holds"
+    )
+    parser.add_argument("--level", type=float, default=0.95, help="confidence of the intervals (default: 0.95)")
+    parser.add_argument("--name", default="identified")
+    parser.add_argument("--output", help="TOML file to write")
+    parser.set_defaults(run=_identify)
+
+
+def _identify(args: argparse.Namespace) -> int:
+    if (args.csv is None) == (args.response is None):
+        raise InvalidInput("expected either a CSV of measurements at rest or --response, got both or neither")
+    if args.response is not None:
+        return _identify_dynamic(args)
+    if args.length_mm is None:
+        raise InvalidInput("expected --length-mm, the nominal length of the muscle")
+    columns = read_columns(args.csv, _REST)
+    found = identify_static(
+        columns[:, 0] / 1e3,
+        columns[:, 1] * BAR,
+        columns[:, 2],
+        nominal_length=args.length_mm / 1e3,
+        select="all" if args.all else "region",
+        name=args.name,
+        source=f"identified from {Path(args.csv).name}",
+    )
+    intervals = found.intervals(args.level)
+    kept = len(found.residuals)
+    total = kept if found.region is None else len(found.region.kept)
+    print(f"{kept} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
+    for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
+        print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
+    if found.indistinct:
+        print(f"cannot be told apart (compare forces): {', '.join(found.indistinct)}")
+    strain, pressure = found.model.validity.strain, found.model.validity.pressure
+    print(
+        f"holds from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
+        f"{pressure[1] / BAR:.2f} bar"
+    )
+    if args.output:
+        save_parameters(found.model, args.output, identification=_identification_table(found, args.level))
+        print(f"wrote {args.output}")
+    return 0
+
+
+def _identify_dynamic(args: argparse.Namespace) -> int:
+    recordings = []
+    for path, weight in args.response:
+        try:
+            mass = float(weight) / G
+        except ValueError:
+            raise InvalidInput(f"expected the weight behind {path} to be a number of N, got {weight!r}") from None
+        columns = read_columns(path, _RESPONSE)
+        recordings.append(Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, mass))
+    names = ", ".join(Path(path).name for path, _ in args.response)
+    static = named_static(args.static)
+    found = identify_dynamic(recordings, static, name=args.name, source=f"identified from {names}")
+    print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
+    print(f"{100 * found.inside:.0f} % of them inside the model's range")
+    intervals = found.intervals(args.level)
+    for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
+        print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
+    if found.indistinct:
+        print(f"cannot be told apart (compare responses): {', '.join(found.indistinct)}")
+    if args.output:
+        table = {
+            "samples": found.samples,
+            "sigma_m": found.sigma,
+            "level": args.level,
+            "indistinct": list(found.indistinct),
+            "intervals": {n: list(map(float, pair)) for n, pair in zip(found.names, intervals, strict=True)},
+        }
+        save_dynamic(found.model, args.output, identification=table)
+        print(f"wrote {args.output}")
+    return 0
+
+
+def _identification_table(found: StaticIdentification, level: float) -> dict[str, Any]:
+    return {
+        "measurements": len(found.residuals),
+        "rms_N": found.rms,
+        "leave_one_out_rms_N": found.leave_one_out_rms,
+        "level": level,
+        "indistinct": list(found.indistinct),
+        "intervals": {n: list(map(float, pair)) for n, pair in zip(found.names, found.intervals(level), strict=True)},
+        "covariance": [list(map(float, row)) for row in found.covariance],
+    }

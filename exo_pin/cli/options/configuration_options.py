@@ -1,0 +1,70 @@
+"""The configuration of a chain that a command's options name."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+
+from ...chain import ClosedChain
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ...exo.shoulder_exo import ShoulderExo
+from .query_options import add_pose, pose
+
+__all__ = ["add_configuration", "configuration", "joint_value"]
+
+
+def add_configuration(parser: argparse.ArgumentParser) -> None:
+    """Add the pose of an arm, and joints that are set."""
+    add_pose(parser)
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="hold a hinge (rad) or slide (m) there; may be repeated; for robots from a .urdf",
+    )
+
+
+def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
+    """The closed configuration, shape (nq,)."""
+    chain = exo.chain
+    angles = any((options.flexion, options.abduction, options.internal_rotation))
+    q = chain.neutral()
+    held = list[str]()
+    if chain.roles.limbs and "root_joint" in chain.model.names:
+        # The arm hangs on the root: put it into the pose.
+        root = chain.configuration_slice("root_joint")
+        q[root.stop - 4 : root.stop] = pose(options, exo.side).as_quat()
+        held.append("root_joint")
+    elif angles:
+        raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
+    for text in options.set:
+        held.append(_set(chain, q, text))
+    return chain.close(q, hold=held)
+
+
+def joint_value(text: str) -> tuple[str, float]:
+    """The joint and the number, rad or m, of JOINT=VALUE."""
+    joint, _, number = text.partition("=")
+    try:
+        value = float(number)
+    except ValueError:
+        raise InvalidInput(f"expected --set JOINT=VALUE with a number, rad or m, got {text!r}") from None
+    if not np.isfinite(value):
+        raise InvalidInput(f"expected --set with a finite number, got {text!r}")
+    return joint, value
+
+
+def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:
+    """Put JOINT=VALUE into q and return the joint's name."""
+    joint, value = joint_value(text)
+    part = chain.configuration_slice(joint)
+    if part.stop - part.start == 1:
+        q[part] = value
+    elif part.stop - part.start == 2:
+        q[part] = np.cos(value), np.sin(value)
+    else:
+        raise InvalidInput(f"expected a hinge or a slide, got {joint!r} with {part.stop - part.start} coordinates")
+    return joint

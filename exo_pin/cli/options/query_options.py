@@ -1,0 +1,86 @@
+"""Options that several commands share: which design, in which pose, on whom."""
+
+from __future__ import annotations
+
+import argparse
+
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import shoulder_rotation
+from ...core.errors import InvalidInput
+from ...design import Arm
+from ...exo.shoulder_exo import ShoulderExo, load
+from ...reaction import ActuatorBounds
+
+__all__ = ["add_design", "add_limits", "add_person", "add_pose", "design", "limits", "pose", "pose_angles"]
+
+_ANGLES = (
+    ("flexion", "arm forward"),
+    ("abduction", "arm away from the body"),
+    ("internal-rotation", "arm turned inward about its own axis"),
+)
+
+
+def add_design(parser: argparse.ArgumentParser) -> None:
+    """Add the design's name or file, and the side of the body."""
+    parser.add_argument("design", nargs="?", default="prototype", metavar="PRESET|FILE", help="default: prototype")
+    parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as the design says)")
+
+
+def add_pose(parser: argparse.ArgumentParser) -> None:
+    """Add the three clinical angles."""
+    for name, text in _ANGLES:
+        parser.add_argument(f"--{name}", type=float, default=0.0, metavar="DEG", help=f"{text}, degrees (default 0)")
+
+
+def add_person(parser: argparse.ArgumentParser) -> None:
+    """Add who wears the device."""
+    parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="who wears it, such as 1.75,75,male (m, kg)")
+    parser.add_argument("--elbow-flexion", type=float, default=0.0, metavar="DEG", help="of that person, degrees")
+    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="in that person's hand, kg")
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """Add what the limbs can do."""
+    parser.add_argument("--pull", action="store_true", help="limbs that only pull")
+    parser.add_argument("--tension", metavar="MIN,MAX", help="limits of the limb forces, N")
+
+
+def limits(options: argparse.Namespace) -> ActuatorBounds:
+    """Limits of the limb forces."""
+    if options.tension is None:
+        return "pull" if options.pull else None
+    try:
+        low, high = (float(part) for part in options.tension.split(","))
+    except ValueError:
+        raise InvalidInput(f"expected --tension MIN,MAX in N, got {options.tension!r}") from None
+    return (max(low, 0.0) if options.pull else low, high)
+
+
+def design(options: argparse.Namespace) -> ShoulderExo:
+    """Load the design, on a person if one is given."""
+    exo = load(options.design, side=options.side)
+    if getattr(options, "person", None) is not None:
+        return exo.worn_by(_person(options.person, options.elbow_flexion, options.payload))
+    if getattr(options, "payload", 0.0) or getattr(options, "elbow_flexion", 0.0):
+        raise InvalidInput("--payload and --elbow-flexion belong to a person's arm: give --person too")
+    return exo
+
+
+def pose_angles(options: argparse.Namespace) -> tuple[float, float, float]:
+    """Flexion, abduction and internal rotation, degrees."""
+    return options.flexion, options.abduction, options.internal_rotation
+
+
+def pose(options: argparse.Namespace, side: str) -> Rotation:
+    """The pose that the three angles name on that side of the body."""
+    return shoulder_rotation(*pose_angles(options), side=side, degrees=True)
+
+
+def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
+    try:
+        height, mass, sex = (part.strip() for part in text.split(","))
+        numbers = float(height), float(mass)
+    except ValueError:
+        raise InvalidInput(f"expected --person HEIGHT,MASS,SEX such as 1.75,75,male, got {text!r}") from None
+    return Arm.from_anthropometry(*numbers, sex=sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)

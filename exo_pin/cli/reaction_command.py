@@ -1,0 +1,157 @@
+"""``exo-pin reaction``: forces in a pose."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..core.errors import InvalidInput
+from ..core.files import is_stream, write_figure
+from ..exo.shoulder_exo import ShoulderExo
+from ..load_case import read_movement
+from ..reaction import ConstraintBounds, Reaction, reaction_table
+from ..reaction.along_files import write_movement_reaction
+from ..view.plots.force_plots import overview, use_file_backend
+from .options.query_options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
+from .options.split_options import add_splits, answers_of, certificates, fitted, offset_mm
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("reaction", help="forces on shoulder, limbs, cuff and torso in a pose")
+    add_design(parser)
+    add_pose(parser)
+    add_person(parser)
+    parser.add_argument(
+        "--side-force-limit",
+        metavar="N|actuator",
+        help="bound of the side forces for the column minimal: newtons, or no more than the limb's own tension",
+    )
+    add_splits(parser)
+    add_limits(parser)
+    parser.add_argument("--trajectory", type=Path, metavar="FILE", help="CSV of a movement instead of a pose")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="of a movement: histories as .csv or .npz")
+    parser.add_argument(
+        "--split", choices=("spherical", "minimal", "standalone"), help="of a movement (default spherical)"
+    )
+    parser.add_argument("--static", action="store_true", help="leave velocity and acceleration of a movement out")
+    parser.add_argument(
+        "--smoothing", type=float, default=0.0, metavar="DEG", help="by which a measured movement may be moved, rms"
+    )
+    parser.add_argument("--progress", action="store_true", help="show a progress bar")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.set_defaults(run=_reaction)
+
+    plot = commands.add_parser("plot", help="picture of the mechanism with its forces, and a map of shoulder force")
+    add_design(plot)
+    add_pose(plot)
+    add_person(plot)
+    plot.add_argument("--out", type=Path, default=Path("exo-pin.png"), metavar="FILE", help="PNG, SVG or PDF")
+    plot.set_defaults(run=_plot)
+
+
+def _reaction(options: argparse.Namespace) -> int:
+    if options.trajectory is not None:
+        return _follow(options)
+    if options.out is not None or options.split is not None:
+        raise InvalidInput("--out and --split belong to a movement: give --trajectory too")
+    exo, angles = fitted(design(options), options), pose_angles(options)
+    orientation, bounds = pose(options, exo.side), _bounds(options.side_force_limit)
+    answers = answers_of(exo, orientation, bounds, options)
+    if options.json:
+        print(_json(exo, angles, answers, bounds, options))
+        return 0
+    print(
+        f"{exo.mechanism.title or exo.name}\n"
+        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
+        f"{_carried(exo)}"
+    )
+    if options.offset is not None:
+        print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
+    print(f"\n{reaction_table(answers)}")
+    if options.certificate:
+        print(f"\n{certificates(answers, bounds)}")
+    return 0
+
+
+def _follow(options: argparse.Namespace) -> int:
+    if any(pose_angles(options)):
+        raise InvalidInput("a movement has poses of its own: give no --flexion, --abduction or --internal-rotation")
+    if options.json:
+        raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
+    exo = design(options)
+    named = options.out is None or is_stream(options.out) or options.out.suffix.lower() in (".csv", ".npz")
+    if not named:
+        raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
+    movement = read_movement(options.trajectory, exo.side, math.radians(options.smoothing))
+    split = options.split or "spherical"
+    bounds = _bounds(options.side_force_limit)
+    answer = exo.follow(
+        movement,
+        static=options.static,
+        split=split,
+        constraint_bounds=bounds,
+        actuator_bounds=limits(options),
+        progress=options.progress,
+    )
+    print(f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(movement.times)} samples; {_carried(exo)}\n")
+    print(answer)
+    if options.out is not None:
+        write_movement_reaction(answer, options.out, exo.side, exo.name)
+        print(options.out)
+    return 0
+
+
+def _plot(options: argparse.Namespace) -> int:
+    exo = design(options)
+    if not options.out.suffix and not is_stream(options.out):
+        raise InvalidInput(f"expected --out with an ending such as .png, got {options.out}")
+    use_file_backend()
+    figure = overview(exo, pose(options, exo.side))
+    write_figure(options.out, figure, dpi=120)
+    print(options.out)
+    return 0
+
+
+def _bounds(limit: str | None) -> ConstraintBounds:
+    if limit is None or limit == "actuator":
+        return limit
+    try:
+        newtons = float(limit)
+    except ValueError:
+        raise InvalidInput(f'expected --side-force-limit in N, or "actuator", got {limit!r}') from None
+    return (-newtons, newtons)
+
+
+def _carried(exo: ShoulderExo) -> str:
+    arm = exo.mechanism.require_arm("weight")
+    own = arm.person
+    if own is None:
+        return f"moving part of the device {arm.mass:.3g} kg, nobody's arm in it"
+    if own.mass == arm.mass:
+        return f"moving part {arm.mass:.3g} kg"
+    return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
+
+
+def _json(
+    exo: ShoulderExo,
+    angles: tuple[float, float, float],
+    answers: Sequence[Reaction],
+    bounds: ConstraintBounds,
+    options: argparse.Namespace,
+) -> str:
+    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
+    if options.offset is not None:
+        head["centre_offset_mm"] = list(offset_mm(options))
+    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    if options.certificate:
+        for answer in answers:
+            body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+    return json.dumps({**head, **body}, indent=2)

@@ -1,0 +1,93 @@
+"""``exo-pin sweep``: a design with its parameters varied, as a table."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InvalidInput
+from ..core.files import is_stream
+from ..study import adl_box, sweep
+from .options.query_options import add_design, add_limits, add_person, design, limits
+
+__all__ = ["add_commands"]
+
+#: Endings of a parameter's name that give its unit; the library takes SI.
+_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0, "_kg": 1.0}
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("sweep", help="vary parameters of a design over the box of daily activities")
+    add_design(parser)
+    add_person(parser)
+    add_limits(parser)
+    parser.add_argument(
+        "--vary",
+        action="append",
+        required=True,
+        metavar="NAME=VALUES",
+        help="such as r_A_mm=100:160:4 (low:high:count), alpha_A[2]_deg=50,60,70, lean_forward_deg=0,30 or "
+        "limb_kind=UPU,SPS; repeat for every combination",
+    )
+    parser.add_argument("--split", choices=("spherical", "minimal", "standalone"), help="default: spherical")
+    parser.add_argument("--step", type=float, default=10.0, metavar="DEG", help="of the grid of poses (default 10)")
+    parser.add_argument("--payload-at", metavar="X,Y,Z", help="where a varied payload_kg is held, m, in the arm frame")
+    parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="processes (default 1)")
+    parser.add_argument("--progress", action="store_true", help="show a progress bar")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV too")
+    parser.set_defaults(run=_sweep)
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    if options.out is not None and options.out.suffix.lower() != ".csv" and not is_stream(options.out):
+        raise InvalidInput(f"expected --out to end in .csv, got {options.out}")
+    exo, limit = design(options), limits(options)
+    query: dict[str, Any] = {} if limit is None else {"actuator_bounds": limit}
+    if options.split is not None:
+        query["split"] = options.split
+    table = sweep(
+        exo,
+        dict(_varied(text) for text in options.vary),
+        adl_box(options.step, exo.side),
+        jobs=options.jobs,
+        progress=options.progress,
+        payload_at=None if options.payload_at is None else _numbers("--payload-at", options.payload_at),
+        **query,
+    )
+    print(table)
+    if options.out is not None:
+        table.to_csv(options.out)
+        print(options.out)
+    return 0
+
+
+def _varied(text: str) -> tuple[str, Any]:
+    """Name and SI values of one --vary."""
+    name, equals, values = text.partition("=")
+    if not equals or not values:
+        raise InvalidInput(f"expected --vary NAME=VALUES, got {text!r}")
+    factor = 1.0
+    for ending, unit in _UNITS.items():
+        if name.endswith(ending):
+            name, factor = name.removesuffix(ending), unit
+            break
+    if name == "limb_kind":
+        return name, values.split(",")
+    if values.count(":") == 2:
+        low, high, count = _numbers("--vary", values.replace(":", ","))
+        if count != int(count) or not 1 <= count <= 10_000:
+            raise InvalidInput(f"expected LOW:HIGH:COUNT with a whole count up to 10000, got {values!r}")
+        return name, factor * np.linspace(low, high, int(count))
+    return name, factor * np.array(_numbers("--vary", values))
+
+
+def _numbers(option: str, text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise InvalidInput(f"expected numbers for {option}, got {text!r}") from None

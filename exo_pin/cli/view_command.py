@@ -1,0 +1,182 @@
+"""``exo-pin view``: the design in three dimensions, live, as a page or as a picture."""
+
+from __future__ import annotations
+
+import argparse
+import threading
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from ..core.conventions import shoulder_rotation
+from ..core.errors import InvalidInput
+from ..core.validation import as_positive
+from ..exo.shoulder_exo import ShoulderExo
+from ..view import LIMB_STYLES
+from .options.configuration_options import joint_value
+from .options.query_options import add_design, add_person, add_pose, design, pose
+
+if TYPE_CHECKING:
+    from ..view import ChainScene, Recording, Scene
+
+    #: What plays a motion, and what records it.
+    _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
+
+__all__ = ["add_commands"]
+
+_FRAMES_A_SECOND = 30
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser(
+        "view",
+        help="the design on a person, with its forces, in three dimensions",
+        description="Without --html or --png a live page is served on this machine until Ctrl-C.",
+    )
+    add_design(parser)
+    add_pose(parser)
+    add_person(parser)
+    parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
+    parser.add_argument("--no-human", action="store_true", help="draw no person")
+    parser.add_argument("--scale", type=float, metavar="N", help="newtons that 10 cm of an arrow stand for")
+    parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
+    parser.add_argument("--ghost", metavar="F,A,I", help="a second pose as a ghost: three angles, degrees")
+    parser.add_argument(
+        "--to",
+        metavar="F,A,I",
+        help="move from the pose to these three angles, degrees; forces are those at rest in every pose",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="where a joint of a robot that is no wrist stands, rad or m; the others close its loops; may be repeated",
+    )
+    parser.add_argument("--seconds", type=float, default=3.0, metavar="S", help="how long that takes (default 3)")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
+    parser.add_argument("--png", type=Path, metavar="FILE", help="write a still picture; needs a headless browser")
+    parser.add_argument("--size", default="1280x800", metavar="WxH", help="of the picture (default 1280x800)")
+    parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
+    parser.add_argument("--open", action="store_true", help="open the live page in a browser")
+    parser.set_defaults(run=_view)
+
+
+def _view(options: argparse.Namespace) -> int:
+    exo = design(options)
+    if not exo.is_wrist:
+        return _view_chain(exo, options)
+    if options.set:
+        raise InvalidInput("--set is for robots that are no wrist: a wrist's pose is --flexion and so on")
+    return _view_wrist(exo, options)
+
+
+def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
+    from ..view import Scene
+
+    start = pose(options, exo.side)
+    size = _size(options.size)
+    elbow = float(np.radians(options.elbow_flexion))
+    scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
+    human = False if options.no_human else None
+    # The person's height stands first; what is written there has been read as a person by now.
+    tall = None if options.person is None else float(options.person.split(",")[0])
+    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow, stature=tall)
+    scene.show(start)
+    if options.cone:
+        scene.glenoid_cone()
+    if options.ghost is not None:
+        scene.ghost(_angles("--ghost", options.ghost, exo.side))
+    for message in scene.messages:
+        print(message)
+    path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
+    moving = None if path is None else (lambda: scene.play(*path), lambda: scene.record(*path))
+    return _deliver(scene, options, size, moving)
+
+
+def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
+    """A robot without a wrist's record: its links and closures, no person and no forces."""
+    from ..view import ChainScene
+
+    given = {
+        "--flexion": options.flexion,
+        "--abduction": options.abduction,
+        "--internal-rotation": options.internal_rotation,
+        "--limbs": options.limbs != "rods",
+        "--scale": options.scale,
+        "--cone": options.cone,
+        "--ghost": options.ghost,
+        "--to": options.to,
+    }
+    asked = [name for name, value in given.items() if value]
+    if asked:
+        raise InvalidInput(f"{exo.name} is no wrist, so there is nothing for {', '.join(asked)} (joints: --set)")
+    scene = exo.view()
+    assert isinstance(scene, ChainScene)
+    if options.set:
+        scene.move(dict(joint_value(text) for text in options.set))
+    print(f"{exo.name} is no wrist: drawn as a closed chain, without forces")
+    for message in scene.messages:
+        print(message)
+    return _deliver(scene, options, _size(options.size), None)
+
+
+def _deliver(
+    scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], moving: _Moving | None
+) -> int:
+    """Write the files that are asked for, or serve."""
+    if options.html is None and options.png is None:
+        return _serve(scene, options, moving)
+    if options.png is not None:
+        scene.save_png(options.png, size)
+        print(options.png)
+    if options.html is not None:
+        if moving is None:
+            scene.save_html(options.html)
+        else:
+            moving[1]().save(options.html)
+        print(options.html)
+    return 0
+
+
+def _serve(scene: Scene | ChainScene, options: argparse.Namespace, moving: _Moving | None) -> int:
+    try:
+        print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
+        if options.open:
+            webbrowser.open(scene.url)
+        if moving is not None:
+            moving[0]()
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        scene.close()
+    return 0
+
+
+def _angles(option: str, text: str, side: str) -> Rotation:
+    try:
+        flexion, abduction, internal = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InvalidInput(f"expected {option} FLEXION,ABDUCTION,INTERNAL in degrees, got {text!r}") from None
+    return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
+
+
+def _path(start: Rotation, end: Rotation, seconds: float) -> tuple[Rotation, np.ndarray]:
+    """The shortest turn from one pose to another, at an even pace."""
+    duration = as_positive("--seconds", seconds)
+    times = np.linspace(0.0, duration, max(round(duration * _FRAMES_A_SECOND), 1) + 1)
+    return Slerp([0.0, duration], Rotation.concatenate([start, end]))(times), times
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.split("x"))
+    except ValueError:
+        raise InvalidInput(f"expected --size WIDTHxHEIGHT in pixels, got {text!r}") from None
+    return width, height

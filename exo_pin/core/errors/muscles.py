@@ -1,0 +1,49 @@
+"""What can go wrong with muscles beyond the errors of :mod:`exo_pin.core.errors`."""
+
+from __future__ import annotations
+
+from .base import ExoPinError
+from .inputs import InvalidInput
+
+__all__ = ["NotIdentifiable", "OutsideValidity"]
+
+
+class OutsideValidity(InvalidInput):
+    """A muscle model was asked about a state that it was never identified for.
+
+    Attributes
+    ----------
+    model : str
+        Name of the model.
+    reason : str
+        The bound that is broken, with its value and the value that came.
+    count : int
+        Number of states outside.
+    index : tuple of int
+        Position of the first of them in the (broadcast) stack; empty for a single state.
+    """
+
+    def __init__(self, model: str, reason: str, count: int = 1, index: tuple[int, ...] = ()) -> None:
+        self.model = model
+        self.reason = reason
+        self.count = int(count)
+        self.index = tuple(int(i) for i in index)
+        where = f" at index {self.index}" if self.index else ""
+        many = f" ({self.count} states are outside)" if self.count > 1 else ""
+        super().__init__(
+            f"muscle model {model!r} does not hold{where}: {reason}{many}; outside='mark' returns marked values"
+        )
+
+
+class NotIdentifiable(ExoPinError, ValueError):
+    """The data cannot determine the coefficients that were asked for.
+
+    Attributes
+    ----------
+    coefficients : tuple of str
+        Names of the coefficients.
+    """
+
+    def __init__(self, message: str, coefficients: tuple[str, ...] = ()) -> None:
+        self.coefficients = tuple(coefficients)
+        super().__init__(message)

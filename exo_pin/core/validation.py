@@ -1,0 +1,236 @@
+"""Checks that every public entry makes on the arrays it is given.
+
+Each function returns a read-only float64 copy, so that what was checked is what is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from .errors import InvalidInput, UnknownName
+from .records import Record
+
+__all__ = [
+    "ReadOnly",
+    "as_choice",
+    "as_finite",
+    "as_inertia",
+    "as_mapping",
+    "as_positive",
+    "as_real",
+    "as_rotation",
+    "as_unit_vector",
+    "frozen",
+    "require_method",
+]
+
+#: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
+LARGEST = 1e12
+#: A quantity that has to be above zero and lies below this is zero for all that follows.
+SMALLEST = 1e-15
+
+FloatArray = NDArray[np.float64]
+_Scalar = TypeVar("_Scalar", bound=np.generic)
+
+
+def frozen(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
+    """Return ``array`` with writing switched off."""
+    array.setflags(write=False)
+    return array
+
+
+class ReadOnly(Record):
+    """For frozen records of results: arrays with writing switched off, so that an answer stays what was computed."""
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+
+
+def _describe(shape: tuple[int | None, ...]) -> str:
+    inner = ", ".join("n" if side is None else str(side) for side in shape)
+    return f"({inner},)" if len(shape) == 1 else f"({inner})"
+
+
+def as_real(name: str, value: Any) -> FloatArray:
+    """Copy ``value`` as a float64 array of any shape, if it holds real numbers; they may be infinite or NaN.
+
+    Raises
+    ------
+    InvalidInput
+        For booleans, strings, dates, complex numbers, masked arrays and ragged lists.
+    """
+    try:
+        if isinstance(value, np.ma.MaskedArray):
+            raise TypeError
+        raw = np.asarray(value)
+        if raw.dtype.kind not in "iuf":
+            raise TypeError
+        with np.errstate(over="ignore"):
+            return np.array(raw, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}") from None
+
+
+def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack: bool = False) -> FloatArray:
+    """Copy ``value`` as a finite array of the given shape.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    value : array_like
+        What was passed.
+    shape : tuple
+        Expected shape; None stands for any length.
+    stack : bool
+        Whether leading stack dimensions are allowed before ``shape``.
+
+    Returns
+    -------
+    ndarray
+        Read-only float64 copy.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not numeric, has another shape, or holds NaN or infinity.
+    """
+    array = as_real(name, value)
+    tail = array.shape[len(array.shape) - len(shape) :] if len(array.shape) >= len(shape) else ()
+    fits = len(tail) == len(shape) and all(want is None or want == got for want, got in zip(shape, tail, strict=True))
+    if not fits or (not stack and len(array.shape) != len(shape)):
+        want = _describe(shape)
+        if stack:
+            want = "(..., " + want[1:]
+        raise InvalidInput(f"expected {name} to have shape {want}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise InvalidInput(f"expected {name} to be finite, got {value!r:.80}")
+    if np.abs(array).max(initial=0.0) > LARGEST:
+        raise InvalidInput(f"expected {name} in SI units, at most {LARGEST:g} in size, got {np.abs(array).max():g}")
+    return frozen(array)
+
+
+def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
+    """Return ``value`` if it is a mapping, and an empty one for None.
+
+    Raises
+    ------
+    InvalidInput
+        If it is something else; the message says ``what`` was expected.
+    """
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InvalidInput(f"expected {name} as a mapping of {what}, got {value!r:.80}")
+    return value
+
+
+def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
+    """Return ``value`` if it is one of the names ``available``.
+
+    Raises
+    ------
+    UnknownName
+        If it is not, whatever its type; the message lists what there is.
+    """
+    names = tuple(available)
+    if not isinstance(value, str) or value not in names:
+        raise UnknownName(kind, value if isinstance(value, str) else f"{value!r:.80}", names)
+    return value
+
+
+def as_positive(name: str, value: Any, zero: bool = False) -> float:
+    """Return ``value`` as a finite float above zero (or not below it, with ``zero``)."""
+    number = float(as_finite(name, value, ()))
+    if number < 0 or (number == 0 and not zero):
+        raise InvalidInput(f"expected {name} to be {'zero or more' if zero else 'above zero'}, got {number:g}")
+    if 0.0 < number < SMALLEST:
+        raise InvalidInput(f"expected {name} in SI units, at least {SMALLEST:g}, got {number:g}")
+    return number
+
+
+def as_unit_vector(name: str, value: ArrayLike) -> FloatArray:
+    """Return ``value``, shape (3,), scaled to length 1."""
+    vector = as_finite(name, value, (3,))
+    length = float(np.linalg.norm(vector))
+    if length < 1e-12:
+        raise InvalidInput(f"expected {name} to be a direction, got a zero vector")
+    return frozen(vector / length)
+
+
+def as_inertia(name: str, value: ArrayLike, asymmetry: float = 1e-6) -> FloatArray:
+    """Return an inertia tensor that some body can have.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    value : array_like
+        Shape (3, 3), in kg m², about the centre of mass.
+    asymmetry : float
+        Largest difference between mirrored entries, relative to the largest entry, that is taken for
+        rounding and averaged away. A larger one is an error.
+
+    Returns
+    -------
+    ndarray
+        Shape (3, 3), symmetric, read-only.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not symmetric, has a negative principal moment, or breaks the triangle inequality
+        (no principal moment exceeds the sum of the other two).
+    """
+    tensor = as_finite(name, value, (3, 3))
+    scale = float(np.abs(tensor).max())
+    if scale == 0.0:
+        return tensor
+    gap = float(np.abs(tensor - tensor.T).max())
+    if gap > asymmetry * scale:
+        raise InvalidInput(f"expected {name} to be symmetric, mirrored entries differ by {gap:.3g} kg m²")
+    tensor = 0.5 * (tensor + tensor.T)
+    principal = np.linalg.eigvalsh(tensor)
+    slack = 1e-9 * scale
+    if principal[0] < -slack:
+        raise InvalidInput(
+            f"expected {name} to be an inertia that a body can have: principal moment {principal[0]:.4g} kg m² "
+            "is negative (products of inertia printed by CAD programs have the opposite sign)"
+        )
+    if principal[2] > principal[0] + principal[1] + slack:
+        raise InvalidInput(
+            f"expected {name} to be an inertia that a body can have: principal moments {principal} kg m² "
+            "break the triangle inequality"
+        )
+    return frozen(tensor)
+
+
+def as_rotation(name: str, value: Any) -> Rotation:
+    """Return ``value`` if it is a scipy Rotation (single or a stack), else raise InvalidInput.
+
+    Bare triples of angles are refused: without their order they have no meaning.
+    """
+    if not isinstance(value, Rotation):
+        raise InvalidInput(
+            f"expected {name} to be a scipy Rotation (exo_pin.thesis_rotation and exo_pin.shoulder_rotation "
+            f"make one from angles), got {type(value).__name__}"
+        )
+    if not np.isfinite(value.as_quat()).all():
+        raise InvalidInput(f"expected {name} to be finite")
+    return value
+
+
+def require_method(name: str, value: object, method: str, expected: str) -> None:
+    """Raise InvalidInput if a value's class has no method of that name.
+
+    For objects of rooms above, which are known here as types only.
+    """
+    if not hasattr(type(value), method):
+        raise InvalidInput(f"expected {name} to be {expected}, got {type(value).__name__}")

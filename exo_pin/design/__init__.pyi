@@ -1,0 +1,13 @@
+from .arm import Arm as Arm
+from .geometry import CircleDimensions as CircleDimensions
+from .geometry import WristGeometry as WristGeometry
+from .guide import LimbGuide as LimbGuide
+from .io.mechanism_files import preset as preset
+from .io.mechanism_files import presets as presets
+from .io.mechanism_files import read_mechanism as read_mechanism
+from .io.mechanism_files import write_mechanism as write_mechanism
+from .limb import Limb as Limb
+from .limb import LimbBody as LimbBody
+from .limb import Stroke as Stroke
+from .mechanism import Mechanism as Mechanism
+from .shoulder import Shoulder as Shoulder

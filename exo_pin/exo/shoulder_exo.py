@@ -1,0 +1,353 @@
+"""The one object a user holds: a mechanism, and the questions it answers."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scipy.spatial.transform import Rotation
+
+from ..chain import ClosedChain
+from ..consistency import Report, check, check_chain
+from ..core.conventions import as_side
+from ..core.errors import InvalidInput, NotAWrist, UnknownName
+from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism, write_mechanism
+from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
+from .force_methods import ForceQuestions
+from .kinematic_methods import KinematicQuestions
+from .uncertainty_methods import UncertaintyQuestions
+
+if TYPE_CHECKING:
+    from ..study import StudyTable
+    from ..view import ChainScene, Scene
+
+__all__ = ["ShoulderExo", "load"]
+
+_ASSUMED = AssumedMasses()
+
+
+class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions):
+    """A parallel shoulder exoskeleton.
+
+    Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
+    same as from one thread, bit for bit.
+
+    A robot that was loaded from a URDF and is no wrist has its :attr:`chain`; what needs a wrist raises NotAWrist.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Joint centres.
+    arm : Arm, optional
+        What moves about the shoulder, person and device together.
+    limbs : sequence of Limb, optional
+        One per joint pair; massless UPU limbs if left out.
+    shoulder : Shoulder, optional
+        The ball joint.
+    **details
+        Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
+    """
+
+    _recognised: Recognised | None = None
+    _given_chain: ClosedChain | None = None
+    _given_side: str = "left"
+    _why_not: str = ""
+    #: The URDF that it was loaded from, or its XML; None for all others.
+    urdf: str | PathLike[str] | None = None
+
+    def __init__(
+        self,
+        geometry: WristGeometry,
+        arm: Arm | None = None,
+        limbs: Sequence[Limb] | None = None,
+        shoulder: Shoulder | None = None,
+        **details: Any,
+    ) -> None:
+        self._mechanism: Mechanism | None = Mechanism(
+            geometry,
+            arm=arm,
+            limbs=() if limbs is None else limbs,  # type: ignore[arg-type]
+            shoulder=Shoulder() if shoulder is None else shoulder,
+            **details,
+        )
+
+    @classmethod
+    def from_mechanism(cls, mechanism: Mechanism) -> ShoulderExo:
+        """Wrap a mechanism record."""
+        if not isinstance(mechanism, Mechanism):
+            raise InvalidInput(f"expected a Mechanism, got {type(mechanism).__name__}")
+        exo = cls.__new__(cls)
+        exo._mechanism = mechanism
+        return exo
+
+    @classmethod
+    def from_chain(cls, chain: ClosedChain, side: str = "left", urdf: str | PathLike[str] | None = None) -> ShoulderExo:
+        """Wrap a robot that is given as a closed chain.
+
+        What :attr:`chain` can answer, it answers for any robot. If the chain is a wrist as :meth:`to_urdf` writes them,
+        with its limbs among the roles, the closed forms hold, too; otherwise they raise NotAWrist, as everything
+        does that needs a wrist's record.
+
+        Parameters
+        ----------
+        chain : ClosedChain
+            The robot.
+        side : {"left", "right"}
+            The shoulder that it is for; nothing is mirrored.
+        urdf : path-like or str, optional
+            The URDF that it was read from, or its XML, for its looks: a chain does not keep them.
+        """
+        exo = cls.__new__(cls)
+        exo._mechanism, exo._given_chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
+        try:
+            exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
+        except NotAWrist as error:
+            exo._recognised, exo._why_not = None, error.reason
+        if exo._recognised is not None and not (exo._recognised.heavier or exo._recognised.unheld):
+            exo._mechanism = exo._recognised.mechanism
+        return exo
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The frozen record of the design.
+
+        Raises
+        ------
+        NotAWrist
+            If the robot was loaded from a URDF that is no wrist, or has masses, damping, friction, armatures or springs
+            that a wrist's record cannot hold.
+        """
+        if self._mechanism is None:
+            reason = self._why_not
+            if self._recognised is not None:
+                reason = "its geometry is a wrist's, but a wrist's record cannot hold " + _beyond(self._recognised)
+            raise NotAWrist(self.name, reason)
+        return self._mechanism
+
+    @property
+    def is_wrist(self) -> bool:
+        """Whether its geometry is a wrist's; all but robots that were loaded from a URDF are."""
+        return self._mechanism is not None or self._recognised is not None
+
+    def without_masses(self) -> ShoulderExo:
+        """The wrist's geometry and kinds of limbs alone: kinematics, no forces.
+
+        Raises
+        ------
+        NotAWrist
+            If it is none.
+        """
+        known = self._recognised.mechanism if self._mechanism is None and self._recognised is not None else None
+        mechanism = known or self.mechanism
+        bare = mechanism.replace(arm=None, limbs=[Limb(limb.kind) for limb in mechanism.limbs])
+        return ShoulderExo.from_mechanism(bare)
+
+    @property
+    def name(self) -> str:
+        """Short name."""
+        return self.chain.description.name if self._mechanism is None else self._mechanism.name
+
+    @property
+    def geometry(self) -> WristGeometry:
+        """Joint centres and frames."""
+        known = self._recognised.mechanism if self._mechanism is None and self._recognised is not None else None
+        return (known or self.mechanism).geometry
+
+    @property
+    def arm(self) -> Arm | None:
+        """The moving part."""
+        return self.mechanism.arm
+
+    @property
+    def limbs(self) -> tuple[Limb, ...]:
+        """The limbs."""
+        return self.mechanism.limbs
+
+    @property
+    def side(self) -> str:
+        """Side of the body."""
+        return self._given_side if self._mechanism is None else self._mechanism.side
+
+    def __repr__(self) -> str:
+        if self._mechanism is None:
+            return f"<ShoulderExo {self.name!r}: {self.chain!r}>"
+        m = self._mechanism
+        kinds = "+".join(
+            f"{count}{kind}" for kind in ("UPU", "SPS") if (count := sum(limb.kind == kind for limb in m.limbs))
+        )
+        arm = "no arm" if m.arm is None else f"arm {m.arm.mass:.3g} kg"
+        return f"<ShoulderExo {m.name!r}: {kinds}, {m.side} shoulder, {arm}>"
+
+    def replace(self, **changes: Any) -> ShoulderExo:
+        """Return a new design with some fields of its mechanism changed (``geometry=``, ``arm=``, ``limbs=``, ...).
+
+        Raises
+        ------
+        UnknownName
+            If a name is no field of a mechanism.
+        """
+        return ShoulderExo.from_mechanism(self.mechanism.replace(**changes))
+
+    def worn_by(self, person: Arm) -> ShoulderExo:
+        """The design on a person's arm: what the device itself moves is kept, another person's arm is not.
+
+        Parameters
+        ----------
+        person : Arm
+            A left arm, as :meth:`Arm.from_anthropometry` makes it; it is mirrored for a right-sided design.
+        """
+        if not isinstance(person, Arm):
+            raise InvalidInput(f"expected person to be an Arm, got {type(person).__name__}")
+        arm = person if self.side == "left" else person.mirrored()
+        for part in () if self.arm is None else self.arm.parts:
+            if part.device:
+                arm = arm + part
+        return self.replace(arm=arm)
+
+    def mirrored(self) -> ShoulderExo:
+        """The same device on the other shoulder."""
+        return ShoulderExo.from_mechanism(self.mechanism.mirrored())
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the design as a TOML file that :func:`load` reads back bit for bit.
+
+        Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+        """
+        write_mechanism(self.mechanism, path)
+
+    def to_urdf(
+        self, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = _ASSUMED
+    ) -> Path:
+        """Write the design as URDF with a closures file beside it.
+
+        Each file appears whole or not at all, first the URDF, then the closures.
+
+        Parameters
+        ----------
+        folder : path-like
+            Where to; made if it is not there.
+        part : {"whole", "wrist", "shoulder", "floating"}
+            Limbs and ball joint; the limbs alone; the ball joint with the arm alone; or limbs and a free arm whose
+            ball joint is a closure.
+        assumed : AssumedMasses or None
+            Masses for links that have none, because simulators need them; the file says that they are assumed.
+            None leaves such links without mass.
+
+        Returns
+        -------
+        Path
+            The URDF.
+        """
+        return write_urdf(self.mechanism, folder, part, assumed)
+
+    @functools.cached_property
+    def chain(self) -> ClosedChain:
+        """The closed kinematic chain in Pinocchio, with the ball joint."""
+        if self._given_chain is not None:
+            return self._given_chain
+        return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
+
+    def check(self) -> Report:
+        """Kinematic consistency: loops, Jacobians, wrist conditions, mobility, inertia, neutral pose.
+
+        Of a robot that is no wrist: loops, Jacobian, mobility, limits and inertia.
+
+        Returns
+        -------
+        Report
+            Prints as a table; ``passed`` tells whether nothing failed.
+        """
+        return check_chain(self.chain) if self._mechanism is None else check(self._mechanism)
+
+    def compare(self, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:
+        """This design beside another over the same poses.
+
+        Parameters
+        ----------
+        other : ShoulderExo
+            The other design.
+        orientations : Rotation
+            Poses, any stack, such as :func:`exo_pin.adl_box`.
+        **options
+            ``load``, and those of :meth:`reaction`.
+
+        Returns
+        -------
+        StudyTable
+            One row a design; see :func:`exo_pin.study.evaluate` for the columns.
+        """
+        from ..study import compare
+
+        return compare(self, other, orientations, **options)
+
+    def view(self, **options: Any) -> Scene | ChainScene:
+        """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
+
+        A robot that is no wrist is drawn as a closed chain, without forces; see :class:`exo_pin.view.ChainScene`. A
+        wrist with masses that its record cannot hold is drawn without forces.
+
+        Parameters
+        ----------
+        **options
+            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
+            ``stature``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
+
+        Returns
+        -------
+        Scene or ChainScene
+            At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
+        """
+        from ..view import ChainScene, Scene
+
+        if not self.is_wrist:
+            return ChainScene(self.chain, self.urdf, **options)
+        return Scene(self, **options)
+
+
+def _beyond(recognised: Recognised) -> str:
+    """What a chain has that its record cannot hold."""
+    heavier, unheld = recognised.heavier, recognised.unheld
+    lost = [f"the masses of {len(heavier)} links, the first of them after {heavier[0]}"] if heavier else []
+    if unheld:
+        lost.append(f"the {', '.join(unheld[:4])}{', ...' if len(unheld) > 4 else ''}")
+    return " and ".join(lost)
+
+
+def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
+    """Load a design.
+
+    Parameters
+    ----------
+    source : str or path-like
+        Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a ``.urdf`` file with its
+        closures file beside it; see :meth:`ShoulderExo.from_chain`.
+    side : {"left", "right"}, optional
+        The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
+        (all presets are left). A URDF is not mirrored: there it says which side the robot is for, left if left out.
+
+    Returns
+    -------
+    ShoulderExo
+
+    Raises
+    ------
+    UnknownName
+        If there is no such preset or file; the message lists the presets.
+    FileFormatError
+        If the file has an unknown, missing or wrong key.
+    """
+    if not isinstance(source, (str, PathLike)):
+        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {source!r:.60}")
+    text = fspath(source)
+    if text in presets():
+        mechanism = preset(text)
+    elif text.endswith(".toml"):
+        mechanism = read_mechanism(text)
+    elif text.endswith(".urdf"):
+        return ShoulderExo.from_chain(ClosedChain.from_urdf(text), "left" if side is None else side, text)
+    else:
+        raise UnknownName("preset, .toml or .urdf file", text, presets())
+    return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

@@ -1,0 +1,6 @@
+from .centre_path import CentrePath as CentrePath
+from .motion_and_load import CentreOffset as CentreOffset
+from .motion_and_load import Load as Load
+from .motion_and_load import Motion as Motion
+from .trajectories import Movement as Movement
+from .trajectory_files import read_movement as read_movement

@@ -1,0 +1,89 @@
+"""A shoulder whose centre moves as the arm is lifted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import MIRROR
+from ..core.errors import InvalidInput
+from ..core.records import Record
+from ..core.validation import FloatArray, as_finite, as_rotation
+from .motion_and_load import CentreOffset
+
+__all__ = ["CentrePath", "elevation_angle"]
+
+
+def elevation_angle(orientation: Rotation) -> FloatArray:
+    """Angle between the upper arm, -z of {O_B}, and -z of the base, shape (...), rad: 0 hanging, π straight up."""
+    R = as_rotation("orientation", orientation).as_matrix()
+    # As an arc tangent, which keeps its accuracy where the arm hangs.
+    return np.asarray(np.arctan2(np.hypot(R[..., 0, 2], R[..., 1, 2]), R[..., 2, 2]))
+
+
+@dataclass(frozen=True, eq=False)
+class CentrePath(Record):
+    """Where the anatomical centre of the shoulder goes as the arm is elevated.
+
+    Between the given points a cubic that keeps their order (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238)
+    interpolates each coordinate, so that it does not swing out between them. No path is assumed: measure one, or take
+    one from the literature.
+
+    Attributes
+    ----------
+    elevation : ndarray
+        Shape (k,), rad, k >= 2, rising.
+    displacement : ndarray
+        Shape (k, 3), m, base frame: from the place of the centre at rest.
+    fit : ndarray
+        Shape (3,), m: offset of the device at rest, base and cuff together.
+    """
+
+    elevation: FloatArray
+    displacement: FloatArray
+    fit: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        angles = as_finite("elevation", self.elevation, (None,))
+        moved = as_finite("displacement", self.displacement, (None, 3))
+        if len(angles) < 2 or len(angles) != len(moved):
+            raise InvalidInput(
+                f"expected as many elevations as displacements, 2 or more, got {len(angles)} and {len(moved)}"
+            )
+        if (np.diff(angles) <= 0.0).any() or angles[0] < 0.0 or angles[-1] > np.pi + 1e-9:
+            raise InvalidInput(f"expected elevation to rise within 0 to π rad, got {angles} (degrees?)")
+        CentreOffset(moved, moved)  # its check of the size
+        object.__setattr__(self, "elevation", angles)
+        object.__setattr__(self, "displacement", moved)
+        object.__setattr__(self, "fit", as_finite("fit", self.fit, (3,)))
+
+    def at(self, elevation: ArrayLike) -> FloatArray:
+        """Displacement of the centre, shape (..., 3), m, at elevations of shape (...), rad.
+
+        Raises
+        ------
+        InvalidInput
+            If an elevation lies outside those that are known: nothing is extrapolated.
+        """
+        angles = as_finite("elevation", elevation, (), stack=True)
+        low, high = float(self.elevation[0]), float(self.elevation[-1])
+        # Rounding of a rotation's matrix moves the angle of a hanging arm by about 1e-8.
+        beyond = (angles < low - 1e-7) | (angles > high + 1e-7)
+        if beyond.any():
+            raise InvalidInput(
+                f"expected elevations of {np.degrees(low):g} to {np.degrees(high):g} degrees, where the path is "
+                f"known, got {np.degrees(angles[beyond].ravel()[0]):g} degrees"
+            )
+        return np.asarray(PchipInterpolator(self.elevation, self.displacement)(np.clip(angles, low, high)))
+
+    def offset(self, orientation: Rotation) -> CentreOffset:
+        """Offset of the device in poses of shape (...): the base stays behind by what the centre moves."""
+        return CentreOffset.of_moving_shoulder(self.at(elevation_angle(orientation)), np.asarray(self.fit))
+
+    def mirrored(self) -> CentrePath:
+        """Mirror image in the x-z plane, for the other shoulder."""
+        return replace(self, displacement=self.displacement @ MIRROR, fit=np.asarray(self.fit) @ MIRROR)

@@ -1,0 +1,143 @@
+"""Turning what a caller passes into flat stacks for the kernels, and back."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.records import Record
+from ..core.validation import FloatArray, as_rotation
+from ..design import Mechanism
+from .arm_loads import applied_stack
+from .motion_and_load import Load, Motion
+
+__all__ = ["Query", "Rows", "as_query", "pose_matrices", "require_massless"]
+
+
+class Query(NamedTuple):
+    """Poses, motion and load as flat stacks.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        The stack's shape (...), N poses in all.
+    matrices : ndarray
+        Shape (N, 3, 3).
+    velocity, acceleration : ndarray
+        Shape (N, 3), base frame.
+    force, moment : ndarray
+        Shape (N, 3), the load on the arm, moment about O, base frame.
+    """
+
+    shape: tuple[int, ...]
+    matrices: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    force: FloatArray
+    moment: FloatArray
+
+
+class Rows(Record):
+    """Vectors that broadcast against a stack of poses, handed out block by block and never spread out as a whole.
+
+    Parameters
+    ----------
+    name : str
+        Of the argument, for the message.
+    array : ndarray
+        Broadcasts to (..., width).
+    shape : tuple of int
+        The stack's shape (...).
+    width : int
+        Length of a vector.
+
+    Raises
+    ------
+    InvalidInput
+        If it does not broadcast.
+    """
+
+    def __init__(self, name: str, array: FloatArray, shape: tuple[int, ...], width: int = 3) -> None:
+        full = (*shape, width)
+        try:
+            self._spread = np.broadcast_to(array, full)
+        except ValueError:
+            raise InvalidInput(f"expected {name} to broadcast to {full}, got {array.shape}") from None
+        self._shape = shape
+        #: Whether all poses have the same vector, so that a block is that one row.
+        self.is_single = all(side == 1 for side in array.shape[:-1])
+        self._flat: FloatArray | None = None
+        if self.is_single:
+            self._flat = np.broadcast_to(array.reshape(-1), (1, width))
+        elif array.shape == full and array.flags.c_contiguous:
+            self._flat = array.reshape(-1, width)
+
+    def block(self, start: int, stop: int) -> FloatArray:
+        """A writable copy of the rows from ``start`` to ``stop`` of the flattened stack, or of the single one."""
+        if self._flat is None:
+            return np.array(self._spread[np.unravel_index(np.arange(start, stop), self._shape)])
+        return np.array(self._flat if self.is_single else self._flat[start:stop], order="C")
+
+
+def pose_matrices(orientation: Rotation) -> tuple[tuple[int, ...], FloatArray]:
+    """The stack's shape (...) and its matrices, shape (N, 3, 3), contiguous."""
+    rotation = as_rotation("orientation", orientation)
+    return rotation.shape, np.ascontiguousarray(rotation.as_matrix().reshape(-1, 3, 3))
+
+
+def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | None = None) -> Query:
+    """Broadcast motion and load against the stack of poses.
+
+    Raises
+    ------
+    InvalidInput
+        If something is of the wrong type, or its stack dimensions do not broadcast to those of ``orientation``.
+    """
+    shape, matrices = pose_matrices(orientation)
+    count = len(matrices)
+    still = np.zeros((count, 3))
+    velocity = acceleration = force = moment = still
+    if motion is not None:
+        if not isinstance(motion, Motion):
+            raise InvalidInput(f"expected motion to be a Motion, got {type(motion).__name__}")
+        velocity = _spread("motion.angular_velocity", motion.angular_velocity, shape)
+        acceleration = _spread("motion.angular_acceleration", motion.angular_acceleration, shape)
+    if load is not None:
+        if not isinstance(load, Load):
+            raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+        force = _spread("load.force", np.asarray(load.force), shape)
+        couple = _spread("load.moment", np.asarray(load.moment), shape)
+        at = _spread("load.at", np.asarray(load.at), shape)
+        outside, moment = np.empty((count, 3)), np.empty((count, 3))
+        applied_stack(matrices, force, couple, at, load.frame == "arm", outside, moment)
+        force = outside
+    return Query(shape, matrices, velocity, acceleration, force, moment)
+
+
+def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    try:
+        # A copy, always: the kernels take arrays of one kind, and a read-only or strided one is another.
+        return np.array(np.broadcast_to(array, (*shape, 3)), order="C").reshape(-1, 3)
+    except ValueError:
+        raise InvalidInput(
+            f"expected {name} to broadcast to the poses' shape {(*shape, 3)}, got {array.shape}"
+        ) from None
+
+
+def require_massless(mechanism: Mechanism) -> None:
+    """Raise if a limb has mass: the closed forms are for massless limbs.
+
+    Raises
+    ------
+    InvalidInput
+        Naming the limb.
+    """
+    for index, limb in enumerate(mechanism.limbs):
+        if limb.mass > 0.0:
+            raise InvalidInput(
+                f"limb index {index} has mass {limb.mass:g} kg: the closed form holds for massless limbs only "
+                "(ShoulderExo.reaction takes limb masses into account)"
+            )

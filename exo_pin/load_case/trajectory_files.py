@@ -1,0 +1,111 @@
+"""Movements read from CSV files."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import shoulder_rotation, thesis_rotation
+from ..core.errors import FileFormatError, InvalidInput
+from ..core.validation import FloatArray
+from .trajectories import Movement
+
+__all__ = ["read_movement"]
+
+
+def _shoulder(values: FloatArray, degrees: bool, side: str) -> Rotation:
+    flexion, abduction, internal = values.T
+    return shoulder_rotation(flexion, abduction, internal, side, degrees)
+
+
+def _thesis(values: FloatArray, degrees: bool, _: str) -> Rotation:
+    theta_x, theta_y, theta_z = values.T
+    return thesis_rotation(theta_x, theta_y, theta_z, degrees)
+
+
+def _quaternion(values: FloatArray, _: bool, __: str) -> Rotation:
+    size = np.linalg.norm(values, axis=1)
+    if np.abs(size - 1.0).max() > 1e-3:
+        raise InvalidInput(f"expected unit quaternions, got one of length {size[np.abs(size - 1).argmax()]:g}")
+    return Rotation.from_quat(values)
+
+
+#: The columns declare the convention: the clinical angles of the shoulder, (4-7), or quaternions.
+_CONVENTIONS: dict[tuple[str, ...], tuple[Callable[[FloatArray, bool, str], Rotation], bool]] = {
+    ("flexion_deg", "abduction_deg", "internal_rotation_deg"): (_shoulder, True),
+    ("flexion_rad", "abduction_rad", "internal_rotation_rad"): (_shoulder, False),
+    ("theta_x_deg", "theta_y_deg", "theta_z_deg"): (_thesis, True),
+    ("theta_x_rad", "theta_y_rad", "theta_z_rad"): (_thesis, False),
+    ("qx", "qy", "qz", "qw"): (_quaternion, False),
+}
+
+
+def read_movement(path: str | PathLike[str], side: str = "left", smoothing: float = 0.0) -> Movement:
+    """Read a movement from a CSV file whose header declares the angle convention.
+
+    The columns are ``time_s`` and one of: ``flexion_deg, abduction_deg, internal_rotation_deg`` (clinical signs,
+    :func:`exo_pin.shoulder_rotation`); ``theta_x_deg, theta_y_deg, theta_z_deg`` ((4-7),
+    :func:`exo_pin.thesis_rotation`); the same with ``_rad``; or ``qx, qy, qz, qw`` ({O_B} to {O_A}). Lines that
+    start with ``#`` are comments; the order of columns is free, others are an error.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    side : {"left", "right"}
+        Side of the body that clinical angles are of.
+    smoothing : float
+        As in :meth:`Movement.from_samples`, rad.
+
+    Returns
+    -------
+    Movement
+
+    Raises
+    ------
+    FileFormatError
+        If it cannot be read, a column is missing or unknown, or a cell is no finite number; the line is named.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        raise FileFormatError(f"cannot be read: {error}", path) from error
+    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
+    if not rows:
+        raise FileFormatError("is empty", path)
+    header = [name.strip() for name in next(csv.reader([rows[0][1]]))]
+    columns, (build, degrees) = _convention(header, path)
+    data = np.empty((len(rows) - 1, len(header)))
+    for index, (number, line) in enumerate(rows[1:]):
+        cells = next(csv.reader([line]))
+        try:
+            if len(cells) != len(header):
+                raise ValueError
+            data[index] = [float(cell) for cell in cells]
+        except ValueError:
+            raise FileFormatError(f"line {number}: expected {len(header)} numbers, got {line!r:.80}", path) from None
+        if not np.isfinite(data[index]).all():
+            raise FileFormatError(f"line {number}: expected finite numbers, got {line!r:.80}", path)
+    values = data[:, [header.index(name) for name in columns]]
+    try:
+        orientations = build(values, degrees, side) if len(values) else Rotation.identity(0)
+        return Movement.from_samples(data[:, header.index("time_s")], orientations, smoothing)
+    except FileFormatError:
+        raise
+    except InvalidInput as error:
+        raise FileFormatError(str(error), path) from error
+
+
+def _convention(header: list[str], path: str | PathLike[str]) -> tuple[tuple[str, ...], Any]:
+    if len(set(header)) == len(header) and "time_s" in header:
+        for columns, reading in _CONVENTIONS.items():
+            if set(header) == {"time_s", *columns}:
+                return columns, reading
+    known = "; ".join(", ".join(("time_s", *columns)) for columns in _CONVENTIONS)
+    raise FileFormatError(f"expected one of the headers: {known}; got {', '.join(header)}", path)

@@ -1,0 +1,267 @@
+"""Friction and damping coefficients from recorded responses, (3-28), by trust-region least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors.muscles import NotIdentifiable
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ..laws.dynamic import DynamicModel
+from ..laws.friction import Damping, LoadDependentFriction
+from ..laws.static import StaticModel
+from ..simulation.pressure import PressureInput, PressureTrace
+from ..simulation.step_response import simulate
+from .static_identification import collinear
+
+__all__ = ["DynamicIdentification", "Recording", "identify_dynamic"]
+
+_NAMES = ("N_2", "N_1", "N_0", "D_1", "D_2")
+#: Sizes of the coefficients (m, bar), so that the steps of the search are alike.
+_SCALE = np.array([200.0, 100.0, 5.0, 1.0, 1.0])
+#: Relative step of the finite differences. The simulated contraction is exact to about 1e-9 of its size: a step of
+#: 1e-4 leaves five digits of the derivative.
+_STEP = 1e-4
+#: How many of the first guesses are followed up.
+_STARTS = 2
+
+
+@dataclass(frozen=True)
+class Recording(Record):
+    """One recorded response of a hung mass.
+
+    Parameters
+    ----------
+    time : array_like
+        Shape (n,), s, rising.
+    contraction : array_like
+        Shape (n,), m.
+    pressure : PressureInput or array_like
+        Pressure over time, or shape (n,) in Pa.
+    mass : float
+        kg.
+    start : float or None
+        Contraction in m at rest before the first sample; None for the first sample, with its noise.
+    """
+
+    time: FloatArray
+    contraction: FloatArray
+    pressure: PressureInput
+    mass: float
+    start: float | None = None
+
+    def __init__(
+        self,
+        time: ArrayLike,
+        contraction: ArrayLike,
+        pressure: PressureInput | ArrayLike,
+        mass: float,
+        start: float | None = None,
+    ) -> None:
+        t = as_finite("time", time, (None,))
+        x = as_finite("contraction", contraction, (len(t),))
+        p = pressure if isinstance(pressure, PressureInput) else PressureTrace(t, pressure)
+        if len(t) < 2 or (np.diff(t) <= 0).any():
+            raise InvalidInput("expected time to rise from sample to sample, with at least two samples")
+        object.__setattr__(self, "time", t)
+        object.__setattr__(self, "contraction", x)
+        object.__setattr__(self, "pressure", p)
+        object.__setattr__(self, "mass", as_positive("mass", mass))
+        object.__setattr__(self, "start", None if start is None else float(as_finite("start", start, ())))
+
+    def residual(self, model: DynamicModel) -> FloatArray:
+        """Return simulated less recorded contraction, shape (n,), m."""
+        # A small negative first sample is noise about the stop.
+        start = max(0.0, float(self.contraction[0])) if self.start is None else self.start
+        response = simulate(
+            model,
+            self.mass,
+            self.pressure,
+            self.time,
+            contraction=start,
+            outside="mark",
+            rtol=1e-8,
+            atol=1e-10,
+            estimate_error=False,
+        )
+        return np.asarray(response.contraction - self.contraction)
+
+
+@dataclass(frozen=True)
+class DynamicIdentification(Record):
+    """Fitted friction and damping.
+
+    Attributes
+    ----------
+    model : DynamicModel
+    names : tuple of str
+        N_2, N_1, N_0, D_1, D_2.
+    coefficients : ndarray
+        Shape (5,), N/(m² bar), N/(m bar), N/bar, N s²/(m² bar), N s/(m bar).
+    covariance : ndarray
+        Shape (5, 5), linearised at the answer.
+    sigma : float
+        Standard deviation of one sample about the simulation, m.
+    samples : int
+    condition_number : float
+        Of the sensitivities, columns of unit length.
+    indistinct : tuple of str
+        Coefficients that the recordings cannot tell apart.
+    inside : float
+        Share of the simulated samples that lie in the model's range.
+    """
+
+    model: DynamicModel
+    names: tuple[str, ...]
+    coefficients: FloatArray
+    covariance: FloatArray
+    sigma: float
+    samples: int
+    condition_number: float
+    indistinct: tuple[str, ...]
+    inside: float
+
+    def intervals(self, level: float = 0.95) -> FloatArray:
+        """Confidence interval of each coefficient, shape (5, 2).
+
+        Raises
+        ------
+        InvalidInput
+            If ``level`` is not between 0 and 1.
+        """
+        if not 0 < as_positive("level", level) < 1:
+            raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
+        half = student.ppf(0.5 + level / 2, self.samples - len(self.names)) * np.sqrt(np.diag(self.covariance))
+        return np.column_stack([self.coefficients - half, self.coefficients + half])
+
+
+def _first_guesses() -> list[FloatArray]:
+    """Frictions of 1 to 10 N/bar, even or falling to zero at 150 mm, with dampings of 0.3 to 3 N s/(m bar)."""
+    return [
+        np.array([0.0, -n / 0.15 if falls else 0.0, n, 0.0, d])
+        for n in (1.0, 3.0, 6.0, 10.0)
+        for falls in (False, True)
+        for d in (0.3, 1.0, 3.0)
+    ]
+
+
+def _build(static: StaticModel, values: FloatArray, load_bar_per_kg: float, name: str, source: str) -> DynamicModel:
+    return DynamicModel(
+        name=name,
+        static=static,
+        friction=LoadDependentFriction.from_bar(float(values[0]), float(values[1]), float(values[2]), load_bar_per_kg),
+        damping=Damping.from_bar(float(values[3]), float(values[4])),
+        source=source,
+    )
+
+
+def identify_dynamic(
+    recordings: Sequence[Recording],
+    static: StaticModel,
+    start: ArrayLike | None = None,
+    load_bar_per_kg: float = 1.0,
+    name: str = "identified",
+    source: str = "",
+) -> DynamicIdentification:
+    """Fit N_2, N_1, N_0, D_1, D_2 of (3-22) to recorded responses, all at once.
+
+    The sum of squares of simulated less recorded contraction, (3-28), is minimised by the trust-region reflective
+    method (``scipy.optimize.least_squares``, ``method="trf"``), each simulation with located stick-slip events.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        At least one; several loads and pressures tell the coefficients apart better.
+    static : StaticModel
+        The static force law, which is kept.
+    start : array_like or None
+        Shape (5,), first guess in the units of the answer; None to start from the best few of a set of frictions
+        and dampings.
+    load_bar_per_kg : float
+        Factor of the hung mass in φ(F_ext), kept; the source found 1.
+    name, source : str
+        Name and source of the parameter set.
+
+    Returns
+    -------
+    DynamicIdentification
+
+    Raises
+    ------
+    InvalidInput
+        If there is no recording, or an argument is not usable.
+    NotIdentifiable
+        If the responses do not depend on some coefficient, or there are too few samples; it names the coefficients.
+    SolverFailed
+        If the search does not converge.
+    """
+    if len(recordings) == 0 or not all(isinstance(r, Recording) for r in recordings):
+        raise InvalidInput("expected recordings to be at least one Recording")
+    samples = sum(len(r.time) for r in recordings)
+    if samples <= len(_NAMES):
+        raise NotIdentifiable(f"expected more than {len(_NAMES)} samples, got {samples}", _NAMES)
+
+    def residual(scaled: FloatArray) -> FloatArray:
+        model = _build(static, scaled * _SCALE, load_bar_per_kg, name, source)
+        return np.concatenate([recording.residual(model) for recording in recordings])
+
+    def jacobian(scaled: FloatArray) -> FloatArray:
+        # Central differences: the responses bend where a phase of sticking appears or goes.
+        columns = []
+        for i in range(len(scaled)):
+            step = np.zeros(len(scaled))
+            step[i] = _STEP * max(1.0, abs(float(scaled[i])))
+            columns.append((residual(scaled + step) - residual(scaled - step)) / (2 * step[i]))
+        return np.column_stack(columns)
+
+    if start is None:
+        # The sum of squares has several valleys: a friction too large stops the motion early, one too small late.
+        ranked = sorted(_first_guesses(), key=lambda guess: float((residual(guess / _SCALE) ** 2).sum()))
+        guesses = ranked[:_STARTS]
+    else:
+        guesses = [np.array(as_finite("start", start, (len(_NAMES),)))]
+    answers = [
+        least_squares(residual, guess / _SCALE, jac=jacobian, method="trf", xtol=1e-9, ftol=1e-10, gtol=1e-14)
+        for guess in guesses
+    ]
+    answer = min(answers, key=lambda a: float(a.cost))
+    if not answer.success:
+        raise SolverFailed("least_squares", float(answer.optimality), str(answer.message))
+    sensitivity = np.asarray(answer.jac)
+    norms = np.linalg.norm(sensitivity, axis=0)
+    floor = 1e-9 * norms.max() if norms.max() > 0 else np.inf
+    if (norms <= floor).any() or np.linalg.matrix_rank(sensitivity / np.maximum(norms, 1e-300)) < len(_NAMES):
+        lost = tuple(n for n, flag in zip(_NAMES, (norms <= floor) | collinear(sensitivity), strict=True) if flag)
+        raise NotIdentifiable(f"these responses cannot determine the coefficients {', '.join(lost)}", lost)
+    variance = float(answer.fun @ answer.fun) / (samples - len(_NAMES))
+    upper = np.linalg.inv(np.linalg.qr(sensitivity / norms, mode="r"))
+    spread = (upper @ upper.T) / np.outer(norms, norms) * np.outer(_SCALE, _SCALE)
+    values = answer.x * _SCALE
+    model = _build(static, values, load_bar_per_kg, name, source)
+    return DynamicIdentification(
+        model=model,
+        names=_NAMES,
+        coefficients=frozen(values.copy()),
+        covariance=frozen(variance * spread),
+        sigma=float(np.sqrt(variance)),
+        samples=samples,
+        condition_number=float(np.linalg.cond(sensitivity / norms)),
+        indistinct=tuple(np.array(_NAMES)[collinear(sensitivity)].tolist()),
+        inside=_share_inside(model, recordings),
+    )
+
+
+def _share_inside(model: DynamicModel, recordings: Sequence[Recording]) -> float:
+    inside = []
+    for recording in recordings:
+        x = recording.contraction
+        velocity = np.gradient(x, recording.time)
+        inside.append(model.contains(x, velocity, recording.pressure.sample(recording.time), recording.mass))
+    return float(np.concatenate(inside).mean())

@@ -1,0 +1,258 @@
+"""Coefficients of a static force law from measurements, by linear least squares, with what they are worth.
+
+The law is linear in its coefficients, so fit, covariance and leave-one-out errors are closed forms. The
+coefficients of (3-10) are nearly interchangeable on such data (K_2 against S_2, say): refits give other
+coefficients and the same forces. So the answer names the coefficients that the data cannot tell apart, and gives
+the uncertainty of the force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import t as student
+
+from ...core.errors import InvalidInput
+from ...core.errors.muscles import NotIdentifiable
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ..laws.polynomial_law import PolynomialModel
+from ..laws.validity import Validity
+from .region import SECOND_ORDER, Powers, Region, as_measurements, design_matrix, find_region, hull
+
+__all__ = ["CONDITION_LIMIT", "StaticIdentification", "coefficient_name", "collinear", "identify_static"]
+
+#: Condition index above which a dependency among columns of unit length is called strong (Belsley, Kuh, Welsch).
+CONDITION_LIMIT = 30.0
+
+_NAMES = dict(zip(SECOND_ORDER, ("K_1", "K_2", "C_1", "S_1", "S_2", "S_3"), strict=True))
+
+
+def coefficient_name(powers: tuple[int, int]) -> str:
+    """Symbol of (3-10) for a pair of powers (contraction, pressure), or for example "x3P1"."""
+    return _NAMES.get(powers, f"x{powers[0]}P{powers[1]}")
+
+
+def collinear(jacobian: FloatArray) -> NDArray[np.bool_]:
+    """Which columns the data cannot tell apart.
+
+    Columns are scaled to unit length. A column is flagged if more than half of the variance of its coefficient
+    comes from directions with a condition index above ``CONDITION_LIMIT`` (variance decomposition of Belsley, Kuh
+    and Welsch), or if it is zero.
+
+    Parameters
+    ----------
+    jacobian : ndarray
+        Shape (n, k), n at least k.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (k,).
+    """
+    norms = np.linalg.norm(jacobian, axis=0)
+    flagged = norms == 0
+    live = ~flagged
+    if not live.any():
+        return flagged
+    _, singular, right = np.linalg.svd(jacobian[:, live] / norms[live], full_matrices=False)
+    singular = np.maximum(singular, np.finfo(float).tiny)
+    shares = (right / singular[:, np.newaxis]) ** 2
+    weak = singular[0] / singular > CONDITION_LIMIT
+    flagged[live] = shares[weak].sum(axis=0) > 0.5 * shares.sum(axis=0)
+    return flagged
+
+
+@dataclass(frozen=True)
+class StaticIdentification(Record):
+    """A fitted force law.
+
+    Attributes
+    ----------
+    model : PolynomialModel
+        The law, with the validity range of its data.
+    powers : tuple of (int, int)
+        Powers of contraction and pressure of each coefficient.
+    names : tuple of str
+        Their symbols.
+    coefficients : ndarray
+        Shape (k,), N m^-i bar^-j.
+    covariance : ndarray
+        Shape (k, k), in the squares of those units.
+    residuals : ndarray
+        Shape (n,), measured less fitted force, N.
+    leave_one_out : ndarray
+        Shape (n,), measured force less the force of the fit to all the others, N.
+    sigma : float
+        Standard deviation of one measurement about the law, N, from n - k degrees of freedom.
+    condition_number : float
+        Of the design matrix in m and bar.
+    scaled_condition_number : float
+        Of the same with columns of unit length, which no choice of units can improve.
+    variance_inflation : ndarray
+        Shape (k,), how much the variance of a coefficient is raised by the others being unknown too.
+    indistinct : tuple of str
+        Coefficients that the data cannot tell apart; compare forces, not these.
+    region : Region or None
+        How the measurements were chosen, if they were.
+    """
+
+    model: PolynomialModel
+    powers: Powers
+    names: tuple[str, ...]
+    coefficients: FloatArray
+    covariance: FloatArray
+    residuals: FloatArray
+    leave_one_out: FloatArray
+    sigma: float
+    condition_number: float
+    scaled_condition_number: float
+    variance_inflation: FloatArray
+    indistinct: tuple[str, ...]
+    region: Region | None
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Measurements less coefficients."""
+        return len(self.residuals) - len(self.coefficients)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals, N."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    @property
+    def leave_one_out_rms(self) -> float:
+        """Root mean square of the leave-one-out errors, N."""
+        return float(np.sqrt(np.mean(self.leave_one_out**2)))
+
+    def intervals(self, level: float = 0.95) -> FloatArray:
+        """Confidence interval of each coefficient, shape (k, 2), from Student's t.
+
+        Raises
+        ------
+        InvalidInput
+            If ``level`` is not between 0 and 1.
+        """
+        half = self._quantile(level) * np.sqrt(np.diag(self.covariance))
+        return np.column_stack([self.coefficients - half, self.coefficients + half])
+
+    def force_interval(self, contraction: ArrayLike, pressure: ArrayLike, level: float = 0.95) -> FloatArray:
+        """Confidence interval of the law's force, shape (..., 2), N.
+
+        Parameters
+        ----------
+        contraction, pressure : array_like
+            Shape (n,), m and Pa.
+        level : float
+            Between 0 and 1.
+
+        Raises
+        ------
+        InvalidInput
+            If an argument is not usable.
+        """
+        x = as_finite("contraction", contraction, (None,))
+        p = as_finite("pressure", pressure, (len(x),))
+        rows = design_matrix(x, p, self.powers)
+        half = self._quantile(level) * np.sqrt(np.einsum("ni,ij,nj->n", rows, self.covariance, rows))
+        centre = rows @ self.coefficients
+        return np.column_stack([centre - half, centre + half])
+
+    def _quantile(self, level: float) -> float:
+        if not 0 < as_positive("level", level) < 1:
+            raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
+        return float(student.ppf(0.5 + level / 2, self.degrees_of_freedom))
+
+
+def identify_static(
+    contraction: ArrayLike,
+    pressure: ArrayLike,
+    force: ArrayLike,
+    nominal_length: float,
+    powers: Powers = SECOND_ORDER,
+    select: str = "all",
+    name: str = "identified",
+    source: str = "",
+    validity: Validity | None = None,
+) -> StaticIdentification:
+    """Fit a force law that is a polynomial in contraction and pressure.
+
+    Parameters
+    ----------
+    contraction, pressure, force : array_like
+        Shape (n,), m, Pa and N.
+    nominal_length : float
+        Nominal length of the muscle, m.
+    powers : tuple of (int, int)
+        Powers of contraction and pressure of the terms; (3-10) by default.
+    select : {"all", "region"}
+        Fit all measurements, or those of the region that :func:`find_region` finds; the intervals take that choice
+        as given.
+    name, source : str
+        Name and source of the parameter set.
+    validity : Validity or None
+        Validity range of the set; None for that of the data.
+
+    Returns
+    -------
+    StaticIdentification
+
+    Raises
+    ------
+    InvalidInput
+        If the measurements are not usable columns, or ``select`` is neither "all" nor "region".
+    NotIdentifiable
+        If there are no more measurements than coefficients, or columns depend on one another exactly; it names the
+        coefficients.
+    """
+    x, p, f = as_measurements(contraction, pressure, force)
+    length = as_positive("nominal_length", nominal_length)
+    if select not in ("all", "region"):
+        raise InvalidInput(f"expected select to be 'all' or 'region', got {select!r}")
+    region = find_region(x, p, f, length, powers) if select == "region" else None
+    if region is not None:
+        x, p, f = x[region.kept], p[region.kept], f[region.kept]
+    names = tuple(coefficient_name(pair) for pair in powers)
+    n, k = len(f), len(powers)
+    if n <= k:
+        raise NotIdentifiable(f"expected more than {k} measurements for {k} coefficients, got {n}", names)
+    matrix = design_matrix(x, p, powers)
+    norms = np.linalg.norm(matrix, axis=0)
+    if (norms == 0).any() or np.linalg.matrix_rank(matrix / norms) < k:
+        lost = tuple(np.array(names)[collinear(matrix)].tolist())
+        raise NotIdentifiable(f"these data cannot determine the coefficients {', '.join(lost)}", lost)
+    # Columns of unit length and an orthogonal factor: the normal equations would square the condition number.
+    orthogonal, upper = np.linalg.qr(matrix / norms)
+    coefficients = np.linalg.solve(upper, orthogonal.T @ f) / norms
+    residuals = f - matrix @ coefficients
+    sigma = float(np.sqrt(residuals @ residuals / (n - k)))
+    inverse = np.linalg.inv(upper)
+    spread = inverse @ inverse.T
+    leverage = (orthogonal**2).sum(axis=1)
+    basis = f"range of the {n} measurements"
+    found = region.validity if region is not None else hull(x, p, length, basis=basis)
+    model = PolynomialModel.from_bar(
+        dict(zip(powers, coefficients.tolist(), strict=True)),
+        name=name,
+        reference_length=length,
+        validity=validity or found,
+        source=source,
+    )
+    return StaticIdentification(
+        model=model,
+        powers=tuple(powers),
+        names=names,
+        coefficients=frozen(coefficients),
+        covariance=frozen(sigma**2 * spread / np.outer(norms, norms)),
+        residuals=frozen(residuals),
+        leave_one_out=frozen(residuals / (1 - leverage)),
+        sigma=sigma,
+        condition_number=float(np.linalg.cond(matrix)),
+        scaled_condition_number=float(np.linalg.cond(matrix / norms)),
+        variance_inflation=frozen(np.diag(spread).copy()),
+        indistinct=tuple(np.array(names)[collinear(matrix)].tolist()),
+        region=region,
+    )

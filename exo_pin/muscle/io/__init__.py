@@ -1,0 +1,1 @@
+"""Parameter sets and tables of measurements as files."""

@@ -1,0 +1,202 @@
+"""Dynamic muscle model (3-22): the static force less damping and Coulomb friction, as a set-valued law.
+
+With x the contraction, v its rate and P the pressure, the force on the load is
+
+    F = F_static(x, P) - P (D_1 v² + D_2 v) - F_c,
+
+where F_c is the bound of the friction law times sign(v) while the muscle moves, and **any** force between minus and
+plus the bound while it rests. A hung mass m obeys m dv/dt = F - m g; the printed (3-27) and (3-31) lost their -m g.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from ...core.conventions import GRAVITY
+from ...core.errors import InvalidInput
+from ...core.errors.muscles import OutsideValidity
+from ...core.validation import FloatArray, as_finite, as_positive
+from .friction import Damping, FrictionLaw
+from .static import StaticModel
+from .validity import BoolArray, as_outside
+
+__all__ = ["DynamicModel", "G"]
+
+#: Standard gravity of the source, m/s².
+G = float(-GRAVITY[2])
+
+#: Points of the grid that looks for a rest, 0.02 mm apart on a 300 mm muscle; its ends are then refined.
+_GRID = 4001
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicModel:
+    """A static force law with friction and damping.
+
+    Parameters
+    ----------
+    name : str
+        Name of the parameter set.
+    static : StaticModel
+        Of its reference length: how friction and damping scale with length is not known, so a scaled one is
+        refused.
+    friction : FrictionLaw
+        Coulomb friction.
+    damping : Damping
+        Viscous friction and drag.
+    source : str
+        Where the parameters come from.
+
+    Raises
+    ------
+    InvalidInput
+        If a part has a wrong type or the static model is scaled.
+    """
+
+    name: str
+    static: StaticModel
+    friction: FrictionLaw
+    damping: Damping
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for key, kind in (("static", StaticModel), ("friction", FrictionLaw), ("damping", Damping)):
+            if not isinstance(getattr(self, key), kind):
+                raise InvalidInput(f"expected {key} to be a {kind.__name__}, got {type(getattr(self, key)).__name__}")
+        if self.static.scale != 1.0:
+            raise InvalidInput(
+                f"expected a static model of its own {self.static.reference_length:g} m, got one scaled "
+                f"to {self.static.length:g} m: no scaling of friction and damping is known"
+            )
+
+    def limits(self) -> list[str]:
+        """Names of the conditions under which friction and damping oppose the motion, in :meth:`margins`' order."""
+        factors = self.friction.factors(0.0, 0.0, 0.0)
+        names = [f"friction factor {i + 1} (N/Pa, Pa or N)" for i in range(len(factors))]
+        return [*names, "damping D_1 v + D_2 (N s/(m Pa))"]
+
+    def margins(self, x: Any, velocity: Any, pressure: Any, mass: float) -> tuple[Any, ...]:
+        """Quantities that must be zero or more for friction and damping to oppose the motion (m, m/s, Pa, kg)."""
+        return (*self.friction.factors(x, pressure, mass), self.damping.rate(velocity))
+
+    def contains(self, contraction: FloatArray, velocity: FloatArray, pressure: FloatArray, mass: float) -> BoolArray:
+        """Whether each state is inside the range of the static law and of friction and damping.
+
+        Parameters
+        ----------
+        contraction, velocity, pressure : ndarray
+            Shape (...), m, m/s, Pa.
+        mass : float
+            Hung mass, kg.
+
+        Returns
+        -------
+        ndarray of bool
+            Shape (...).
+        """
+        strain = contraction / self.static.reference_length
+        force = self.static.unchecked_force(contraction, pressure)
+        inside = self.static.validity.contains(strain, pressure, force)
+        for margin in self.margins(contraction, velocity, pressure, mass):
+            inside = inside & (np.asarray(margin) >= 0)
+        return inside
+
+    def explain(self, contraction: float, velocity: float, pressure: float, mass: float) -> str:
+        """Say which bound a state breaks; an empty string if it breaks none."""
+        force = float(self.static.unchecked_force(contraction, pressure))
+        reason = self.static.validity.explain(contraction / self.static.reference_length, pressure, force)
+        if reason:
+            return reason
+        for name, value in zip(self.limits(), self.margins(contraction, velocity, pressure, mass), strict=True):
+            if value < 0:
+                return f"expected {name} to be zero or more, where it opposes the motion, got {float(value):.4g}"
+        return ""
+
+    def force(
+        self,
+        contraction: ArrayLike,
+        velocity: ArrayLike,
+        pressure: ArrayLike,
+        mass: float,
+        outside: str = "raise",
+    ) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest force on the load: equal while moving, the whole friction band at rest.
+
+        Parameters
+        ----------
+        contraction, velocity, pressure : array_like
+            Shape (...), m, m/s (shortening positive), Pa; they broadcast.
+        mass : float
+            Hung mass in kg, for the load-dependent part of the friction.
+        outside : {"raise", "mark"}
+            What to do about states outside the range. Marked values use the formulas as printed, which may push.
+
+        Returns
+        -------
+        lower, upper : ndarray or numpy.ma.MaskedArray
+            Shape (...), N.
+
+        Raises
+        ------
+        InvalidInput
+            If an argument is not finite or the shapes do not broadcast.
+        OutsideValidity
+            With "raise", if a state is outside.
+        """
+        load = as_positive("mass", mass)
+        choice = as_outside(outside)
+        arrays = [
+            as_finite(name, value, (), stack=True)
+            for name, value in (("contraction", contraction), ("velocity", velocity), ("pressure", pressure))
+        ]
+        try:
+            x, v, p = np.broadcast_arrays(*arrays)
+        except ValueError:
+            raise InvalidInput("expected contraction, velocity and pressure to broadcast") from None
+        inside = self.contains(x, v, p, load)
+        if choice == "raise" and not inside.all():
+            index = tuple(int(i) for i in np.argwhere(~inside)[0])
+            reason = self.explain(float(x[index]), float(v[index]), float(p[index]), load)
+            raise OutsideValidity(self.name, reason, int((~inside).sum()), index)
+        smooth = self.static.unchecked_force(x, p) - self.damping.printed(v, p)
+        bound = self.friction.printed(x, p, load)
+        lower = smooth - np.where(v < 0, -bound, bound)
+        upper = smooth - np.where(v > 0, bound, -bound)
+        if choice == "mark":
+            return np.ma.MaskedArray(lower, mask=~inside), np.ma.MaskedArray(upper, mask=~inside)
+        return lower, upper
+
+    def rest_band(self, mass: float, pressure: float) -> tuple[float, float]:
+        """Least and greatest contraction in m at which friction holds a hung mass (kg) at rest at a pressure (Pa).
+
+        Its ends are within the stroke, 0 to the upper end of the range of strain. A band narrower than 0.02 mm may
+        be missed.
+
+        Raises
+        ------
+        OutsideValidity
+            If the muscle cannot hold the mass inside its range of strain.
+        """
+        load, p = as_positive("mass", mass), as_positive("pressure", pressure)
+        span = np.linspace(0.0, self.static.validity.strain[1] * self.static.reference_length, _GRID)
+
+        def excess(x: float) -> float:
+            return abs(float(self.static.unchecked_force(x, p)) - load * G) - self.friction.bound(x, p, load)
+
+        held = np.array([excess(float(x)) for x in span]) <= 0
+        if not held.any():
+            raise OutsideValidity(
+                self.name, f"expected a mass that it holds within its stroke, got {load:g} kg at {p:g} Pa"
+            )
+        first, last = int(np.argmax(held)), len(span) - 1 - int(np.argmax(held[::-1]))
+        low, high = float(span[first]), float(span[last])
+        if first > 0:
+            low = float(brentq(excess, span[first - 1], low, xtol=1e-14))
+        if last < len(span) - 1:
+            high = float(brentq(excess, high, span[last + 1], xtol=1e-14))
+        return low, high

@@ -1,0 +1,79 @@
+"""Force laws that are polynomials in contraction and pressure, (3-10) among them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from ...core.errors import InvalidInput
+from ...core.validation import as_finite
+from .static import BAR, StaticModel
+
+__all__ = ["PolynomialModel"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolynomialModel(StaticModel):
+    """Sum of c_ij x^i P^j; (3-10) is the one with i up to 2 and j up to 1.
+
+    Parameters
+    ----------
+    coefficients : mapping
+        From (i, j), the powers of contraction and pressure, to c_ij in N m^-i Pa^-j.
+    """
+
+    coefficients: Mapping[tuple[int, int], float]
+    _terms: tuple[tuple[int, int, float], ...] = field(init=False, repr=False, compare=False, default=())
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.coefficients:
+            raise InvalidInput("expected coefficients to hold at least one term, got none")
+        table: dict[tuple[int, int], float] = {}
+        for powers, value in self.coefficients.items():
+            i, j = powers
+            if int(i) != i or int(j) != j or i < 0 or j < 0:
+                raise InvalidInput(f"expected the powers to be whole numbers of zero or more, got {powers!r}")
+            table[(int(i), int(j))] = float(as_finite(f"coefficient {powers}", value, ()))
+        object.__setattr__(self, "coefficients", table)
+        object.__setattr__(self, "_terms", tuple((i, j, c) for (i, j), c in table.items()))
+
+    @classmethod
+    def from_bar(cls, coefficients: Mapping[tuple[int, int], float], **fields: Any) -> Self:
+        """Make one from coefficients in N m^-i bar^-j, the way the source prints them."""
+        return cls(coefficients={(i, j): c / BAR**j for (i, j), c in coefficients.items()}, **fields)
+
+    @classmethod
+    def second_order(
+        cls, K_1: float, K_2: float, C_1: float, S_1: float, S_2: float, S_3: float, **fields: Any
+    ) -> Self:
+        """(3-10): F = (K_1 x² + K_2 x + C_1) P + S_1 x² + S_2 x + S_3 with x in m, P in bar, F in N.
+
+        Parameters
+        ----------
+        K_1, K_2, C_1 : float
+            N/(m² bar), N/(m bar), N/bar.
+        S_1, S_2, S_3 : float
+            N/m², N/m, N.
+        **fields
+            ``name``, ``reference_length``, ``validity`` and the other fields of the model.
+        """
+        terms = {(2, 1): K_1, (1, 1): K_2, (0, 1): C_1, (2, 0): S_1, (1, 0): S_2, (0, 0): S_3}
+        return cls.from_bar(terms, **fields)
+
+    @property
+    def in_bar(self) -> dict[tuple[int, int], float]:
+        """Coefficients in N m^-i bar^-j."""
+        return {(i, j): c * BAR**j for (i, j), c in self.coefficients.items()}
+
+    def _force(self, x: Any, pressure: Any) -> Any:
+        return sum((c * x**i * pressure**j for i, j, c in self._terms), start=0.0 * x * pressure)
+
+    def _stiffness(self, x: Any, pressure: Any) -> Any:
+        terms = ((c * i, i - 1, j) for i, j, c in self._terms if i)
+        return sum((c * x**i * pressure**j for c, i, j in terms), start=0.0 * x * pressure)
+
+    def _pressure_gain(self, x: Any, pressure: Any) -> Any:
+        terms = ((c * j, i, j - 1) for i, j, c in self._terms if j)
+        return sum((c * x**i * pressure**j for c, i, j in terms), start=0.0 * x * pressure)

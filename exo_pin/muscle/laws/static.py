@@ -1,0 +1,272 @@
+"""Static muscle models: the force a muscle pulls with at rest, its derivatives and its inverses.
+
+Contraction x = L_0 - L is in m, positive when the muscle is shorter than its nominal length L_0; pressure is gauge
+pressure in Pa; force is in N, positive when the muscle pulls. Every model was identified on a muscle of one length.
+For another nominal length it is read at the same strain x/L_0: **an assumption** (same braid angle, same diameter,
+end effects neglected), the one that the virtual-work law (3-5) obeys exactly.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import elementwise
+
+from ...core.errors import InvalidInput
+from ...core.errors.muscles import OutsideValidity
+from ...core.validation import FloatArray, as_finite, as_positive
+from .validity import Validity, as_outside
+
+__all__ = ["BAR", "StaticModel"]
+
+#: One bar in Pa.
+BAR = 1e5
+
+#: Points of the grid on which the inverses look for the interval that holds the answer.
+_GRID = 129
+
+
+def _broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
+    arrays = [as_finite(name, value, (), stack=True) for name, value in named.items()]
+    try:
+        return tuple(np.broadcast_arrays(*arrays))
+    except ValueError:
+        shapes = ", ".join(str(a.shape) for a in arrays)
+        raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
+
+
+def _crossing(
+    function: Callable[[FloatArray, FloatArray], FloatArray],
+    other: FloatArray,
+    target: FloatArray,
+    interval: tuple[float, float],
+    rising: bool,
+) -> FloatArray:
+    """First place in the interval where ``function(u, other)`` crosses ``target`` in one sense, NaN if none."""
+    sign = 1.0 if rising else -1.0
+    grid = np.linspace(*interval, _GRID).reshape((-1,) + (1,) * other.ndim)
+    gap = sign * (function(grid, other[np.newaxis]) - target)
+    enters = (gap[:-1] <= 0) & (gap[1:] >= 0)
+    first = np.argmax(enters, axis=0)
+    found = np.take_along_axis(enters, first[np.newaxis], axis=0)[0]
+    low, high = grid.ravel()[first], grid.ravel()[first + 1]
+    # A bracket with an end that is a root already is fine for the solver; where nothing was found the ends only
+    # keep the shapes together and the answer is thrown away.
+    result = elementwise.find_root(lambda u, o, t: function(u, o) - t, (low, high), args=(other, target))
+    return np.where(found & result.success, result.x, np.nan)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticModel(ABC):
+    """What every static model answers.
+
+    Parameters
+    ----------
+    name : str
+        Name of the parameter set.
+    reference_length : float
+        Nominal length, m, of the muscle that the parameters belong to.
+    validity : Validity
+        Where they hold.
+    nominal_length : float or None
+        Nominal length, m, of the muscle that is asked about; None for ``reference_length``.
+    source : str
+        Where the parameters come from.
+    """
+
+    name: str
+    reference_length: float
+    validity: Validity
+    nominal_length: float | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        reference = as_positive("reference_length", self.reference_length)
+        nominal = reference if self.nominal_length is None else as_positive("nominal_length", self.nominal_length)
+        object.__setattr__(self, "reference_length", reference)
+        object.__setattr__(self, "nominal_length", nominal)
+        if not isinstance(self.validity, Validity):
+            raise InvalidInput(f"expected validity to be a Validity, got {type(self.validity).__name__}")
+
+    @abstractmethod
+    def _force(self, x: Any, pressure: Any) -> Any:
+        """Force in N at contraction x (m, of the reference muscle) and pressure in Pa."""
+
+    @abstractmethod
+    def _stiffness(self, x: Any, pressure: Any) -> Any:
+        """Return dF/dx in N/m, of the reference muscle."""
+
+    @abstractmethod
+    def _pressure_gain(self, x: Any, pressure: Any) -> Any:
+        """Return dF/dP in N/Pa."""
+
+    @property
+    def length(self) -> float:
+        """Nominal length in m of the muscle that is asked about."""
+        return self.reference_length if self.nominal_length is None else self.nominal_length
+
+    @property
+    def scale(self) -> float:
+        """Reference length over nominal length: what multiplies a contraction to keep its strain."""
+        return self.reference_length / self.length
+
+    def scaled(self, nominal_length: float) -> Self:
+        """Return the same muscle at another nominal length in m, by equal strain (an assumption of the module)."""
+        return replace(self, nominal_length=as_positive("nominal_length", nominal_length))
+
+    def unchecked_force(self, x: Any, pressure: Any) -> Any:
+        """Force in N without checks of input or validity, for solvers that call it many times.
+
+        ``x`` in m and ``pressure`` in Pa are floats or arrays that broadcast.
+        """
+        return self._force(x * self.scale, pressure)
+
+    def _ask(self, function: Callable[[Any, Any], Any], contraction: Any, pressure: Any, outside: str) -> FloatArray:
+        x, p = _broadcast(contraction=contraction, pressure=pressure)
+        x = x * self.scale
+        strain = x / self.reference_length
+        return self.validity.enforce(self.name, function(x, p), strain, p, self._force(x, p), outside)
+
+    def force(self, contraction: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Return the static force.
+
+        Parameters
+        ----------
+        contraction : array_like
+            Shape (...), m.
+        pressure : array_like
+            Shape (...), Pa; broadcasts with ``contraction``.
+        outside : {"raise", "mark"}
+            What to do about states outside the validity range.
+
+        Returns
+        -------
+        ndarray or numpy.ma.MaskedArray
+            Shape (...), N, positive pulls; masked outside the range with "mark".
+
+        Raises
+        ------
+        InvalidInput
+            If an argument is not finite or the shapes do not broadcast.
+        OutsideValidity
+            With "raise", if a state is outside.
+        """
+        return self._ask(self._force, contraction, pressure, outside)
+
+    def stiffness(self, contraction: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Return dF/dx in N/m, shape (...).
+
+        Negative where the muscle pulls less the shorter it is, which holds a hung weight stably; the spring
+        stiffness in the usual sense is -dF/dx. Arguments and errors as in :meth:`force`.
+        """
+        return self._ask(lambda x, p: self._stiffness(x, p) * self.scale, contraction, pressure, outside)
+
+    def pressure_gain(self, contraction: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Return dF/dP in N/Pa, shape (...), positive where air makes it pull harder; see :meth:`force`."""
+        return self._ask(self._pressure_gain, contraction, pressure, outside)
+
+    def _reached(
+        self, answer: FloatArray, force: FloatArray, kind: str, at: FloatArray, unit: str, outside: str
+    ) -> None:
+        missing = np.isnan(answer)
+        if as_outside(outside) == "raise" and missing.any():
+            index = tuple(int(i) for i in np.argwhere(missing)[0])
+            place = f"a {kind} of {at[index]:.6g}{unit}"
+            reason = f"expected a force that it reaches, got {force[index]:.6g} N at {place}"
+            raise OutsideValidity(self.name, reason, int(missing.sum()), index)
+
+    def pressure_for(self, force: ArrayLike, contraction: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Pressure at which the muscle pulls a given force.
+
+        The lowest pressure from 0 to the upper end of the validity range at which the force rises through the
+        one asked for.
+
+        Parameters
+        ----------
+        force : array_like
+            Shape (...), N.
+        contraction : array_like
+            Shape (...), m.
+        outside : {"raise", "mark"}
+            What to do about states outside the validity range, and about forces that no pressure gives.
+
+        Returns
+        -------
+        ndarray or numpy.ma.MaskedArray
+            Shape (...), Pa. With "mark", masked outside the range; ``.data`` is NaN where there is no answer.
+
+        Raises
+        ------
+        InvalidInput, OutsideValidity
+            As in :meth:`force`.
+        """
+        f, x = _broadcast(force=force, contraction=contraction)
+        x = x * self.scale
+        p = _crossing(lambda u, o: self._force(o, u), x, f, (0.0, self.validity.pressure[1]), rising=True)
+        self._reached(p, f, "contraction", x / self.scale, " m", outside)
+        return self.validity.enforce(self.name, p, x / self.reference_length, p, f, outside)
+
+    def contraction_for(self, force: ArrayLike, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Contraction at which the muscle pulls a given force at a given pressure.
+
+        The smallest contraction from 0 to the upper end of the validity range at which the force falls through the
+        one asked for, so a hung weight rests there stably (dF/dx < 0).
+
+        Parameters
+        ----------
+        force : array_like
+            Shape (...), N.
+        pressure : array_like
+            Shape (...), Pa.
+        outside : {"raise", "mark"}
+            As in :meth:`pressure_for`.
+
+        Returns
+        -------
+        ndarray or numpy.ma.MaskedArray
+            Shape (...), m. With "mark", masked outside the range; ``.data`` is NaN where there is no answer.
+
+        Raises
+        ------
+        InvalidInput, OutsideValidity
+            As in :meth:`force`.
+        """
+        f, p = _broadcast(force=force, pressure=pressure)
+        interval = (min(0.0, self.validity.strain[0]), self.validity.strain[1])
+        interval = (interval[0] * self.reference_length, interval[1] * self.reference_length)
+        x = _crossing(self._force, p, f, interval, rising=False)
+        self._reached(x, f, "pressure", p, " Pa", outside)
+        return self.validity.enforce(self.name, x / self.scale, x / self.reference_length, p, f, outside)
+
+    def capability(self, pressure: ArrayLike, outside: str = "raise") -> FloatArray:
+        """Force capability: the largest weight that the muscle lifts at a pressure, Section 3.2.1.
+
+        The model's force at the least contraction of the validity range, or the capability line if that is lower.
+
+        Parameters
+        ----------
+        pressure : array_like
+            Shape (...), Pa.
+        outside : {"raise", "mark"}
+            What to do about pressures outside the validity range.
+
+        Returns
+        -------
+        ndarray or numpy.ma.MaskedArray
+            Shape (...), N, zero or more.
+
+        Raises
+        ------
+        InvalidInput, OutsideValidity
+            As in :meth:`force`.
+        """
+        (p,) = _broadcast(pressure=pressure)
+        strain = np.full(p.shape, self.validity.strain[0])
+        at_least_contraction = self._force(strain * self.reference_length, p)
+        most = np.maximum(0.0, np.minimum(at_least_contraction, self.validity.capability_line(p)))
+        return self.validity.enforce(self.name, most, strain, p, None, outside)

@@ -1,0 +1,180 @@
+"""Where a muscle model holds: pressure, strain, capability limit, and that a muscle cannot push."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.errors.muscles import OutsideValidity
+from ...core.validation import FloatArray, as_finite
+
+__all__ = ["Outside", "Validity", "as_outside"]
+
+Outside = Literal["raise", "mark"]
+BoolArray = NDArray[np.bool_]
+
+#: Slack on every bound, relative to the bound, so that a bound itself is inside after a change of units.
+_SLACK = 1e-9
+
+
+def as_outside(outside: str) -> Outside:
+    """Return ``outside`` if it is "raise" or "mark", else raise UnknownName."""
+    if outside == "raise":
+        return "raise"
+    if outside == "mark":
+        return "mark"
+    raise UnknownName("choice for outside", outside, ("mark", "raise"))
+
+
+def _interval(name: str, value: Any) -> tuple[float, float]:
+    low, high = (float(side) for side in as_finite(name, value, (2,)))
+    if low >= high:
+        raise InvalidInput(f"expected {name} to be (lower, upper) with lower below upper, got ({low:g}, {high:g})")
+    return low, high
+
+
+@dataclass(frozen=True)
+class _Bound:
+    name: str
+    unit: str
+    value: Any
+    bound: Any
+    upper: bool
+
+    def holds(self) -> Any:
+        # Forces are compared with an absolute slack of nN too, because their bound may be zero.
+        floor = 1.0 if self.unit == " N" else 0.0
+        slack = _SLACK * np.maximum(floor, np.abs(self.bound))
+        return self.value <= self.bound + slack if self.upper else self.value >= self.bound - slack
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validity:
+    """The states in which a static model was identified.
+
+    Parameters
+    ----------
+    strain : (float, float)
+        Contraction over nominal length, least and greatest.
+    pressure : (float, float)
+        Gauge pressure in Pa, least and greatest.
+    capability : (float, float) or None
+        Slope in N/Pa and intercept in N of the greatest force that the muscle lifts at a pressure, the thick line
+        of Tables 3-3a and 3-3b (Section 3.2.1); None if the data show no such limit.
+    basis : str
+        Where the numbers come from.
+
+    Raises
+    ------
+    InvalidInput
+        If a bound is not finite, an interval is empty, or the pressure is below zero.
+    """
+
+    strain: tuple[float, float]
+    pressure: tuple[float, float]
+    capability: tuple[float, float] | None = None
+    basis: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "strain", _interval("strain", self.strain))
+        object.__setattr__(self, "pressure", _interval("pressure", self.pressure))
+        if self.pressure[0] < 0:
+            raise InvalidInput(f"expected pressure bounds to be zero or more, got {self.pressure[0]:g} Pa")
+        if self.capability is not None:
+            slope, intercept = (float(v) for v in as_finite("capability", self.capability, (2,)))
+            object.__setattr__(self, "capability", (slope, intercept))
+
+    def capability_line(self, pressure: FloatArray) -> FloatArray:
+        """Force in N on the capability line at a pressure in Pa, +inf where there is no line."""
+        if self.capability is None:
+            return np.full(np.shape(pressure), np.inf)
+        return np.asarray(self.capability[0] * pressure + self.capability[1])
+
+    def _bounds(self, strain: Any, pressure: Any, force: Any | None) -> list[_Bound]:
+        rows = [
+            _Bound("strain", "", strain, self.strain[0], False),
+            _Bound("strain", "", strain, self.strain[1], True),
+            _Bound("pressure", " Pa", pressure, self.pressure[0], False),
+            _Bound("pressure", " Pa", pressure, self.pressure[1], True),
+        ]
+        if force is not None:
+            rows.append(_Bound("force (a muscle cannot push)", " N", force, 0.0, False))
+            if self.capability is not None:
+                line = self.capability_line(pressure)
+                rows.append(_Bound("force (capability limit)", " N", force, line, True))
+        return rows
+
+    def contains(self, strain: FloatArray, pressure: FloatArray, force: FloatArray | None = None) -> BoolArray:
+        """Whether each state is inside; without ``force`` only strain and pressure are asked.
+
+        Parameters
+        ----------
+        strain, pressure, force : ndarray
+            Shape (...), dimensionless, Pa and N. NaN counts as outside.
+
+        Returns
+        -------
+        ndarray of bool
+            Shape (...).
+        """
+        inside = np.ones(np.broadcast(strain, pressure).shape, dtype=bool)
+        for bound in self._bounds(strain, pressure, force):
+            inside &= bound.holds()
+        return inside
+
+    def explain(self, strain: float, pressure: float, force: float | None = None) -> str:
+        """Say which bound a state breaks, with numbers; an empty string if it breaks none."""
+        for row in self._bounds(strain, pressure, force):
+            if not row.holds():
+                side = "at most" if row.upper else "at least"
+                return f"expected {row.name} {side} {float(row.bound):.6g}{row.unit}, got {row.value:.6g}{row.unit}"
+        return ""
+
+    def enforce(
+        self,
+        model: str,
+        values: FloatArray,
+        strain: FloatArray,
+        pressure: FloatArray,
+        force: FloatArray | None,
+        outside: str,
+    ) -> FloatArray:
+        """Return ``values``, or raise, or mark those whose state is outside.
+
+        Parameters
+        ----------
+        model : str
+            Name of the model, for the message.
+        values : ndarray
+            Shape (...), what the model says.
+        strain, pressure, force : ndarray
+            Shape (...), the states; see :meth:`contains`.
+        outside : {"raise", "mark"}
+            What to do about states outside.
+
+        Returns
+        -------
+        ndarray or numpy.ma.MaskedArray
+            With "mark" a masked array: ``.mask`` is True outside and ``.data`` keeps the extrapolated value.
+
+        Raises
+        ------
+        OutsideValidity
+            With "raise", if a state is outside.
+        """
+        choice = as_outside(outside)
+        inside = self.contains(strain, pressure, force)
+        if choice == "mark":
+            return np.ma.MaskedArray(values, mask=~inside)
+        if not inside.all():
+            index = tuple(int(i) for i in np.argwhere(~inside)[0])
+            shape = inside.shape
+            at_strain = float(np.broadcast_to(strain, shape)[index])
+            at_pressure = float(np.broadcast_to(pressure, shape)[index])
+            pull = None if force is None else float(np.broadcast_to(force, shape)[index])
+            raise OutsideValidity(model, self.explain(at_strain, at_pressure, pull), int((~inside).sum()), index)
+        return values

@@ -1,0 +1,1 @@
+"""Step responses of a hung mass."""

@@ -1,0 +1,112 @@
+"""Pressure inside the muscle as a function of time: what drives a step response."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from math import exp, inf
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+
+from ...core.errors import InvalidInput
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite, as_positive, frozen
+
+__all__ = ["PressureInput", "PressureStep", "PressureTrace"]
+
+
+class PressureInput(Record, ABC):
+    """Gauge pressure in Pa over time in s."""
+
+    #: Times in s at which the pressure jumps or has a kink; integration restarts there.
+    breaks: tuple[float, ...] = ()
+    #: Time in s over which it changes noticeably, infinite for a pressure that is constant between breaks.
+    time_scale: float = inf
+
+    @abstractmethod
+    def __call__(self, time: float) -> float:
+        """Pressure in Pa, at a break that after it."""
+
+    def before(self, time: float) -> float:
+        """Pressure in Pa, at a break that before it."""
+        return self(time)
+
+    def sample(self, times: FloatArray) -> FloatArray:
+        """Pressure in Pa at each time, shape (n,)."""
+        return np.array([self(float(t)) for t in times])
+
+
+class PressureStep(PressureInput):
+    """From one pressure to another: at once, or as a first-order lag, the way a muscle fills through a restriction.
+
+    Parameters
+    ----------
+    initial, final : float
+        Pa, zero or more.
+    at : float
+        Time of the step, s.
+    time_constant : float
+        Of the lag, s; 0 for a jump. The source records pressure beside contraction but prints neither.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is not finite or negative.
+    """
+
+    def __init__(self, initial: float, final: float, at: float = 0.0, time_constant: float = 0.0) -> None:
+        self.initial = as_positive("initial", initial, zero=True)
+        self.final = as_positive("final", final, zero=True)
+        self.at = as_positive("at", at, zero=True)
+        self.time_constant = as_positive("time_constant", time_constant, zero=True)
+        self.breaks = (self.at,)
+        self.time_scale = self.time_constant if self.time_constant > 0 else inf
+
+    def __call__(self, time: float) -> float:
+        """See :meth:`PressureInput.__call__`."""
+        if time < self.at:
+            return self.initial
+        if self.time_constant == 0.0:
+            return self.final
+        return self.final + (self.initial - self.final) * exp(-(time - self.at) / self.time_constant)
+
+    def before(self, time: float) -> float:
+        """See :meth:`PressureInput.before`."""
+        return self.initial if time <= self.at else self(time)
+
+
+class PressureTrace(PressureInput):
+    """A recorded pressure, interpolated without overshoot (monotone cubics), constant beyond its ends.
+
+    Parameters
+    ----------
+    time : array_like
+        Shape (n,), s, rising, at least two.
+    pressure : array_like
+        Shape (n,), Pa, zero or more.
+
+    Raises
+    ------
+    InvalidInput
+        If the shapes differ, the times do not rise, or a pressure is negative.
+    """
+
+    def __init__(self, time: ArrayLike, pressure: ArrayLike) -> None:
+        self.time = as_finite("time", time, (None,))
+        self.pressure = as_finite("pressure", pressure, (len(self.time),))
+        if len(self.time) < 2 or (np.diff(self.time) <= 0).any():
+            raise InvalidInput("expected time to rise from sample to sample, with at least two samples")
+        if (self.pressure < 0).any():
+            raise InvalidInput(f"expected pressure to be zero or more, got {self.pressure.min():g} Pa")
+        self._curve = PchipInterpolator(self.time, self.pressure)
+        self.breaks = (float(self.time[0]), float(self.time[-1]))
+        self.time_scale = float(np.diff(self.time).min())
+
+    def __call__(self, time: float) -> float:
+        """See :meth:`PressureInput.__call__`."""
+        return float(self._curve(min(max(time, self.breaks[0]), self.breaks[1])))
+
+    def sample(self, times: FloatArray) -> FloatArray:
+        """See :meth:`PressureInput.sample`."""
+        return frozen(np.asarray(self._curve(np.clip(times, self.breaks[0], self.breaks[1]))))

@@ -1,0 +1,159 @@
+"""Step response of a hung mass to a pressure input, integrated phase by phase (:mod:`.phases`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors.muscles import OutsideValidity
+from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ..laws.dynamic import DynamicModel, G
+from ..laws.validity import as_outside
+from .phases import Phases
+from .pressure import PressureInput
+from .response import StepResponse
+
+__all__ = ["simulate"]
+
+
+def _integrate(
+    model: DynamicModel,
+    mass: float,
+    pressure: PressureInput,
+    times: FloatArray,
+    start: FloatArray,
+    stop: float,
+    enforce: bool,
+    options: dict[str, Any],
+) -> tuple[Phases, FloatArray]:
+    run = Phases(model, mass, pressure, stop, enforce, options, times)
+    last = run.run(start.copy(), float(times[0]), float(times[-1]))
+    if not np.isfinite(run.states).all():
+        raise SolverFailed("stick-slip integration", inf, "the motion is not finite")
+    return run, last
+
+
+def simulate(
+    model: DynamicModel,
+    mass: float,
+    pressure: PressureInput,
+    times: Sequence[float] | FloatArray,
+    contraction: float | None = None,
+    velocity: float = 0.0,
+    outside: str = "raise",
+    stop: float = 0.0,
+    rtol: float = 1e-10,
+    atol: float = 1e-12,
+    max_step: float = inf,
+    method: str = "DOP853",
+    estimate_error: bool = True,
+) -> StepResponse:
+    """Motion of a mass that hangs on a muscle while its pressure changes.
+
+    Parameters
+    ----------
+    model : DynamicModel
+        The muscle.
+    mass : float
+        Hung mass, kg.
+    pressure : PressureInput
+        Pressure over time.
+    times : array_like
+        Shape (n,), s, rising: the motion is integrated from the first to the last and given at each.
+    contraction : float or None
+        At the start, m. None for rest at the first pressure: where the static force carries the mass, or at the
+        stop if it cannot lift it.
+    velocity : float
+        At the start, m/s, shortening positive.
+    outside : {"raise", "mark"}
+        What to do when the motion leaves the range of the model, which is looked at in every step. "mark" goes on
+        with pull, friction and damping cut at zero, and says in ``inside`` where. Held by its braid the muscle is
+        outside the force law's range, so a response from an empty muscle needs "mark".
+    stop : float
+        Contraction in m at which the braid holds. Table 3-2 shows -0.1 to 1.1 mm for every weight at 0.4 bar.
+    rtol, atol : float
+        Tolerances of the integration, on contraction in m, velocity in m/s and energies in J.
+    max_step : float
+        Longest step, s.
+    method : str
+        Of ``solve_ivp``.
+    estimate_error : bool
+        Whether to integrate again a hundred times finer and report the difference.
+
+    Returns
+    -------
+    StepResponse
+
+    Raises
+    ------
+    InvalidInput
+        If an argument is not usable, or the start lies beyond the stop.
+    OutsideValidity
+        With "raise", when the motion leaves the range; it says when.
+    SolverFailed
+        If the integration does not end.
+    """
+    load = as_positive("mass", mass)
+    t = as_finite("times", times, (None,))
+    if len(t) < 2 or (np.diff(t) <= 0).any():
+        raise InvalidInput("expected times to rise from sample to sample, with at least two samples")
+    end_stop = float(as_finite("stop", stop, ()))
+    speed = float(as_finite("velocity", velocity, ()))
+    enforce = as_outside(outside) == "raise"
+    if contraction is None:
+        x = _rest(model, load, pressure.before(float(t[0])), end_stop)
+    else:
+        x = float(as_finite("contraction", contraction, ()))
+    if x < end_stop or (x == end_stop and speed < 0):
+        raise InvalidInput(f"expected a start at or above the stop of {end_stop:g} m, moving away, got {x:g} m")
+    start = np.array([x, speed, 0.0, 0.0, 0.0])
+    if not max_step > 0:
+        raise InvalidInput(f"expected max_step to be above zero, got {max_step!r}")
+    tolerances = (as_positive("rtol", rtol), as_positive("atol", atol))
+    options: dict[str, Any] = {"method": method, "max_step": max_step}
+    coarse = options | {"rtol": tolerances[0], "atol": tolerances[1]}
+    run, last = _integrate(model, load, pressure, t, start, end_stop, enforce, coarse)
+    error = None
+    if estimate_error:
+        # SciPy does not go below about 2e-14 relative.
+        finer = options | {"rtol": max(0.01 * tolerances[0], 3e-14), "atol": 0.01 * tolerances[1]}
+        again, _ = _integrate(model, load, pressure, t, start, end_stop, enforce, finer)
+        error = float(np.abs(again.states[:, 0] - run.states[:, 0]).max())
+    p = pressure.sample(t)
+    kinetic = 0.5 * load * (float(last[1]) ** 2 - speed**2)
+    gained = kinetic + load * G * (float(last[0]) - x)
+    balance = float(last[2] - last[3] - last[4]) - run.impact_loss
+    return StepResponse(
+        time=t,
+        contraction=frozen(run.states[:, 0].copy()),
+        velocity=frozen(run.states[:, 1].copy()),
+        pressure=frozen(np.array(p)),
+        mode=run.modes,
+        inside=model.contains(run.states[:, 0], run.states[:, 1], p, load),
+        switches=tuple(run.switches),
+        mass=load,
+        muscle_work=float(last[2]),
+        friction_loss=float(last[3]),
+        damping_loss=float(last[4]),
+        impact_loss=run.impact_loss,
+        energy_residual=gained - balance,
+        error_estimate=error,
+    )
+
+
+def _rest(model: DynamicModel, mass: float, pressure: float, stop: float) -> float:
+    """Contraction at which the static force carries the mass, or the stop if it cannot lift it."""
+    static = model.static
+    if float(static.unchecked_force(stop, pressure)) <= mass * G:
+        return stop
+    found = static.contraction_for(mass * G, pressure, outside="mark")
+    x = float(np.ma.getdata(found))
+    if not np.isfinite(x):
+        raise OutsideValidity(
+            model.name, f"expected a rest within the stroke, got {mass:g} kg at {pressure:g} Pa: it lifts it beyond"
+        )
+    return max(x, stop)

@@ -1,0 +1,5 @@
+"""Small linear algebra and convex programs, compiled where they run in sweeps."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,208 @@
+"""The least shoulder force within bounds by an exact active-set method, compiled, for millions of poses.
+
+    minimise |c + G z|  over  low <= z <= high,     c in space, G of shape (3, m), m small
+
+The force c + G z is unique. Where z is not, the shortest is taken, as :func:`exo_pin.reaction.least_force` does.
+
+1. The unbounded answer of least norm is the answer if it lies within the bounds.
+2. Else bounded-variable least squares (Lawson and Hanson; Stark and Parker, Computational Statistics 10 (1995) 129):
+   a set of free variables with independent columns, three at most, is grown by the variable that pays most, measured
+   along what its column adds to the span of those that are free already, so that a weak direction is judged by what it
+   can gain and not by its small gradient. Every round makes the force strictly less, so no set of free variables comes
+   twice and the method ends; a round that rounding denies its gain is taken back and its variable set aside.
+3. If G has not full column rank: the shortest z with this force, by a primal active-set method that moves inside
+   {G z unchanged, low <= z <= high}. Variables leave and enter the working set by least index. That excludes a cycle
+   at a degenerate point: let t be the largest index that comes and goes in it. When t leaves, its multiplier alone has
+   the wrong sign among the indices up to t; when it enters, it alone of them blocks the step p. So the step's slope
+   Σ multiplier_i p_i would not be negative, though the step goes downhill.
+
+The duality gap bounds from above by how much the answer can miss the least force; it is computed from the answer alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ..core.errors import InfeasibleBounds, InvalidInput
+from ..core.validation import FloatArray
+from .bounded_least_squares import column, descend, force_of, size_of
+from .shortest_variables import NO_STEP, Workspace, shorten, workspace
+from .small_linear import RANK_TOLERANCE, least_norm
+from .vectors import along_normals, dot, root, triple
+
+__all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "least_forces"]
+
+#: Duality gap, relative to the largest force of the problem, with which an answer is given.
+GAP_TOLERANCE = 1e-8
+#: Determinant, relative to what the columns' lengths allow, above which three columns are independent beyond doubt.
+_CLEARLY_INDEPENDENT = 1e-6
+_compile = njit(cache=True, error_model="numpy", nogil=True)
+# Inlined: handing arrays to a function counts references to each, which would take longer than what it does with them.
+_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+
+
+@_inline
+def _scale(c: Any, low: Any, high: Any) -> float:
+    """The largest force of the problem."""
+    scale = 0.0
+    for j in range(3):
+        scale = max(scale, abs(c[j]))
+    for i in range(low.shape[0]):
+        for bound in (low[i], high[i]):
+            if abs(bound) < np.inf:
+                scale = max(scale, abs(bound))
+    return scale
+
+
+@_inline
+def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
+    """Fill z with the answer of least norm without bounds; return the rank of G."""
+    m = G.shape[1]
+    if m == 3:
+        # Three side forces of a pose away from the singular surface.
+        X1, X2, X3 = column(G, 0), column(G, 1), column(G, 2)
+        size = root(dot(X1, X1) * dot(X2, X2) * dot(X3, X3))
+        if abs(triple(X1, X2, X3)) > _CLEARLY_INDEPENDENT * size:
+            z[0], z[1], z[2] = along_normals((c[0], c[1], c[2]), X1, X2, X3)
+            return 3
+    for j in range(3):
+        work.c[j] = c[j]
+        for i in range(m):
+            work.A[j, i] = G[j, i]
+    return least_norm(work.A, work.c, z, RANK_TOLERANCE)
+
+
+@_inline
+def _within(z: Any, low: Any, high: Any) -> bool:
+    for i in range(z.shape[0]):  # noqa: SIM110 - numba compiles no generators
+        if not (low[i] <= z[i] <= high[i]):
+            return False
+    return True
+
+
+@_inline
+def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> float:
+    """By how much |c + G z| can at most exceed the least force.
+
+    For every z' within the bounds, force · (c + G z') >= force · c + Σ min(gradient_i low_i, gradient_i high_i), so
+    that sum over |force| bounds the least force from below; so does 0. A gradient along an unbounded variable counts
+    as zero when it is below 1e-8 of ``scale``, the largest force of the problem.
+    """
+    r = force_of(c, G, z)
+    size = size_of(r)
+    if size == 0.0:
+        return 0.0
+    least = dot(r, (c[0], c[1], c[2]))
+    for i in range(G.shape[1]):
+        slope = dot(column(G, i), r)
+        bound = low[i] if slope > 0.0 else high[i]
+        if abs(bound) < np.inf:
+            least += slope * bound
+        elif abs(slope) > GAP_TOLERANCE * scale:
+            return size
+    gap = size - least / size
+    if not abs(gap) < np.inf:
+        return np.inf  # NaN is no answer
+    return min(size, max(0.0, gap))
+
+
+@_compile
+def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) -> float:
+    """Fill z with the answer and return its duality gap relative to the largest force of the problem.
+
+    Parameters
+    ----------
+    c, G : ndarray
+        Shapes (3,) in N and (3, m), dimensionless.
+    low, high : ndarray
+        Shape (m,), N, low <= high, infinite where there is no bound.
+    z : ndarray
+        Shape (m,), N, written.
+    work : Workspace
+        Scratch for m variables.
+    """
+    rank = _unbounded(c, G, z, work)
+    scale = _scale(c, low, high)
+    m = G.shape[1]
+    if not _within(z, low, high):
+        for i in range(m):
+            z[i] = min(max(0.0 if rank < m else z[i], low[i]), high[i])
+        descend(c, G, low, high, z, scale, work.mark)
+        if rank < m:
+            size = size_of(force_of(c, G, z))
+            for i in range(m):
+                work.saved[i] = z[i]
+            shorten(c, G, low, high, z, scale, work)
+            if not size_of(force_of(c, G, z)) <= size + NO_STEP * scale:
+                for i in range(m):
+                    z[i] = work.saved[i]
+    if scale == 0.0:
+        return 0.0
+    return duality_gap(c, G, low, high, z, scale) / scale
+
+
+@_compile
+def _solve_stack(c: Any, G: Any, low: Any, high: Any, z: Any, gap: Any) -> None:
+    work = workspace(G.shape[2])
+    for k in range(c.shape[0]):
+        gap[k] = least_bounded(c[k], G[k], low[k], high[k], z[k], work)
+
+
+class LeastForces(NamedTuple):
+    """Answers of :func:`least_forces`, programs along the first axis.
+
+    Attributes
+    ----------
+    variables : ndarray
+        z, shape (N, m), N.
+    forces : ndarray
+        c + G z, shape (N, 3), N.
+    gaps : ndarray
+        Shape (N,): by how much |c + G z| can at most exceed the least, relative to the largest force (in c or a
+        finite bound) of the program.
+    """
+
+    variables: FloatArray
+    forces: FloatArray
+    gaps: FloatArray
+
+
+def least_forces(constants: FloatArray, effects: FloatArray, lower: FloatArray, upper: FloatArray) -> LeastForces:
+    """Minimise |c + G z| over lower <= z <= upper for many programs at once, without a solver.
+
+    Parameters
+    ----------
+    constants : ndarray
+        c, shape (N, 3), N.
+    effects : ndarray
+        G, shape (N, 3, m), dimensionless.
+    lower, upper : ndarray
+        Shape (N, m), N, infinite where there is no bound.
+
+    Returns
+    -------
+    LeastForces
+
+    Raises
+    ------
+    InvalidInput
+        If shapes do not fit, or something is NaN.
+    InfeasibleBounds
+        If a lower bound stands above its upper bound.
+    """
+    c, G, low, high = (np.array(part, dtype=np.float64, order="C") for part in (constants, effects, lower, upper))
+    if c.ndim != 2 or c.shape[1] != 3 or G.shape[:2] != c.shape or G.ndim != 3:
+        raise InvalidInput(f"expected constants (N, 3) and effects (N, 3, m), got {c.shape} and {G.shape}")
+    if low.shape != (G.shape[0], G.shape[2]) or high.shape != low.shape:
+        raise InvalidInput(f"expected bounds of shape {(G.shape[0], G.shape[2])}, got {low.shape} and {high.shape}")
+    if not (np.isfinite(c).all() and np.isfinite(G).all()) or np.isnan(low).any() or np.isnan(high).any():
+        raise InvalidInput("expected finite constants and effects, and bounds without NaN")
+    crossed = np.flatnonzero((low > high).any(axis=0))
+    if crossed.size:
+        raise InfeasibleBounds(crossed)
+    z, gap = np.empty(low.shape), np.empty(len(c))
+    _solve_stack(c, G, low, high, z, gap)
+    return LeastForces(z, c + np.einsum("kji,ki->kj", G, z), gap)

@@ -1,0 +1,188 @@
+"""Bounded-variable least squares in space: step 2 of :mod:`exo_pin.numerics.active_set`, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import njit
+
+from .small_linear import RANK_TOLERANCE
+from .vectors import dot, root
+
+__all__ = ["ROUNDS", "column", "descend", "force_of", "size_of"]
+
+#: Rounds after which a search gives up; the methods end by themselves, this only guards against a wrong proof.
+ROUNDS = 1000
+#: Gain of a direction, relative to the largest force of the problem, that counts as nothing.
+_NO_GAIN = 1e-14
+
+_compile = njit(cache=True, error_model="numpy", nogil=True)
+# Inlined: handing arrays to a function counts references to each, which would take longer than what it does with them.
+_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+
+
+@_inline
+def column(G: Any, i: int) -> Any:
+    """Column i of G as a tuple."""
+    return G[0, i], G[1, i], G[2, i]
+
+
+@_inline
+def force_of(c: Any, G: Any, z: Any) -> Any:
+    """The force c + G z."""
+    x, y, w = c[0], c[1], c[2]
+    for i in range(G.shape[1]):
+        x, y, w = x + G[0, i] * z[i], y + G[1, i] * z[i], w + G[2, i] * z[i]
+    return x, y, w
+
+
+@_inline
+def size_of(v: Any) -> float:
+    """Length of a tuple."""
+    return root(dot(v, v))
+
+
+@_inline
+def _without(v: Any, q: Any) -> Any:
+    overlap = dot(v, q)
+    return v[0] - overlap * q[0], v[1] - overlap * q[1], v[2] - overlap * q[2]
+
+
+@_inline
+def _across(v: Any, q1: Any, q2: Any, q3: Any) -> Any:
+    """The part of v across the orthonormal q; done twice, which brings it to rounding."""
+    v = _without(_without(_without(v, q1), q2), q3)
+    return _without(_without(_without(v, q1), q2), q3)
+
+
+@_inline
+def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
+    """Orthonormal basis q of the columns of the free variables and, u_jj, what each adds to those before it.
+
+    An index of -1 stands for none: q is zero there and u is one.
+    """
+    q1 = q2 = q3 = (0.0, 0.0, 0.0)
+    u1 = u2 = u3 = 1.0
+    if i1 >= 0:
+        q1 = column(G, i1)
+        u1 = size_of(q1)
+        q1 = (q1[0] / u1, q1[1] / u1, q1[2] / u1)
+    if i2 >= 0:
+        q2 = _across(column(G, i2), q1, q3, q3)
+        u2 = size_of(q2)
+        q2 = (q2[0] / u2, q2[1] / u2, q2[2] / u2)
+    if i3 >= 0:
+        q3 = _across(column(G, i3), q1, q2, q3)
+        u3 = size_of(q3)
+        q3 = (q3[0] / u3, q3[1] / u3, q3[2] / u3)
+    return q1, q2, q3, u1, u2, u3
+
+
+@_inline
+def _share(z: float, goal: float, low: float, high: float) -> float:
+    """How much of the way from z to its goal a variable can go; more than one if the goal lies inside its bounds."""
+    if low < goal < high:
+        return 2.0
+    bound = low if goal <= low else high
+    return max((bound - z) / (goal - z), 0.0) if goal != z else 0.0
+
+
+@_inline
+def _moved(z: Any, i: int, goal: float, share: float, low: Any, high: Any) -> None:
+    """Take variable i that share of its way, and onto its bound if that is where the way ends."""
+    if share >= 1.0:
+        z[i] = goal
+    else:
+        z[i] += share * (goal - z[i])
+    z[i] = min(max(z[i], low[i]), high[i])
+
+
+@_inline
+def _entrant(
+    r: Any, G: Any, low: Any, high: Any, z: Any, basis: Any, free: Any, tried: Any, gain: float, largest: float
+) -> int:
+    """The variable whose release lowers the force r most, -1 if none gains more than ``gain``."""
+    q1, q2, q3 = basis
+    best, most = -1, gain
+    for i in range(G.shape[1]):
+        if i == free[0] or i == free[1] or i == free[2] or tried[i] or not low[i] < high[i]:
+            continue
+        part = _across(column(G, i), q1, q2, q3)
+        size = size_of(part)
+        if size <= RANK_TOLERANCE * largest:
+            continue  # its column adds nothing to the span of the free ones
+        slope = dot(part, r) / size
+        if abs(slope) > most and ((slope < 0.0 and z[i] < high[i]) or (slope > 0.0 and z[i] > low[i])):
+            best, most = i, abs(slope)
+    return best
+
+
+@_compile
+def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: Any) -> None:
+    """Least |c + G z| within the bounds, from z within them: step 2 of the module's description.
+
+    The free variables are i1, i2, i3, filled from the first, -1 for none.
+    """
+    largest = 0.0
+    for i in range(G.shape[1]):
+        tried[i] = 0
+        largest = max(largest, size_of(column(G, i)))
+    i1 = i2 = i3 = -1
+    q1 = q2 = q3 = (0.0, 0.0, 0.0)
+    r = force_of(c, G, z)
+    size = size_of(r)
+    for _ in range(ROUNDS):
+        across = _across(r, q1, q2, q3)
+        i = _entrant(across, G, low, high, z, (q1, q2, q3), (i1, i2, i3), tried, _NO_GAIN * scale, largest)
+        if i < 0 or i3 >= 0:
+            return
+        i1, i2, i3 = (i, -1, -1) if i1 < 0 else ((i1, i, -1) if i2 < 0 else (i1, i2, i))
+        k1, k2, k3 = i1, i2, i3
+        z1, z2, z3 = z[i1], z[max(i2, 0)], z[max(i3, 0)]
+        while i1 >= 0:
+            # Least squares of the free variables: the change that it takes, by back substitution.
+            q1, q2, q3, u1, u2, u3 = _basis(G, i1, i2, i3)
+            t3 = -dot(q3, r) / u3
+            t2 = -(dot(q2, r) + (dot(q2, column(G, i3)) * t3 if i3 >= 0 else 0.0)) / u2
+            t1 = dot(q1, r) + (dot(q1, column(G, i2)) * t2 if i2 >= 0 else 0.0)
+            t1 = -(t1 + (dot(q1, column(G, i3)) * t3 if i3 >= 0 else 0.0)) / u1
+            goal1, goal2, goal3 = z[i1] + t1, z[max(i2, 0)] + t2, z[max(i3, 0)] + t3
+            share1 = _share(z[i1], goal1, low[i1], high[i1])
+            share2 = _share(z[i2], goal2, low[i2], high[i2]) if i2 >= 0 else 2.0
+            share3 = _share(z[i3], goal3, low[i3], high[i3]) if i3 >= 0 else 2.0
+            share = min(share1, share2, share3)
+            _moved(z, i1, goal1, share, low, high)
+            if i2 >= 0:
+                _moved(z, i2, goal2, share, low, high)
+            if i3 >= 0:
+                _moved(z, i3, goal3, share, low, high)
+            r = force_of(c, G, z)
+            if not share <= 1.0:
+                break
+            # One met its bound: put it there exactly, and go on with the others.
+            if share1 == share:
+                z[i1] = low[i1] if goal1 <= low[i1] else high[i1]
+                i1, i2, i3 = i2, i3, -1
+            elif share2 == share:
+                z[i2] = low[i2] if goal2 <= low[i2] else high[i2]
+                i2, i3 = i3, -1
+            else:
+                z[i3] = low[i3] if goal3 <= low[i3] else high[i3]
+                i3 = -1
+            r = force_of(c, G, z)
+        now = size_of(r)
+        if now < size:
+            size = now
+            for j in range(G.shape[1]):
+                tried[j] = 0
+        else:
+            # Rounding ate the gain. Take it back; whatever was free stands still and is found again if it pays.
+            z[k1] = z1
+            if k2 >= 0:
+                z[k2] = z2
+            if k3 >= 0:
+                z[k3] = z3
+            r = force_of(c, G, z)
+            tried[i] = 1
+            i1 = i2 = i3 = -1
+        q1, q2, q3, _, _, _ = _basis(G, i1, i2, i3)

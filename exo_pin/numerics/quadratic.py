@@ -1,0 +1,259 @@
+"""Small convex quadratic programs, solved by ProxSuite and then brought to rounding on their active set.
+
+    min ½|E z - d|²   subject to   A z = b,   low <= z <= high,   C z <= c
+
+The least-squares form keeps the residual E z - d as variables of its own, which spares the condition number its square.
+ProxQP finds the answer to a tolerance; a primal active-set method started from there walks the last bit, which
+costs one or two small linear solves and leaves the optimality conditions at rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from proxsuite import proxqp
+
+from ..core.validation import FloatArray
+from .optimality import RANK_TOLERANCE, LeastSquares, Solution, judged
+
+__all__ = ["LeastSquares", "Solution", "solve"]
+
+#: How near to a bound ProxQP's answer must be, and how large its multiplier, to start out on that bound.
+_NEAR, _HELD = 1e-6, 1e-9
+#: A step, or the wrong sign of a multiplier, below this is rounding.
+_ROUNDING = 1e-13
+#: ProxQP reads bounds beyond this as absent.
+_INFINITE = 1e20
+_STEPS = 60
+#: A power of two, so that rounding to its multiples is exact.
+_GRID = 2.0**-33
+#: Answers that meet the optimality conditions to this are as good as each other.
+_SAME = 1e-12
+
+
+def solve(program: LeastSquares, shortest: bool = True) -> Solution:
+    """Solve a program; where several z are best, take the one of least norm if ``shortest``.
+
+    An infeasible program gives a solution whose ``is_optimal`` is False; that is no proof of infeasibility.
+    """
+    program = _orthonormal(program)
+    first = _solve(program)
+    if first.unique or not shortest or not first.is_optimal:
+        return first
+    # The least residual is known now; among all z that reach it, the shortest one is unique.
+    size = program.size
+    again = LeastSquares(
+        np.eye(size),
+        np.zeros(size),
+        np.vstack([program.A, program.E]),
+        np.concatenate([program.b, program.E @ first.z]),
+        program.low,
+        program.high,
+        program.C,
+        program.c,
+    )
+    second = judged(program, _solve(_orthonormal(again)).z, first.equality, first.inequality)
+    return second._replace(unique=False) if second.kkt <= max(10.0 * first.kkt, 1e-10) else first
+
+
+def _orthonormal(program: LeastSquares) -> LeastSquares:
+    """The same program with orthonormal equality rows.
+
+    Near a singular pose the rows of A are almost dependent, and their multipliers would be so large that rounding alone
+    spoils the optimality conditions.
+    """
+    if not len(program.b):
+        return program
+    U, values, Vt = np.linalg.svd(program.A, full_matrices=False)
+    kept = values > RANK_TOLERANCE * values[0]
+    return replace(program, A=Vt[kept], b=(U[:, kept].T @ program.b) / values[kept])
+
+
+def _solve(program: LeastSquares) -> Solution:
+    start = _proxqp(program)
+    rounded = [_without_noise(part) for part in start]
+    rounded[0] = np.clip(rounded[0], program.low, program.high)
+    answer = _from(program, *rounded)
+    if answer.kkt <= _SAME:
+        return answer
+    return min((answer, _from(program, *start)), key=_quality)
+
+
+def _without_noise(values: FloatArray) -> FloatArray:
+    """Numbers to about 1e-10, ProxQP's own accuracy: its last digits differ from call to call on the same program."""
+    return np.asarray(np.round(values / _GRID) * _GRID)
+
+
+def _quality(answer: Solution) -> tuple[float, float]:
+    return answer.kkt, answer.gap
+
+
+def _from(
+    program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray, bound: FloatArray
+) -> Solution:
+    """The best that is found from an approximate answer."""
+    polished, side, rows = _walk(program, z, equality, inequality, bound)
+    best = min((polished, judged(program, z, equality, inequality)), key=_quality)
+    again = _on_working_set(program, side, rows)
+    as_good = again.kkt <= max(10.0 * best.kkt, _SAME) and again.gap <= max(10.0 * best.gap, _SAME)
+    return again if as_good else best
+
+
+def _on_working_set(program: LeastSquares, side: NDArray[np.int64], rows: NDArray[np.bool_]) -> Solution:
+    """The shortest minimiser on a working set, computed from that alone.
+
+    What ProxQP leaves in the last digits of its answer does not matter here any more.
+    """
+    z = np.where(side < 0, program.low, np.where(side > 0, program.high, 0.0))
+    for _ in range(3):  # the second and third time for the rounding of an ill-conditioned step
+        z = z + _step(program, z, side == 0, rows)
+    none = np.zeros(len(program.b)), np.zeros(len(program.c))
+    return judged(program, z, *_multipliers(program, z, side == 0, rows, *none))
+
+
+def _proxqp(program: LeastSquares) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """z, multipliers of equalities and inequalities, and of the bounds, as ProxQP sees them."""
+    p, m = program.E.shape
+    q, k = len(program.b), len(program.c)
+    H, A = np.zeros((p + m, p + m)), np.zeros((p + q, p + m))
+    H[:p, :p] = A[:p, :p] = np.eye(p)
+    A[:p, p:], A[p:, p:] = -program.E, program.A
+    low, high = np.full(p + m, -_INFINITE), np.full(p + m, _INFINITE)
+    low[p:], high[p:] = np.maximum(program.low, -_INFINITE), np.minimum(program.high, _INFINITE)
+    solver = proxqp.dense.QP(p + m, p + q, k, True)
+    solver.settings.eps_abs = 1e-10
+    solver.settings.eps_rel = 0.0
+    solver.settings.max_iter = 300
+    # At its default of 1e-4 ProxQP takes feasible programs near the edge for infeasible and stops.
+    solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = 1e-12
+    rows = (np.hstack([np.zeros((k, p)), program.C]), np.full(k, -_INFINITE), program.c) if k else (None, None, None)
+    solver.init(H, np.zeros(p + m), A, np.concatenate([-program.d, program.b]), *rows, low, high)
+    solver.solve()
+    z = np.clip(np.nan_to_num(solver.results.x[p:]), program.low, program.high)
+    dual = np.nan_to_num(solver.results.z)
+    return z, np.nan_to_num(solver.results.y[p:]), np.maximum(dual[:k], 0.0), dual[k + p :]
+
+
+def _walk(
+    program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray, bound: FloatArray
+) -> tuple[Solution, NDArray[np.int64], NDArray[np.bool_]]:
+    """Primal active-set method from ProxQP's answer, with its constraints as the first working set.
+
+    Returns the best point, and the last working set: sides (-1 on the lower bound, 1 on the upper one, 0 inside) and
+    rows. Which point is best is a matter of rounding, which working set is the last one is not.
+    """
+    z = z.copy()
+    side = np.where((bound < -_HELD) & (z <= program.low + _NEAR), -1, 0)
+    side = np.where((bound > _HELD) & (z >= program.high - _NEAR), 1, side)
+    fixed = program.low == program.high
+    side[fixed] = -1
+    rows = (inequality > _HELD) & (program.C @ z >= program.c - _NEAR)
+    best: Solution | None = None
+    for _ in range(_STEPS):
+        z = np.where(side < 0, program.low, np.where(side > 0, program.high, z))
+        step = _step(program, z, side == 0, rows)
+        reach, bound_hit, row_hit = _ratio_test(program, z, step, side, rows)
+        z = z + reach * step
+        if bound_hit >= 0:
+            side[bound_hit] = -1 if step[bound_hit] < 0 else 1
+            continue
+        if row_hit >= 0:
+            rows[row_hit] = True
+            continue
+        z = z + _step(program, z, side == 0, rows)  # once more, for the rounding of an ill-conditioned step
+        equality, inequality = _multipliers(program, z, side == 0, rows, equality, inequality)
+        answer = judged(program, z, equality, inequality)
+        if best is None or (answer.kkt, answer.gap) < (best.kkt, best.gap):
+            best = answer
+        helpful = _blocks_equalities(program, z, side, fixed)
+        if helpful >= 0:
+            side[helpful] = 0
+            continue
+        # Let go of the constraint that pulls the wrong way most.
+        wrong_bound = np.where(fixed | (side == 0), 0.0, -side * answer.bound)
+        wrong_row = np.where(rows, -inequality, 0.0)
+        worst = max(wrong_bound.max(initial=0.0), wrong_row.max(initial=0.0))
+        if worst <= _ROUNDING:
+            break
+        if wrong_bound.max(initial=0.0) == worst:
+            side[int(wrong_bound.argmax())] = 0
+        else:
+            rows[int(wrong_row.argmax())] = False
+    return best if best is not None else judged(program, z, equality, inequality), side, rows
+
+
+def _blocks_equalities(program: LeastSquares, z: FloatArray, side: NDArray[np.int64], fixed: NDArray[np.bool_]) -> int:
+    """A variable that must leave its bound for the equalities to hold; -1 if they do, or if none would help.
+
+    ProxQP may stop short on an ill-conditioned program, with bounds held that leave no solution of the equalities.
+    """
+    miss = program.b - program.A @ z
+    size = float(np.abs(miss).max(initial=0.0))
+    if size <= _ROUNDING * max(1.0, float(np.abs(z).max(initial=0.0))):
+        return -1
+    gain = np.where(fixed | (side == 0), 0.0, -side * (program.A.T @ (miss / size)))
+    best = int(gain.argmax())
+    return best if gain[best] > 1e-10 else -1
+
+
+def _step(program: LeastSquares, z: FloatArray, free: NDArray[np.bool_], rows: NDArray[np.bool_]) -> FloatArray:
+    """Shortest step to the minimiser on the working set."""
+    step = np.zeros(program.size)
+    if not free.any():
+        return step
+    held = np.vstack([program.A, program.C[rows]])[:, free]
+    miss = np.concatenate([program.b - program.A @ z, (program.c - program.C @ z)[rows]])
+    E = program.E[:, free]
+    basis = np.eye(E.shape[1])
+    inside = np.zeros(E.shape[1])
+    if len(held):
+        U, values, Vt = np.linalg.svd(held)
+        rank = int((values > RANK_TOLERANCE * max(values[0], 1e-300)).sum())
+        inside = Vt[:rank].T @ ((U[:, :rank].T @ miss) / values[:rank])
+        basis = Vt[rank:].T
+    if basis.shape[1]:
+        target = program.d - program.E @ z - E @ inside
+        inside = inside + basis @ np.linalg.lstsq(E @ basis, target, rcond=RANK_TOLERANCE)[0]
+    step[free] = inside
+    return step
+
+
+def _ratio_test(
+    program: LeastSquares, z: FloatArray, step: FloatArray, side: NDArray[np.int64], rows: NDArray[np.bool_]
+) -> tuple[float, int, int]:
+    """How much of a step stays inside, and the bound or the row that stops it (-1 for none)."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        room = np.where(step < 0, (program.low - z) / step, (program.high - z) / step)
+        room[(side != 0) | (np.abs(step) <= _ROUNDING)] = np.inf
+        climb = program.C @ step
+        ahead = (program.c - program.C @ z) / climb
+        ahead[rows | (climb <= _ROUNDING)] = np.inf
+    first, second = room.min(initial=np.inf), ahead.min(initial=np.inf)
+    if min(first, second) >= 1.0:
+        return 1.0, -1, -1
+    if first <= second:
+        return max(0.0, float(first)), int(room.argmin()), -1
+    return max(0.0, float(second)), -1, int(ahead.argmin())
+
+
+def _multipliers(
+    program: LeastSquares,
+    z: FloatArray,
+    free: NDArray[np.bool_],
+    rows: NDArray[np.bool_],
+    equality: FloatArray,
+    inequality: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Multipliers of the working set that make the free variables stationary, nearest to those that came in."""
+    start = np.concatenate([equality, inequality[rows]])
+    held = np.vstack([program.A, program.C[rows]])
+    gradient = program.E.T @ (program.E @ z - program.d)
+    if len(start) and free.any():
+        for _ in range(2):  # the second time for the rounding of the first
+            miss = gradient[free] + held[:, free].T @ start
+            start = start - np.linalg.lstsq(held[:, free].T, miss, rcond=RANK_TOLERANCE)[0]
+    out = np.zeros_like(inequality)
+    out[rows] = start[len(equality) :]
+    return start[: len(equality)], out

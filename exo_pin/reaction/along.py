@@ -1,0 +1,103 @@
+"""Reactions along movements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
+from ..load_case import Load
+from ..load_case.trajectories import Movement
+from ..wrist_chain.equilibrium import EquilibriumModel
+from .query import reaction
+from .result import Reaction
+
+__all__ = ["MovementReaction", "movement_reaction"]
+
+
+@dataclass(frozen=True, eq=False)
+class MovementReaction:
+    """Reactions along a movement.
+
+    Attributes
+    ----------
+    movement : Movement
+        The movement, N samples.
+    reaction : Reaction
+        Histories of all forces, stack shape (N,).
+    """
+
+    movement: Movement
+    reaction: Reaction
+
+    @property
+    def peak(self) -> float:
+        """Largest |F_s| of all samples with an answer, N; NaN if there is none."""
+        held = self.reaction.has_answer
+        return float(self.reaction.magnitude[held].max()) if held.any() else float("nan")
+
+    @property
+    def peak_time(self) -> float:
+        """When it occurs, s; NaN if there is none."""
+        if not self.reaction.has_answer.any():
+            return float("nan")
+        return float(self.movement.times[int(np.nanargmax(self.reaction.magnitude))])
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of |F_s| over the time held, N; NaN if none is."""
+        held, square = self._integral(self.reaction.magnitude**2)
+        return float(np.sqrt(square / held)) if held > 0.0 else float("nan")
+
+    @property
+    def impulse(self) -> float:
+        """∫ |F_s| dt over the time held, N s."""
+        return self._integral(self.reaction.magnitude)[1]
+
+    @property
+    def time_held(self) -> float:
+        """Time between neighbouring samples that both have an answer, s."""
+        return self._integral(self.reaction.magnitude)[0]
+
+    @property
+    def fraction_not_holdable(self) -> float:
+        """Fraction of samples without an answer, for whatever reason; ``reaction.status`` tells."""
+        return float((~self.reaction.has_answer).mean())
+
+    def _integral(self, values: FloatArray) -> tuple[float, float]:
+        """Time held, and the integral over it by the trapezium rule."""
+        held, dt = self.reaction.has_answer, np.diff(self.movement.times)
+        both = held[1:] & held[:-1]
+        known = np.where(held, values, 0.0)
+        return float(dt[both].sum()), float((0.5 * (known[1:] + known[:-1]) * dt)[both].sum())
+
+    def summary(self) -> dict[str, float]:
+        """Peak, rms, impulse and what cannot be held, with units in the keys."""
+        return {
+            "duration_s": self.movement.duration,
+            "peak_N": self.peak,
+            "peak_time_s": self.peak_time,
+            "rms_N": self.rms,
+            "impulse_N_s": self.impulse,
+            "time_held_s": self.time_held,
+            "fraction_not_holdable": self.fraction_not_holdable,
+            "singular_crossings": float(len(self.reaction.crossings())),
+        }
+
+    def __str__(self) -> str:
+        lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
+        counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
+        return "\n".join([*lines, "status: " + ", ".join(f"{count} {name}" for name, count in counts.items())])
+
+
+def movement_reaction(
+    model: EquilibriumModel, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
+) -> MovementReaction:
+    """Reactions along a movement; see :meth:`exo_pin.ShoulderExo.follow`."""
+    if not isinstance(movement, Movement):
+        raise InvalidInput(f"expected movement to be a Movement, got {type(movement).__name__}")
+    motion = None if static else movement.motion
+    return MovementReaction(movement, reaction(model, movement.orientations, motion, load, **options))

@@ -1,0 +1,98 @@
+"""Reactions along movements written as CSV or NPZ."""
+
+from __future__ import annotations
+
+import csv
+import io
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.conventions import shoulder_angles
+from ..core.errors import InvalidInput
+from ..core.files import write_bytes, write_text
+from ..core.validation import FloatArray
+from .along import MovementReaction
+
+__all__ = ["write_movement_reaction"]
+
+
+def write_movement_reaction(
+    answer: MovementReaction, path: str | PathLike[str], side: str = "left", name: str = ""
+) -> None:
+    """Write full histories; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    answer : MovementReaction
+        What to write.
+    path : path-like
+        ``.csv``: a table with units in its header, one line a sample, empty cells where there is no answer.
+        ``.npz``: all arrays of the answer, among them every wrench, for :func:`numpy.load`.
+        A pipe or a device gets the table.
+    side : {"left", "right"}
+        Side of the body that the clinical angles in the CSV are of.
+    name : str
+        Of the design, for the comment in the first line of the CSV.
+
+    Raises
+    ------
+    InvalidInput
+        If the ending is another.
+    """
+    ending = Path(fspath(path)).suffix.lower()
+    if ending == ".csv" or (ending != ".npz" and is_stream(path)):
+        write_text(path, _as_csv(answer, side, name))
+    elif ending == ".npz":
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **_as_arrays(answer))
+        write_bytes(path, buffer.getvalue())
+    else:
+        raise InvalidInput(f"expected a file that ends in .csv or .npz, got {fspath(path)!r}")
+
+
+def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
+    fields = {
+        key: np.asarray("" if value is None else value)
+        for key, value in answer.reaction.as_dict().items()
+        if key not in ("body_weight", "percent_body_weight")
+    }
+    return {
+        "times": answer.movement.times,
+        "quaternions_xyzw": answer.movement.orientations.as_quat(),
+        "angular_velocity": answer.movement.motion.angular_velocity,
+        "angular_acceleration": answer.movement.motion.angular_acceleration,
+        **fields,
+    }
+
+
+def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
+    movement, reaction = answer.movement, answer.reaction
+    n = reaction.actuator_forces.shape[-1]
+    limbs = range(1, n + 1)
+    columns: list[tuple[str, FloatArray]] = [("time_s", movement.times)]
+    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+    columns += [(label, angles[:, k]) for k, label in enumerate(names)]
+    for label, array in (
+        ("omega_{}_rad_s", movement.motion.angular_velocity),
+        ("eta_{}_rad_s2", movement.motion.angular_acceleration),
+        ("F_s_{}_N", reaction.shoulder_force),
+    ):
+        columns += [(label.format(axis), array[:, k]) for k, axis in enumerate("xyz")]
+    columns.append(("F_s_N", reaction.magnitude))
+    columns += [(f"f_{i}_N", reaction.actuator_forces[:, i - 1]) for i in limbs]
+    columns += [(f"g_{i}_N", reaction.constraint_forces[:, i - 1]) for i in limbs]
+    columns.append(("margin", reaction.margin))
+    out = io.StringIO()
+    out.write(
+        f"# {name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm\n"
+    )
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([*(label for label, _ in columns), "status"])
+    for row in range(len(movement.times)):
+        cells = (float(values[row]) for _, values in columns)
+        writer.writerow([*("" if np.isnan(cell) else repr(cell) for cell in cells), str(reaction.status[row])])
+    return out.getvalue()

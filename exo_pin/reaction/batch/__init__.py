@@ -1,0 +1,1 @@
+"""Reactions over millions of poses, compiled."""

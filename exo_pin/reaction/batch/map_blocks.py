@@ -1,0 +1,131 @@
+"""What the loops over poses share: the question as arrays, and blocks of poses with what limbs and shoulder carry."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+
+from ...numerics.vectors import applied_load, inertia_load, matrix, rotation_matrix, turn, vector, weight_load
+
+__all__ = ["Device", "Outputs", "Terms", "fill_block", "pose"]
+
+#: Poses worked on together: few enough for their numbers to stay in the nearest cache.
+LANES = 64
+#: Rows of a block of three limbs: quaternion, force and moment in; then f, g, F_s, status, margin and |F_s| out.
+ROWS = 22
+# Where the rows begin. Unsigned numbers spare the compiler the case of an index that counts from the end, without
+# which it does not work on several poses at once.
+FX, FY, FZ, MX, MY, MZ = (np.uint64(row * LANES) for row in range(6))
+F1, F2, F3, G1, G2, G3, SX, SY, SZ = (np.uint64(row * LANES) for row in range(6, 15))
+STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))
+QX, QY, QZ, QW = (np.uint64(row * LANES) for row in range(18, 22))
+X, Y, Z, W = (np.uint64(column) for column in range(4))
+
+_compile = njit(cache=True, error_model="numpy", nogil=True)
+_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
+
+
+class Device(NamedTuple):
+    """A mechanism as arrays: joint centres (n, 3), indices of the UPU limbs, guides (n, 4), K_s (3, 3)."""
+
+    base: Any
+    platform: Any
+    upu: Any
+    guides: Any
+    shoulder: Any
+
+
+class Terms(NamedTuple):
+    """Arm, motion and load. Arrays of the last five have one row a pose, or a single row for all of them."""
+
+    mass: float
+    centre: Any
+    inertia: Any
+    gravity: Any
+    moving: bool
+    loaded: bool
+    in_arm: bool
+    velocity: Any
+    acceleration: Any
+    force: Any
+    couple: Any
+    at: Any
+
+
+class Outputs(NamedTuple):
+    """Where the answers go, one row a pose; an array without rows is not filled."""
+
+    shoulder: Any
+    f: Any
+    g: Any
+    status: Any
+    margin: Any
+    magnitude: Any
+
+
+@_compile
+def pose(w: Any, k: Any) -> Any:
+    """The rotation matrix of a pose of the block, as a tuple of rows."""
+    return rotation_matrix(w[QX + k], w[QY + k], w[QZ + k], w[QW + k])
+
+
+@_compile
+def _weigh(lanes: Any, mass: float, centre: Any, gravity: Any, w: Any) -> None:
+    """Fill force and moment of a block with those of the arm's weight."""
+    c, down = vector(centre, 0), vector(gravity, 0)
+    for k in range(lanes):
+        _, F, M = weight_load(pose(w, k), mass, c, down)
+        w[FX + k], w[FY + k], w[FZ + k] = F
+        w[MX + k], w[MY + k], w[MZ + k] = M
+
+
+@_inline
+def _add(w: Any, k: Any, F: Any, M: Any) -> None:
+    w[FX + k] += F[0]
+    w[FY + k] += F[1]
+    w[FZ + k] += F[2]
+    w[MX + k] += M[0]
+    w[MY + k] += M[1]
+    w[MZ + k] += M[2]
+
+
+@_compile
+def _accelerate(
+    lanes: Any, start: int, mass: float, centre: Any, inertia: Any, velocity: Any, acceleration: Any, w: Any
+) -> None:
+    """Add the arm's inertia to force and moment of a block."""
+    c, I = vector(centre, 0), matrix(inertia)  # noqa: E741
+    step_v, step_a = min(velocity.shape[0] - 1, 1), min(acceleration.shape[0] - 1, 1)
+    for k in range(lanes):
+        i = start + np.int64(k)
+        R = pose(w, k)
+        F, M = inertia_load(R, mass, turn(R, c), I, vector(velocity, i * step_v), vector(acceleration, i * step_a))
+        _add(w, k, F, M)
+
+
+@_compile
+def _pull(lanes: Any, start: int, force: Any, couple: Any, at: Any, in_arm: bool, w: Any) -> None:
+    """Add a load on the arm to force and moment of a block."""
+    step_f, step_c, step_at = min(force.shape[0] - 1, 1), min(couple.shape[0] - 1, 1), min(at.shape[0] - 1, 1)
+    for k in range(lanes):
+        i = start + np.int64(k)
+        at_k = vector(at, i * step_at)
+        F, M = applied_load(pose(w, k), vector(force, i * step_f), vector(couple, i * step_c), at_k, in_arm)
+        _add(w, k, F, M)
+
+
+@_inline
+def fill_block(q: Any, start: int, terms: Terms, w: Any) -> Any:
+    """Poses of the block that begins at ``start``, and what limbs and shoulder carry there; returns their number."""
+    lanes = np.uint64(min(LANES, q.shape[0] - start))
+    block = q[start:]
+    for k in range(lanes):
+        w[QX + k], w[QY + k], w[QZ + k], w[QW + k] = block[k, X], block[k, Y], block[k, Z], block[k, W]
+    _weigh(lanes, terms.mass, terms.centre, terms.gravity, w)
+    if terms.moving:
+        _accelerate(lanes, start, terms.mass, terms.centre, terms.inertia, terms.velocity, terms.acceleration, w)
+    if terms.loaded:
+        _pull(lanes, start, terms.force, terms.couple, terms.at, terms.in_arm, w)
+    return lanes

@@ -1,0 +1,116 @@
+"""The loop over poses of any limbs behind :func:`exo_pin.reaction.reaction_map`, compiled, without the GIL.
+
+They take unit quaternions and build the matrices as they go. Each pose is computed by itself, so neither the way a
+stack is cut nor the number of threads changes a bit of the answer.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from ...numerics.active_set import GAP_TOLERANCE, least_bounded
+from ...numerics.shortest_variables import workspace
+from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
+from ...wrist.kernels import (
+    add_open,
+    fill_limbs,
+    largest_radius,
+    open_effects,
+    pose_status,
+    spherical_forces,
+    standalone_forces,
+)
+from .elastic_kernels import elastic_forces, side_stiffness
+from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
+
+__all__ = ["BY_ACTUATOR", "ELASTIC", "GIVEN", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
+
+#: Splits.
+SPHERICAL, STANDALONE, MINIMAL, ELASTIC = 0, 1, 2, 3
+#: Where the bounds on g come from: the arrays, or the pose's own |f_i|.
+GIVEN, BY_ACTUATOR = 0, 1
+
+_compile = njit(cache=True, error_model="numpy", nogil=True)
+
+
+@_compile
+def map_any(
+    q: Any, device: Device, terms: Terms, split: int, bounds: int, lower: Any, upper: Any, out: Outputs
+) -> None:
+    """Any split of any number of limbs.
+
+    Parameters
+    ----------
+    q : ndarray
+        Unit quaternions, shape (N, 4), scalar last.
+    device, terms, out : NamedTuple
+        What is asked, and where the answers go.
+    split, bounds : int
+        One of the codes above.
+    lower, upper : ndarray
+        Bounds on g of "minimal", shape (N, n) or (1, n), N.
+    """
+    base, upu = device.base, device.upu
+    n, u = base.shape[0], upu.shape[0]
+    own = n - 3
+    m = own + u
+    b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
+    length, reach, stiffness = np.empty(n), np.empty(n), np.zeros(n)
+    f, g, shoulder = np.empty(n), np.empty(n), np.empty(3)
+    N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(m)
+    low, high = np.full(m, -np.inf), np.full(m, np.inf)
+    work, w = workspace(m), np.empty(ROWS * LANES)
+    radius = largest_radius(device.platform)
+    for i in range(q.shape[0]):
+        lane = np.uint64(i % LANES)
+        if lane == 0:
+            fill_block(q, i, terms, w)
+        fill_limbs(pose(w, lane), base, device.platform, b, s, X, length, reach)
+        status, margin = pose_status(X, reach, upu, radius)
+        if status < SINGULAR:
+            F = (w[FX + lane], w[FY + lane], w[FZ + lane])
+            M = (w[MX + lane], w[MY + lane], w[MZ + lane])
+            spherical_forces(s, X, reach, F, M, f, shoulder, Q, U)
+            g[:] = 0.0
+            if split == STANDALONE:
+                if not standalone_forces(s, X, upu, Q, f, g, shoulder, N, G, c, z):
+                    status = SINGULAR
+            elif split == MINIMAL and m > 0:
+                open_effects(s, X, upu, Q, N, G)
+                low_row, high_row = min(i, lower.shape[0] - 1), min(i, upper.shape[0] - 1)
+                for k in range(u):
+                    limit = abs(f[upu[k]])
+                    low[own + k] = -limit if bounds == BY_ACTUATOR else lower[low_row, upu[k]]
+                    high[own + k] = limit if bounds == BY_ACTUATOR else upper[high_row, upu[k]]
+                if least_bounded(shoulder, G, low, high, z, work) <= GAP_TOLERANCE:
+                    add_open(upu, N, z, f, g)
+                    for j in range(3):
+                        for k in range(m):
+                            shoulder[j] += G[j, k] * z[k]
+                else:
+                    status = NOT_SOLVED
+            elif split == ELASTIC:
+                for k in range(u):
+                    j = upu[k]
+                    stiffness[j] = side_stiffness(
+                        vector(base, j), vector(b, j), vector(s, j), length[j], reach[j], device.guides[j]
+                    )
+                if not elastic_forces(X, stiffness, device.shoulder, g, shoulder):
+                    status = NOT_SOLVED
+        if status >= SINGULAR:
+            f[:], g[:], shoulder[:] = np.nan, np.nan, np.nan
+        if out.shoulder.shape[0]:
+            out.shoulder[i] = shoulder
+        if out.f.shape[0]:
+            out.f[i] = f
+        if out.g.shape[0]:
+            out.g[i] = g
+        if out.status.shape[0]:
+            out.status[i] = status
+        if out.margin.shape[0]:
+            out.margin[i] = margin
+        if out.magnitude.shape[0]:
+            out.magnitude[i] = root(shoulder[0] ** 2 + shoulder[1] ** 2 + shoulder[2] ** 2)

@@ -1,0 +1,281 @@
+"""Reactions over millions of poses, compiled, in blocks, on several threads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.progress import track
+from ...core.validation import FloatArray, ReadOnly, as_rotation
+from ...design import Mechanism
+from ...load_case import Load, Motion
+from ...load_case.pose_stacks import Rows, require_massless
+from ...numerics.vectors import SINGULAR
+from ...wrist.forces.closed_form import STATUS, require_standalone
+from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from . import map_kernels
+from .elastic_kernels import Elasticity
+from .map_blocks import Device, Outputs, Terms
+from .map_kernels import BY_ACTUATOR, GIVEN
+from .map_three_limbs import map_three
+
+__all__ = ["CHUNK", "MapSplit", "ReactionMap", "reaction_map"]
+
+MapSplit = Literal["spherical", "standalone", "minimal", "elastic"]
+#: The kernels' codes of the splits.
+_CODES = {
+    "spherical": map_kernels.SPHERICAL,
+    "standalone": map_kernels.STANDALONE,
+    "minimal": map_kernels.MINIMAL,
+    "elastic": map_kernels.ELASTIC,
+}
+#: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
+CHUNK = 32768
+#: What can be kept.
+_KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "margin", "magnitude")
+
+
+@dataclass(frozen=True, eq=False)
+class ReactionMap(ReadOnly):
+    """Forces over a stack of poses of shape (...), massless limbs; None where it was not kept.
+
+    Base frame; rows without an answer are NaN, and ``status`` says why.
+
+    Attributes
+    ----------
+    shoulder_force : ndarray or None
+        F_s, shape (..., 3), N: the force of the shoulder **on the arm**.
+    actuator_forces : ndarray or None
+        f_i, shape (..., n), N, tension positive.
+    constraint_forces : ndarray or None
+        g_i, shape (..., n), N: the limb pulls the arm with -f_i s_i - g_i X_i; zero for an SPS limb.
+    status_codes : ndarray of int8 or None
+        Shape (...), index into :data:`exo_pin.wrist.forces.closed_form.STATUS`; :attr:`status` gives the names.
+    margin : ndarray or None
+        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
+    magnitude : ndarray or None
+        |F_s|, shape (...), N.
+    split : str
+        How what equilibrium leaves open was shared out.
+    trivial : bool
+        Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
+    """
+
+    shoulder_force: FloatArray | None
+    actuator_forces: FloatArray | None
+    constraint_forces: FloatArray | None
+    status_codes: NDArray[np.int8] | None
+    margin: FloatArray | None
+    magnitude: FloatArray | None
+    split: str
+    trivial: bool = False
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """Shape (...): "ok", "near_singular", "singular", "folded" or "not_solved", made anew at every call.
+
+        Raises
+        ------
+        InvalidInput
+            If the status was not kept.
+        """
+        return np.array(STATUS)[self._codes()]
+
+    @property
+    def has_answer(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the pose has an answer; raises as :attr:`status`."""
+        return self._codes() < SINGULAR
+
+    def _codes(self) -> NDArray[np.int8]:
+        if self.status_codes is None:
+            raise InvalidInput('the status was not kept: add "status" to keep')
+        return self.status_codes
+
+
+def reaction_map(
+    mechanism: Mechanism,
+    orientations: Rotation,
+    motion: Motion | None = None,
+    load: Load | None = None,
+    split: str = "spherical",
+    constraint_bounds: ConstraintBounds = None,
+    threads: int = 1,
+    chunk: int = CHUNK,
+    keep: Iterable[str] | None = None,
+    elasticity: Elasticity | None = None,
+    progress: bool = False,
+) -> ReactionMap:
+    """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
+    if split not in _CODES:
+        raise UnknownName("split", split, get_args(MapSplit))
+    if constraint_bounds is not None and split != "minimal":
+        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
+    if elasticity is not None and split != "elastic":
+        raise InvalidInput(f'elasticity belongs to split="elastic", got split={split!r}')
+    require_massless(mechanism)
+    n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
+    if split == "standalone":
+        require_standalone(mechanism)
+    poses = _Poses(orientations)
+    terms = _TermRows(mechanism, motion, load, poses.shape)
+    bounds = SideForceBounds(constraint_bounds, poses.shape, n)
+    device = _device(mechanism, upu, split, elasticity)
+    threads, chunk = _count("threads", threads), _count("chunk", chunk)
+    wanted = _wanted(keep)
+    outputs = _outputs(poses.count, n, wanted)
+    kind = BY_ACTUATOR if bounds.by_actuator else GIVEN
+
+    def compute(start: int) -> None:
+        stop = min(start + chunk, poses.count)
+        rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
+        if n == 3 and split in ("spherical", "standalone"):
+            map_three(rows, device, terms.block(start, stop), split == "standalone", out)
+        else:
+            lower, upper = bounds.block(start, stop)
+            map_kernels.map_any(rows, device, terms.block(start, stop), _CODES[split], kind, lower, upper, out)
+
+    starts = range(0, poses.count, chunk)
+    for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
+        pass
+    kept = {
+        name: array.reshape((*poses.shape, *array.shape[1:])) if name in wanted else None
+        for name, array in zip(_KEEP, outputs, strict=True)
+    }
+    # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
+    trivial = split == "minimal" and n - 3 + (upu.size if bounds.is_free else 0) >= 3
+    return ReactionMap(
+        shoulder_force=kept["shoulder_force"],
+        actuator_forces=kept["actuator_forces"],
+        constraint_forces=kept["constraint_forces"],
+        status_codes=kept["status"],
+        margin=kept["margin"],
+        magnitude=kept["magnitude"],
+        split=split,
+        trivial=bool(trivial),
+    )
+
+
+def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:
+    """Call ``compute`` for every start, yielding after each; an error or an interrupt drops what has not begun."""
+    # A single block is not worth a thread of its own.
+    if min(threads, len(starts)) <= 1:
+        for start in starts:
+            compute(start)
+            yield
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        futures = [pool.submit(compute, start) for start in starts]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:
+            for future in futures:
+                future.cancel()
+
+
+class _Poses:
+    """Quaternions of a stack of poses, block by block: a Rotation hands them out as a copy."""
+
+    def __init__(self, orientations: Rotation) -> None:
+        if not isinstance(orientations, Rotation):
+            as_rotation("orientations", orientations)
+        self.shape: tuple[int, ...] = orientations.shape
+        self.count = math.prod(self.shape)
+        self._stack = orientations
+        # Stacks of one dimension can be cut before they are copied. SciPy keeps the others as one array anyway.
+        self._whole = None if len(self.shape) == 1 else np.reshape(orientations.as_quat(), (-1, 4))
+
+    def block(self, start: int, stop: int) -> FloatArray:
+        rows = self._stack[start:stop].as_quat() if self._whole is None else self._whole[start:stop]
+        rows = np.require(rows, dtype=np.float64, requirements=["C", "W"])
+        # A sum is not finite if any of its terms is not, and entries of unit quaternions are too small to overflow.
+        if not math.isfinite(rows.sum()):
+            raise InvalidInput("expected orientations to be finite")
+        return rows
+
+
+class _TermRows:
+    """Arm, motion and load, block by block."""
+
+    def __init__(self, mechanism: Mechanism, motion: Motion | None, load: Load | None, shape: tuple[int, ...]) -> None:
+        for name, value, kind in (("motion", motion, Motion), ("load", load, Load)):
+            if value is not None and not isinstance(value, kind):
+                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
+        arm = mechanism.require_arm("weight" if motion is None else "motion", inertia=motion is not None)
+        nothing = np.zeros(3)
+        self._fixed = (
+            arm.mass,
+            np.array(arm.centre_of_mass).reshape(1, 3),
+            # An arm at rest feels no inertia, so an unknown one does not enter.
+            np.zeros((3, 3)) if motion is None else np.array(arm.inertia_about_origin),
+            np.array(mechanism.gravity).reshape(1, 3),
+            motion is not None,
+            load is not None,
+            load is not None and load.frame == "arm",
+        )
+        self._rows = [
+            Rows(name, nothing if owner is None else np.asarray(getattr(owner, name.split(".")[1])), shape)
+            for name, owner in (
+                ("motion.angular_velocity", motion),
+                ("motion.angular_acceleration", motion),
+                ("load.force", load),
+                ("load.moment", load),
+                ("load.at", load),
+            )
+        ]
+
+    def block(self, start: int, stop: int) -> Terms:
+        return Terms(*self._fixed, *(rows.block(start, stop) for rows in self._rows))
+
+
+def _device(mechanism: Mechanism, upu: NDArray[np.intp], split: str, elasticity: Elasticity | None) -> Device:
+    """The mechanism as arrays that the kernels take: writable, so that they are compiled for one kind of array only."""
+    n = mechanism.limb_count
+    guides, shoulder = np.zeros((n, 4)), np.zeros((3, 3))
+    if split == "elastic":
+        if elasticity is None:
+            elasticity = Elasticity.of_mechanism(mechanism)
+        for name, array, shape in (("guides", elasticity.guides, (n, 4)), ("shoulder", elasticity.shoulder, (3, 3))):
+            if np.shape(array) != shape:
+                raise InvalidInput(f"expected the elasticity's {name} to have shape {shape}, got {np.shape(array)}")
+        guides, shoulder = np.array(elasticity.guides, order="C"), np.array(elasticity.shoulder, order="C")
+    geometry = mechanism.geometry
+    base, platform = (np.array(points, order="C") for points in (geometry.base_points, geometry.platform_points))
+    return Device(base, platform, upu, guides, shoulder)
+
+
+def _wanted(keep: Iterable[str] | None) -> set[str]:
+    if keep is None:
+        return set(_KEEP)
+    wanted = {keep} if isinstance(keep, str) else set(keep)
+    for name in wanted:
+        if name not in _KEEP:
+            raise UnknownName("quantity to keep", name, _KEEP)
+    return wanted
+
+
+def _outputs(count: int, limb_count: int, wanted: set[str]) -> Outputs:
+    """Arrays for what is kept, and arrays without rows for the rest."""
+    rows = [count if name in wanted else 0 for name in _KEEP]
+    return Outputs(
+        np.empty((rows[0], 3)),
+        np.empty((rows[1], limb_count)),
+        np.empty((rows[2], limb_count)),
+        np.empty(rows[3], dtype=np.int8),
+        np.empty(rows[4]),
+        np.empty(rows[5]),
+    )
+
+
+def _count(name: str, value: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise InvalidInput(f"expected {name} to be a whole number above zero, got {value!r}")
+    return int(value)

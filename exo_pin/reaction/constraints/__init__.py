@@ -1,0 +1,1 @@
+"""Bounds on side forces and limb forces, and the glenoid cone."""

@@ -1,0 +1,214 @@
+"""Limits of the limb forces f_i, in the forms a caller may give them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.errors import ExoPinError, InvalidInput, MissingData, UnknownName
+from ...core.validation import LARGEST, FloatArray
+from ...wrist.forces.wrench_feasibility import force_bounds
+
+__all__ = ["ActuatorBounds", "ForceLimited", "ForceLimits", "PressureActuator", "each_limb"]
+
+
+@runtime_checkable
+class ForceLimited(Protocol):
+    """Anything that says what a limb can pull at a length."""
+
+    def force_limits(self, length: FloatArray) -> tuple[ArrayLike, ArrayLike]:
+        """Least and greatest f_i, shape (...), N, at limb lengths l_i = |A_i B_i|, shape (...), m.
+
+        A length that the actuator cannot take is told by NaN, by a masked entry, or by raising a child of
+        ExoPinError.
+        """
+        ...
+
+
+@runtime_checkable
+class PressureActuator(ForceLimited, Protocol):
+    """A pneumatic muscle in a limb. Lengths are those of the whole limb, |A_i B_i|; pressures are gauge, Pa."""
+
+    def pressure_for(self, force: FloatArray, length: FloatArray) -> ArrayLike:
+        """Pressure at which the limb pulls ``force``, shape (...), Pa."""
+        ...
+
+    def stiffness(self, length: FloatArray, pressure: FloatArray) -> ArrayLike:
+        """df/dl at constant pressure, shape (...), N/m; positive where a longer muscle pulls harder."""
+        ...
+
+
+#: None, the word "pull", a pair (lower, upper) in N, an object with ``force_limits``, or one such object a limb.
+ActuatorBounds = str | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | None
+
+
+class ForceLimits:
+    """Limits of f for every pose of a stack.
+
+    Parameters
+    ----------
+    bounds : ActuatorBounds
+        None: none. "pull": f_i >= 0. A pair in N: numbers or arrays that broadcast to (..., n), infinite where
+        there is no limit. An object with ``force_limits(length)``, or a sequence of n of them: what the
+        actuators can do at their lengths.
+    shape : tuple of int
+        Stack shape (...), N poses in all.
+    limb_count : int
+        n.
+    lengths : callable
+        Gives l_i, shape (N, n), m; asked only if actuators are.
+
+    Attributes
+    ----------
+    is_free : bool
+        Whether there is no limit at all.
+    lower, upper : ndarray
+        Shape (N, n), N; NaN rows where ``reachable`` is False.
+    reachable : ndarray of bool
+        Shape (N,): whether every actuator can take its length.
+
+    Raises
+    ------
+    InvalidInput
+        If the limits do not fit; InfeasibleBounds if a lower one stands above its upper one.
+    MissingData
+        If an actuator lacks what it needs, such as the length of its end fitting.
+    """
+
+    def __init__(
+        self, bounds: ActuatorBounds, shape: tuple[int, ...], limb_count: int, lengths: Callable[[], FloatArray]
+    ) -> None:
+        count, n = math.prod(shape), limb_count
+        self.is_free = bounds is None
+        self.reachable: NDArray[np.bool_] = np.ones(count, dtype=bool)
+        if bounds is None:
+            self.lower, self.upper = np.full((count, n), -np.inf), np.full((count, n), np.inf)
+        elif isinstance(bounds, str):
+            if bounds != "pull":
+                raise UnknownName("actuator bound", bounds, ("pull",))
+            self.lower, self.upper = np.zeros((count, n)), np.full((count, n), np.inf)
+        elif _is_actuators(bounds):
+            self.lower, self.upper = np.empty((count, n)), np.empty((count, n))
+            actuators, own = each_limb(bounds, n, ForceLimited, "force_limits(length)"), lengths()
+            for i, actuator in enumerate(actuators):
+                self.lower[:, i], self.upper[:, i] = _limits(actuator, i, own[:, i])
+            self.reachable = np.asarray(~np.isnan(self.lower).any(axis=1))
+            self.lower[~self.reachable], self.upper[~self.reachable] = np.nan, np.nan
+        else:
+            try:
+                lower, upper = bounds  # type: ignore[misc]
+            except (TypeError, ValueError):
+                raise InvalidInput(
+                    'expected actuator_bounds to be None, "pull", (lower, upper) in N, or objects with '
+                    f"force_limits(length), got {bounds!r:.80}"
+                ) from None
+            self.lower, self.upper = force_bounds("actuator_bounds", lower, upper, shape, n)  # type: ignore[arg-type]
+
+    @property
+    def one_signed(self) -> bool:
+        """Whether the limits fix the sign of every f_i, so that |g_i| <= |f_i| is convex."""
+        rows = self.reachable
+        return bool((self.lower[rows] >= 0.0).all() or (self.upper[rows] <= 0.0).all())
+
+
+def _is_actuators(bounds: Any) -> bool:
+    if isinstance(bounds, ForceLimited):
+        return True
+    return isinstance(bounds, (list, tuple)) and len(bounds) > 0 and any(hasattr(b, "force_limits") for b in bounds)
+
+
+def each_limb(given: Any, limb_count: int, protocol: type, needs: str) -> list[Any]:
+    """One actuator a limb, from one for all or a sequence of them.
+
+    Raises
+    ------
+    InvalidInput
+        If there are not as many as limbs, or one does not have what ``protocol`` asks for.
+    """
+    actuators = list(given) if isinstance(given, (list, tuple)) else [given] * limb_count
+    if len(actuators) != limb_count:
+        raise InvalidInput(f"expected {limb_count} actuators, one a limb, got {len(actuators)}")
+    for i, actuator in enumerate(actuators):
+        if not isinstance(actuator, protocol):
+            raise InvalidInput(f"expected actuator {i} to have {needs}, got {type(actuator).__name__}")
+    return actuators
+
+
+def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Limits of one limb over all poses; NaN where its actuator cannot take the length."""
+    lower, upper = in_reach(lambda length: actuator.force_limits(length), 2, lengths)
+    known = ~(np.isnan(lower) | np.isnan(upper))
+    if (np.isfinite([lower, upper]) & (np.abs([lower, upper]) > LARGEST)).any():
+        raise InvalidInput(f"expected force_limits of actuator {limb} in N, got more than {LARGEST:g}")
+    if (np.isposinf(lower) | np.isneginf(upper)).any():
+        raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can keep")
+    if (lower[known] > upper[known]).any():
+        raise InvalidInput(f"force_limits of actuator {limb} gave a lower limit above its upper limit")
+    return np.where(known, lower, np.nan), np.where(known, upper, np.nan)
+
+
+def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
+    """Ask an actuator about a stack, and pose by pose where it refuses the stack as a whole.
+
+    Parameters
+    ----------
+    call : callable
+        Takes the arguments, gives ``outputs`` arrays (or one array, for 1).
+    outputs : int
+        How many.
+    *arguments : ndarray
+        Shape (N,) each.
+
+    Returns
+    -------
+    ndarray
+        Shape (outputs, N); NaN where the actuator refused, by raising a child of ExoPinError.
+
+    Raises
+    ------
+    MissingData
+        If the actuator lacks what it needs.
+    InvalidInput
+        If what it gives is not what was asked for.
+    """
+    count = len(arguments[0])
+    whole = _asked(call, outputs, arguments)
+    if whole is not None:
+        return whole
+    out = np.full((outputs, count), np.nan)
+    for row in range(count):
+        single = _asked(call, outputs, tuple(values[row : row + 1] for values in arguments))
+        if single is not None:
+            out[:, row] = single[:, 0]
+    return out
+
+
+def _asked(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
+    """Answer of an actuator, shape (outputs, N); None if it refuses.
+
+    Raises
+    ------
+    MissingData
+        If it lacks what it needs.
+    InvalidInput
+        If what it gives is not what was asked for.
+    """
+    try:
+        raw = call(*arguments)
+    except MissingData:
+        raise
+    except ExoPinError:
+        return None
+    try:
+        parts = (raw,) if outputs == 1 else tuple(raw)
+        filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in parts]
+        spread = [np.broadcast_to(part, arguments[0].shape) for part in filled]
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"expected numbers of shape {arguments[0].shape} from an actuator: {error}") from error
+    if len(spread) != outputs:
+        raise InvalidInput(f"expected {outputs} arrays from an actuator, got {len(spread)}")
+    return np.stack(spread)

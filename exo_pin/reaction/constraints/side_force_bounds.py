@@ -1,0 +1,121 @@
+"""Bounds on the side forces g_i, in the forms a caller may give them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
+from ...core.validation import LARGEST, FloatArray, as_real
+from ...load_case.pose_stacks import Rows
+
+__all__ = ["ConstraintBounds", "SideForceBounds"]
+
+#: None, the word "actuator", or a pair (lower, upper) of numbers or arrays in N.
+ConstraintBounds = str | tuple[ArrayLike, ArrayLike] | None
+
+
+class SideForceBounds:
+    """Bounds on g for every pose of a stack.
+
+    Parameters
+    ----------
+    bounds : None, "actuator" or (lower, upper)
+        None: no bound. "actuator": |g_i| <= |f_i|. A pair in N: numbers, or arrays that broadcast to (..., n);
+        infinities are allowed and mean no bound.
+    shape : tuple of int
+        Stack shape (...).
+    limb_count : int
+        n.
+    one_signed : bool
+        Whether limits of f fix the sign of every f_i.
+
+    Attributes
+    ----------
+    by_actuator : bool
+        Whether the bounds of a pose are its own |f_i|, which equilibrium fixes.
+    by_tension : bool
+        Whether |g_i| <= |f_i| binds g to an f that is chosen together with it.
+
+    Raises
+    ------
+    InvalidInput
+        If a pair does not fit or holds NaN.
+    InfeasibleBounds
+        If a lower bound stands above its upper bound.
+    NonConvexBound
+        For "actuator" with more than three limbs whose forces may take either sign: there f is chosen together
+        with g, and |g| <= |f| is then not convex.
+    """
+
+    def __init__(
+        self, bounds: ConstraintBounds, shape: tuple[int, ...], limb_count: int, one_signed: bool = False
+    ) -> None:
+        self.by_actuator = self.by_tension = False
+        self._limb_count = limb_count
+        self.is_free = bounds is None
+        self._pair: tuple[Rows, Rows] | None = None
+        if bounds is None:
+            return
+        if isinstance(bounds, str):
+            if bounds != "actuator":
+                raise UnknownName("constraint bound", bounds, ("actuator",))
+            if limb_count > 3 and not one_signed:
+                raise NonConvexBound(
+                    f"|g_i| <= |f_i| needs limb forces that equilibrium fixes; with {limb_count} limbs they are chosen "
+                    "together with g and may take either sign, so give the bounds as (lower, upper), or "
+                    'limbs that only pull (actuator_bounds="pull")'
+                )
+            self.by_actuator = limb_count == 3
+            self.by_tension = limb_count > 3
+            return
+        lower, upper = _pair(bounds)
+        stacked = (
+            Rows("constraint_bounds", lower, shape, limb_count),
+            Rows("constraint_bounds", upper, shape, limb_count),
+        )
+        wrong = lower > upper
+        wrong = np.broadcast_to(wrong, np.broadcast_shapes(wrong.shape, (limb_count,))).reshape(-1, limb_count)
+        crossed = np.flatnonzero(wrong.any(axis=0))
+        if crossed.size:
+            raise InfeasibleBounds(crossed)
+        self._pair = stacked
+        self.is_free = bool(np.isinf(lower).all() and np.isinf(upper).all())
+
+    def at(self, row: int, actuator_forces: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of one pose, shape (n,) each, N."""
+        if self.by_actuator:
+            size = np.abs(actuator_forces)
+            return -size, size
+        if self._pair is not None:
+            lower, upper = self.block(row, row + 1)
+            return lower[0], upper[0]
+        infinite = np.full(len(actuator_forces), np.inf)
+        return -infinite, infinite
+
+    def block(self, start: int, stop: int) -> tuple[FloatArray, FloatArray]:
+        """Bounds of the poses from ``start`` to ``stop``, shape (stop - start, n) each, or (1, n) if all are alike, N.
+
+        Infinite for "actuator", whose bounds are known only together with f.
+        """
+        if self._pair is not None:
+            return self._pair[0].block(start, stop), self._pair[1].block(start, stop)
+        infinite = np.full((1, self._limb_count), np.inf)
+        return -infinite, infinite
+
+
+def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    try:
+        lower, upper = bounds
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f'expected constraint_bounds to be None, "actuator" or (lower, upper) in N, got {bounds!r:.80}'
+        ) from None
+    sides = as_real("lower constraint bound", lower), as_real("upper constraint bound", upper)
+    if np.isnan(sides[0]).any() or np.isnan(sides[1]).any():
+        raise InvalidInput("expected constraint_bounds without NaN")
+    if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():
+        raise InvalidInput("expected a lower bound below +inf and an upper bound above -inf")
+    if any((np.isfinite(side) & (np.abs(side) > LARGEST)).any() for side in sides):
+        raise InvalidInput(f"expected constraint_bounds in N, infinite or at most {LARGEST:g} in size")
+    return sides

@@ -1,0 +1,1 @@
+"""Which reactions equilibrium determines, and poses that cannot be held."""

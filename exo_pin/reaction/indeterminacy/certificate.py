@@ -1,0 +1,214 @@
+"""Which of the reactions equilibrium determines at all."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, ReadOnly
+
+__all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determined"]
+
+#: Effect of a self-stress on a quantity, relative to the largest, below which the quantity does not change with it.
+_NO_EFFECT = 1e-9
+
+
+#: What a component of an answer can rest on, and how that is said.
+KINDS = {
+    "unique": "Unique by equilibrium",
+    "stiffness": "Determined by stiffness",
+    "optimiser": "Chosen by an optimiser",
+    "assumed": "Fixed by the assumption of the split",
+    "bounded": "Bounded only, other values do as well",
+    "none": "Without an answer",
+}
+
+
+def component_names(limb_count: int) -> list[str]:
+    """Names of f, g and F_s by component, 2 n + 3 of them."""
+    limbs = range(1, limb_count + 1)
+    return [*(f"f_{i}" for i in limbs), *(f"g_{i}" for i in limbs), "F_s x", "F_s y", "F_s z"]
+
+
+@dataclass(frozen=True, eq=False)
+class Components(ReadOnly):
+    """What each component of an answer rests on, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    actuator_forces, constraint_forces, shoulder_force : ndarray of str
+        Shape (..., n), (..., n) and (..., 3), a key of :data:`KINDS`: "unique" (no self-stress changes it),
+        "stiffness", "optimiser" (the only one, or of least squares, among what is open), "assumed" (g = 0 or
+        F_s = 0), "bounded" (what the optimiser seeks does not depend on it: any value of an interval is as good), or
+        "none" for a pose without an answer.
+    actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
+        Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
+        allow, each component by itself; infinite without bounds, NaN if nothing fits them.
+    needed : tuple of str
+        What would have to be known to determine what is open.
+    outside : tuple of str
+        Components whose answer lies beyond its interval in some pose: the answer breaks bounds that it was not asked
+        to keep.
+    """
+
+    actuator_forces: NDArray[np.str_]
+    constraint_forces: NDArray[np.str_]
+    shoulder_force: NDArray[np.str_]
+    actuator_intervals: FloatArray
+    constraint_intervals: FloatArray
+    shoulder_intervals: FloatArray
+    needed: tuple[str, ...]
+    outside: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        parts = [f"{text}: {', '.join(names)}." for kind, text in KINDS.items() if (names := self._named(kind))]
+        spans = self._spans()
+        if spans:
+            parts.append(f"Between bounds: {', '.join(spans)}.")
+        if self.outside:
+            parts.append(f"The answer lies outside for {', '.join(self.outside)}.")
+        if self.needed and self._open():
+            parts.append(f"To determine them: {', '.join(self.needed)}.")
+        return " ".join(parts)
+
+    def _columns(self) -> list[tuple[str, NDArray[np.str_], FloatArray]]:
+        """Name, kinds and intervals of each component, flat over the stack."""
+        columns = []
+        n = self.actuator_forces.shape[-1]
+        every = component_names(n)
+        for names, kinds, intervals in (
+            (every[:n], self.actuator_forces, self.actuator_intervals),
+            (every[n : 2 * n], self.constraint_forces, self.constraint_intervals),
+            (every[2 * n :], self.shoulder_force, self.shoulder_intervals),
+        ):
+            flat, ends = kinds.reshape(-1, len(names)), intervals.reshape(-1, len(names), 2)
+            columns += [(name, flat[:, i], ends[:, i]) for i, name in enumerate(names)]
+        return columns
+
+    def _named(self, kind: str) -> list[str]:
+        names = []
+        for name, kinds, _ in self._columns():
+            count = int((kinds == kind).sum())
+            if count:
+                names.append(name if count == kinds.size else f"{name} ({count} of {kinds.size} poses)")
+        return names
+
+    def _open(self) -> bool:
+        return any((~np.isin(kinds, ("unique", "none"))).any() for _, kinds, _ in self._columns())
+
+    def _spans(self) -> list[str]:
+        spans = []
+        for name, kinds, ends in self._columns():
+            known = ends[~np.isin(kinds, ("unique", "none")) & ~np.isnan(ends).any(axis=1)]
+            if known.size and np.isfinite(known).any():
+                low, high = (0.0 if abs(v) < 5e-3 else v for v in (known[:, 0].min(), known[:, 1].max()))
+                spans.append(f"{name} {low:.2f} to {high:.2f} N")
+        return spans
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate(ReadOnly):
+    """What equilibrium says about an answer, for a pose or a stack of shape (...).
+
+    A reaction is unique if no self-stress of the mechanism (a set of closure and joint forces that balances
+    itself) changes it; J. Wojtyra's criterion, Multibody Syst. Dyn. 14 (2005) 23. Here it is evaluated on the
+    closure Jacobian of the pose itself.
+
+    Attributes
+    ----------
+    undetermined : ndarray of int
+        Shape (...): how many independent reactions equilibrium leaves open; -1 for a pose without an answer.
+    redundant_closures : ndarray of int
+        Shape (...): rows of the loop closures that repeat others, so that their forces cannot be told apart.
+    actuator_forces : ndarray of bool
+        Shape (..., n): whether f_i is unique.
+    constraint_forces : ndarray of bool
+        Shape (..., n): whether g_i is unique (always true for an SPS limb, which has none).
+    shoulder_force : ndarray of bool
+        Shape (..., 3): whether each base-frame component of F_s is unique.
+    torso_wrench : ndarray of bool
+        Shape (...,): whether the total wrench of limbs and shoulder on the torso is unique.
+    chosen_by : str
+        What filled in the rest.
+    source : callable or None
+        From which :attr:`components` are worked out when they are asked for.
+    """
+
+    undetermined: NDArray[np.int64]
+    redundant_closures: NDArray[np.int64]
+    actuator_forces: NDArray[np.bool_]
+    constraint_forces: NDArray[np.bool_]
+    shoulder_force: NDArray[np.bool_]
+    torso_wrench: NDArray[np.bool_]
+    chosen_by: str
+    source: Callable[..., Components] | None = field(default=None, repr=False)
+
+    @functools.cached_property
+    def components(self) -> Components:
+        """What each component of f, g and F_s rests on, with its interval under the bounds of the query."""
+        return self.under()
+
+    def under(self, constraint_bounds: Any = None, tension_bounds: Any = None) -> Components:
+        """Components with their intervals under other bounds than those of the query.
+
+        Parameters
+        ----------
+        constraint_bounds : None, "actuator" or (lower, upper), optional
+            Bounds on g as in :meth:`exo_pin.ShoulderExo.reaction`; those of the query if left out.
+        tension_bounds : None, "pull" or (lower, upper), optional
+            Bounds on f, N, broadcasting to (..., n); "pull" means none below zero. They narrow an interval where
+            tensions are open: with more than three limbs, or a centre offset.
+
+        Raises
+        ------
+        InvalidInput
+            If bounds do not fit, or the certificate does not come from a query.
+        """
+        if self.source is None:
+            raise InvalidInput("expected a certificate that comes with the answer of a query")
+        return self.source(constraint_bounds, tension_bounds)
+
+    def sentence(self) -> str:
+        """What each component rests on and what would have to be known, in words."""
+        return f"{self.statement} {self.components}"
+
+    def __str__(self) -> str:
+        open_ends = bool((self.undetermined > 0).any())
+        return f"{self.statement} Assumed: {self.chosen_by}." if open_ends else self.statement
+
+    @property
+    def statement(self) -> str:
+        """What equilibrium determines and what it leaves open, in words."""
+        counts = np.unique(self.undetermined[self.undetermined >= 0])
+        if counts.size == 0:
+            return "No pose has an answer."
+        if counts.max() == 0:
+            return "Equilibrium determines every reaction."
+        span = str(counts[0]) if counts.size == 1 else f"{counts[0]} to {counts[-1]}"
+        sure: list[str] = []
+        open_: list[str] = []
+        for name, flags in (
+            ("limb forces f", self.actuator_forces),
+            ("side forces g", self.constraint_forces),
+            ("shoulder force F_s", self.shoulder_force),
+            ("total wrench on the torso", self.torso_wrench),
+        ):
+            (sure if flags[self.undetermined >= 0].all() else open_).append(name)
+        return (
+            f"Equilibrium leaves {span} reactions open. Determined: {', '.join(sure) or 'none'}. "
+            f"Not determined: {', '.join(open_) or 'none'}."
+        )
+
+
+def is_determined(effect: FloatArray) -> NDArray[np.bool_]:
+    """Whether each row of ``effect`` (quantities × self-stresses) is zero, to rounding."""
+    if effect.shape[1] == 0:
+        return np.ones(len(effect), dtype=bool)
+    size = np.abs(effect).max(axis=1)
+    return size <= _NO_EFFECT

@@ -1,0 +1,255 @@
+"""What each component of an answer rests on, and what equilibrium and bounds leave of it.
+
+All answers that balance in a pose differ by self-stresses: tensions that balance themselves, and side forces. f and F_s
+are affine in those, so a component is unique if no self-stress changes it; and its interval under bounds on g is exact
+interval arithmetic, because the bounds form a box. Bounds on tensions cut that box obliquely, and then each end of an
+interval is a linear program.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import OptimizeResult, linprog
+
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.validation import FloatArray, ReadOnly
+from ...design import Mechanism
+from ...load_case.pose_stacks import Query
+from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from ..splits.elastic import Displaced
+from .certificate import Components, component_names, is_determined
+
+__all__ = ["ComponentSource", "TensionBounds"]
+
+#: None, "pull" (no limb pushes), or a pair (lower, upper) of numbers or arrays in N.
+TensionBounds = str | tuple[ArrayLike, ArrayLike] | None
+
+#: Effect on a force, per newton of another, below which there is none.
+_NO_EFFECT = 1e-9
+#: Width of an interval, relative to the largest force, below which it is a point.
+_POINT = 1e-6
+
+
+class _Open(NamedTuple):
+    """What is open in one pose: self-stresses of tensions, then side forces; effects on f, g and F_s."""
+
+    own: int
+    of_f: FloatArray
+    of_g: FloatArray
+    of_shoulder: FloatArray
+
+    @property
+    def all(self) -> FloatArray:
+        """Effects on f, g and F_s one below the other, shape (2 n + 3, m)."""
+        return np.concatenate([self.of_f, self.of_g, self.of_shoulder])
+
+
+@dataclass(frozen=True, eq=False)
+class ComponentSource(ReadOnly):
+    """An answer and its question, from which the certificate's components follow.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The design.
+    query : Query
+        N poses.
+    base, cuff : ndarray
+        Centre offsets, shape (N, 3), m.
+    split : str
+        How the answer was shared out.
+    bounds : SideForceBounds
+        Bounds that it was asked with.
+    values : ndarray
+        f, g and F_s side by side, shape (N, 2 n + 3), N; NaN without an answer.
+    """
+
+    mechanism: Mechanism
+    query: Query
+    base: FloatArray
+    cuff: FloatArray
+    split: str
+    bounds: SideForceBounds
+    values: FloatArray
+
+    def __call__(self, constraint_bounds: ConstraintBounds = None, tension_bounds: TensionBounds = None) -> Components:
+        """Kinds and intervals; see :meth:`exo_pin.reaction.Certificate.under`."""
+        shape, n = self.query.shape, self.mechanism.limb_count
+        bounds = self.bounds
+        if constraint_bounds is not None:
+            bounds = SideForceBounds(constraint_bounds, shape, n)
+        tensions = _tension_bounds(tension_bounds, shape, n)
+        none = np.zeros((len(self.values), 3))
+        state = Displaced(self.mechanism, self.query, self.base, self.cuff, none, none)
+        kinds = np.full(self.values.shape, "none", dtype="<U9")
+        intervals = np.full((*self.values.shape, 2), np.nan)
+        upu = np.flatnonzero(self.mechanism.is_upu)
+        for row in np.flatnonzero(~np.isnan(self.values).any(axis=1)).tolist():
+            now = self.values[row, n : 2 * n]
+            at_zero = self.values[row, :n] - state.f_of_g[row] @ now
+            lower, upper = (side[upu] - now[upu] for side in bounds.at(row, at_zero))
+            open_ = _open(state, row, upu)
+            free = np.full(open_.own, np.inf)
+            box = np.concatenate([-free, lower]), np.concatenate([free, upper])
+            kinds[row] = self._kinds(row, state, open_, box)
+            cut = None if tensions is None else tuple(side[row] - self.values[row, :n] for side in tensions)
+            intervals[row] = self.values[row][:, None] + _ranges(open_, box, cut)
+        with np.errstate(invalid="ignore"):
+            slack = _POINT * (np.abs(self.values).max(axis=1, keepdims=True) + 1.0)
+            beyond = (self.values < intervals[..., 0] - slack) | (self.values > intervals[..., 1] + slack)
+        f, g, shoulder = slice(0, n), slice(n, 2 * n), slice(2 * n, None)
+        return Components(
+            actuator_forces=kinds[:, f].reshape(*shape, n),
+            constraint_forces=kinds[:, g].reshape(*shape, n),
+            shoulder_force=kinds[:, shoulder].reshape(*shape, 3),
+            actuator_intervals=intervals[:, f].reshape(*shape, n, 2),
+            constraint_intervals=intervals[:, g].reshape(*shape, n, 2),
+            shoulder_intervals=intervals[:, shoulder].reshape(*shape, 3, 2),
+            needed=self._needed(),
+            outside=tuple(np.array(component_names(n))[beyond.any(axis=0)].tolist()),
+        )
+
+    def _kinds(self, row: int, state: Displaced, open_: _Open, box: tuple[FloatArray, FloatArray]) -> NDArray[np.str_]:
+        """What each component rests on, shape (2 n + 3,)."""
+        unique = is_determined(open_.all)
+        tensions = open_.all[:, : open_.own]
+        if self.split == "spherical":
+            chosen = np.where(is_determined(tensions), "assumed", "optimiser")
+        elif self.split == "elastic":
+            chosen = np.where(is_determined(self._elastic_effect(row, state, tensions)), "stiffness", "optimiser")
+        else:
+            # What leaves F_s as it is, is no longer up to F_s = 0 or to the least |F_s|.
+            rest = _null_space(open_.of_shoulder)
+            if self.split == "standalone":
+                chosen = np.where(is_determined(open_.all @ rest), "assumed", "optimiser")
+            else:
+                chosen = np.where(self._fixed(row, open_, rest, box), "optimiser", "bounded")
+        return np.where(unique, "unique", chosen)
+
+    def _elastic_effect(self, row: int, state: Displaced, tensions: FloatArray) -> FloatArray:
+        """Effect of self-stresses of tensions once limbs and shoulder have given way to them."""
+        n = self.mechanism.limb_count
+        stiffness = np.asarray(self.mechanism.shoulder.stiffness)
+        whole, _ = state.elastic_system(stiffness)
+        delta = -np.linalg.solve(whole[row], tensions[2 * n :])
+        g = state.side.stiffness[row][:, None] * (state.side.forces[row] @ delta)
+        return np.concatenate([tensions[:n] + state.f_of_g[row] @ g, g, -stiffness @ delta])
+
+    def _fixed(self, row: int, open_: _Open, rest: FloatArray, box: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
+        """Which components are the same in every answer of least |F_s| within the bounds."""
+        effect = open_.all @ rest
+        fixed = is_determined(effect)
+        if rest.shape[1] == 0:
+            return fixed
+        size = np.abs(self.values[row]).max()
+        for component in np.flatnonzero(~fixed):
+            low, high = (_end(effect[component], rest, box[0], box[1], sign) for sign in (1.0, -1.0))
+            fixed[component] = high - low <= _POINT * size
+        return fixed
+
+    def _needed(self) -> tuple[str, ...]:
+        """What would have to be known to determine what is open."""
+        upu, n = np.flatnonzero(self.mechanism.is_upu), self.mechanism.limb_count
+        needed: list[str] = []
+        if n > 3:
+            needed.append(f"{n - 3} of the {n} limb tensions, measured, or a law by which the actuators share them")
+        if upu.size == 0 or self.split == "elastic":
+            return tuple(needed)
+        missing = []
+        if self.mechanism.shoulder.stiffness is None:
+            missing.append("the stiffness of the shoulder")
+        bare = [str(i + 1) for i in upu if self.mechanism.limbs[i].guide is None]
+        if bare:
+            missing.append(
+                f"what resists sideways in limb{'s' * (len(bare) > 1)} {', '.join(bare)} "
+                "(EI and GJ of a guide, or that there is none)"
+            )
+        if missing:
+            needed.append(" and ".join(missing))
+        else:
+            needed.append('nothing more than is known: split="elastic" determines them')
+        readings = "side force" if upu.size == 1 else f"{upu.size} side forces"
+        needed.append(f"or the {readings} g, measured as couples in the platform joints")
+        return tuple(needed)
+
+
+def _open(state: Displaced, row: int, upu: NDArray[np.intp]) -> _Open:
+    stress = state.self_stress[row]
+    own, n = stress.shape[1], len(stress)
+    of_g = np.zeros((n, own + upu.size))
+    of_g[upu, own + np.arange(upu.size)] = 1.0
+    directions = state.side.directions[row].T
+    return _Open(
+        own,
+        np.hstack([stress, state.f_of_g[row][:, upu]]),
+        of_g,
+        np.hstack([directions @ stress, state.shoulder_of_g[row][:, upu]]),
+    )
+
+
+def _null_space(effect: FloatArray) -> FloatArray:
+    if effect.shape[1] == 0:
+        return np.zeros((0, 0))
+    _, values, Vt = np.linalg.svd(effect)
+    rank = int((values > _NO_EFFECT * values[0]).sum())
+    return Vt[rank:].T
+
+
+def _ranges(open_: _Open, box: tuple[FloatArray, FloatArray], cut: tuple[FloatArray, ...] | None) -> FloatArray:
+    """Change of each component that the bounds allow, shape (2 n + 3, 2)."""
+    effect = open_.all
+    effect = np.where(np.abs(effect) <= _NO_EFFECT, 0.0, effect)
+    if cut is None:
+        with np.errstate(invalid="ignore"):
+            ends = np.stack([effect * box[0], effect * box[1]])
+        ends = np.where(effect == 0.0, 0.0, ends)
+        return np.stack([ends.min(axis=0).sum(axis=1), ends.max(axis=0).sum(axis=1)], axis=1)
+    eye = np.eye(effect.shape[1])
+    rows, lower, upper = np.concatenate([eye, open_.of_f]), *(np.concatenate(p) for p in zip(box, cut, strict=True))
+    return np.array([[_end(row, rows, lower, upper, sign) for sign in (1.0, -1.0)] for row in effect])
+
+
+def _end(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatArray, sign: float) -> float:
+    """Least (sign 1) or largest (sign -1) effect · y with lower <= rows y <= upper; NaN if nothing fits."""
+    count = rows.shape[1]
+    if count == 0:
+        return 0.0 if ((lower <= _POINT) & (upper >= -_POINT)).all() else np.nan
+    above, below = np.isfinite(upper), np.isfinite(lower)
+    A = np.concatenate([rows[above], -rows[below]])
+    b = np.concatenate([upper[above], -lower[below]])
+
+    def solved(target: FloatArray) -> OptimizeResult:
+        return linprog(target, A_ub=A, b_ub=b, bounds=[(None, None)] * count, method="highs")
+
+    answer = solved(sign * effect)
+    if answer.status == 4:  # HiGHS may leave open whether a program is unbounded or infeasible
+        answer.status = 2 if solved(np.zeros(count)).status == 2 else 3
+    if answer.status in (2, 3):
+        return np.nan if answer.status == 2 else -sign * np.inf
+    if answer.status != 0:
+        raise SolverFailed("HiGHS", np.inf, str(answer.message))
+    return sign * float(answer.fun)
+
+
+def _tension_bounds(bounds: TensionBounds, shape: tuple[int, ...], count: int) -> tuple[FloatArray, FloatArray] | None:
+    if bounds is None:
+        return None
+    if isinstance(bounds, str):
+        if bounds != "pull":
+            raise InvalidInput(f'expected tension_bounds to be "pull" or (lower, upper) in N, got {bounds!r}')
+        bounds = (0.0, np.inf)
+    try:
+        lower, upper = (
+            np.broadcast_to(np.asarray(side, dtype=np.float64), (*shape, count)).reshape(-1, count) for side in bounds
+        )
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f'expected tension_bounds to be "pull" or (lower, upper) in N for {(*shape, count)}, got {bounds!r:.80}'
+        ) from None
+    if not (lower <= upper).all():
+        raise InvalidInput("expected tension_bounds with no lower bound above its upper one, and without NaN")
+    return lower, upper

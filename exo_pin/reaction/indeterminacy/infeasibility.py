@@ -1,0 +1,155 @@
+"""The record of poses that the limbs cannot hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.validation import FloatArray, ReadOnly
+
+__all__ = ["Infeasibility", "Shortfall"]
+
+
+class Shortfall(NamedTuple):
+    """One row of :class:`Infeasibility`; the attributes are explained there."""
+
+    f: FloatArray
+    g: FloatArray
+    shoulder: FloatArray
+    missing: FloatArray
+    direction: FloatArray
+    required: float
+    available: float
+    valid_up_to: float
+    blocking: NDArray[np.int8]
+    relief: FloatArray
+    extra_force: FloatArray
+    extra_point: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Infeasibility(ReadOnly):
+    """Evidence for the poses of a stack of shape (...) that cannot be held; all else NaN, False or 0.
+
+    Attributes
+    ----------
+    infeasible : ndarray of bool
+        Shape (...): which poses are meant.
+    closest_actuator_forces, closest_constraint_forces : ndarray
+        Shape (..., n), N: forces within all limits that come closest to equilibrium, in the root of sum of squares
+        of what is missing (moments over the largest |B_i|); of several, the shortest.
+    closest_shoulder_force : ndarray
+        F_s with them, shape (..., 3), N, inside the socket's cone if that is a constraint; then it misses the
+        balance of forces by ``missing_wrench``.
+    missing_wrench : ndarray
+        Shape (..., 6): force (N) and moment about O (N m) on the arm, base frame, that would have to come from
+        elsewhere. Unique. The force part is zero unless F_s is bound, by the cone or by "standalone".
+    direction : ndarray
+        Farkas direction y, shape (..., 6), pairing with (force, moment): y · (what limbs and shoulder supply) is at
+        most ``available`` whatever they do within their limits, and balance needs ``required``. The force part
+        is dimensionless, the moment part 1/m; scaled to length 1 with moments over the largest |B_i|.
+    required, available : ndarray
+        Shape (...), N. The first exceeds the second: that is the proof.
+    valid_up_to : ndarray
+        Shape (...), N. Where a force has no limit, y must not gain by it; rounding may leave 1e-17 N of gain a
+        newton, and the proof then covers all forces up to this one. Infinite if nothing is left.
+    blocking : ndarray of int
+        Shape (..., n): -1 where the lower limit of f_i blocks, +1 where the upper one does, else 0.
+    relief : ndarray
+        Shape (..., n), N: by how much this blocking limit alone, all others kept, would have to give way for
+        the pose to be held. Infinite where that would not do, or the limit does not block.
+    one_more_muscle : ndarray of bool
+        Shape (...): whether one more muscle, suitably placed, would hold the pose.
+    extra_muscle_force : ndarray
+        Shape (..., 3), N, base frame: pull of such a muscle on the arm. Its moment about O is the least that a
+        further muscle can do with. Of all directions that give it, with the lever arm of the largest |B_i|, the
+        one that lowers |F_s| most; with a hard cone, one near it that brings F_s inside.
+    extra_muscle_point : ndarray
+        Shape (..., 3), m, base frame: the point of its line nearest to O.
+    """
+
+    infeasible: NDArray[np.bool_]
+    closest_actuator_forces: FloatArray
+    closest_constraint_forces: FloatArray
+    closest_shoulder_force: FloatArray
+    missing_wrench: FloatArray
+    direction: FloatArray
+    required: FloatArray
+    available: FloatArray
+    valid_up_to: FloatArray
+    blocking: NDArray[np.int8]
+    relief: FloatArray
+    extra_muscle_force: FloatArray
+    extra_muscle_point: FloatArray
+
+    @property
+    def one_more_muscle(self) -> NDArray[np.bool_]:
+        """Shape (...)."""
+        return np.asarray(np.isfinite(self.extra_muscle_force).all(axis=-1))
+
+    @classmethod
+    def from_rows(cls, shape: tuple[int, ...], n: int, rows: dict[int, Shortfall]) -> Infeasibility:
+        """Collect rows of a flat stack."""
+        count = int(np.prod(shape, dtype=int))
+
+        def filled(name: str, *size: int, fill: float = np.nan, kind: type = np.float64) -> np.ndarray:
+            array: np.ndarray = np.full((count, *size), fill, dtype=kind)
+            for row, value in rows.items():
+                array[row] = getattr(value, name)
+            return array.reshape((*shape, *size))
+
+        infeasible = np.zeros(count, dtype=bool)
+        infeasible[list(rows)] = True
+        return cls(
+            infeasible.reshape(shape),
+            filled("f", n),
+            filled("g", n),
+            filled("shoulder", 3),
+            filled("missing", 6),
+            filled("direction", 6),
+            filled("required"),
+            filled("available"),
+            filled("valid_up_to"),
+            filled("blocking", n, fill=0, kind=np.int8),
+            filled("relief", n),
+            filled("extra_force", 3),
+            filled("extra_point", 3),
+        )
+
+    def explain(self, index: int | tuple[int, ...] = ()) -> str:
+        """Say in words why a pose cannot be held.
+
+        Parameters
+        ----------
+        index : int or tuple of int
+            Of the pose in the stack; empty for a single pose.
+        """
+        if not self.infeasible[index]:
+            return "This pose can be held."
+        force, moment = self.missing_wrench[index][:3], self.missing_wrench[index][3:]
+        lacks = []
+        if np.linalg.norm(moment) > 1e-9:
+            axis = ", ".join(f"{x:.2f}" for x in moment / np.linalg.norm(moment))
+            lacks.append(f"{np.linalg.norm(moment):.2f} N m about ({axis})")
+        if np.linalg.norm(force) > 1e-9:
+            lacks.append(f"{np.linalg.norm(force):.1f} N of force")
+        parts = [f"The limbs cannot hold this pose: at best {' and '.join(lacks)} is missing."]
+        for i in np.flatnonzero(self.blocking[index]):
+            which = "cannot go below" if self.blocking[index][i] < 0 else "cannot go above"
+            limit = self.closest_actuator_forces[index][i]
+            relief = self.relief[index][i]
+            alone = f"{relief:.1f} N more would do" if np.isfinite(relief) else "giving way there alone would not do"
+            parts.append(f"Limb {i + 1} {which} {limit:.1f} N ({alone}).")
+        if self.one_more_muscle[index]:
+            pull, point = self.extra_muscle_force[index], self.extra_muscle_point[index]
+            where = ", ".join(f"{1e3 * x:.0f}" for x in point)
+            along = ", ".join(f"{x:.2f}" for x in pull / np.linalg.norm(pull))
+            parts.append(
+                f"One more muscle would do, with {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm."
+            )
+        else:
+            parts.append("No single further muscle was found that would do.")
+        return " ".join(parts)

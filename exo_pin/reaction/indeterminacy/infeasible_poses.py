@@ -1,0 +1,224 @@
+"""When the limbs cannot hold a pose: how near they come, what blocks them, and a direction that proves it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+
+from ...core.errors import SolverFailed
+from ...core.validation import FloatArray
+from ...numerics import LeastSquares, Solution, solve
+from ...wrist.forces.wrench_feasibility import moment_margin
+from ..splits.limb_and_side_forces import Pose, force_scale
+from .infeasibility import Shortfall
+
+__all__ = ["shortfall"]
+
+#: What is missing, relative to the forces in play, below which a pose counts as held: rounding, not slack.
+HELD = 1e-12
+#: A multiplier, relative to what is missing, above which its limit blocks.
+_BLOCKS = 1e-7
+
+
+def shortfall(pose: Pose) -> Shortfall | None:
+    """What is missing in a pose; None if nothing is.
+
+    Where F_s is free, a compiled test of the exact moment set answers first, so that only poses that fail it cost a
+    program. The closest wrench is a least-squares problem with all limits hard, and its optimality condition is the
+    proof: the miss itself separates what is needed from all that can be supplied.
+
+    Raises
+    ------
+    SolverFailed
+        If the closest wrench was not found to its accuracy.
+    """
+    scale = force_scale(pose)
+    bound = pose.alone or (pose.socket is not None and pose.socket.is_hard)
+    n = len(pose.f_low)
+    low_relief, high_relief = np.zeros(n), np.zeros(n)
+    if not bound:
+        margin = moment_margin(
+            np.ascontiguousarray(pose.state.moment_of_f.T),
+            pose.state.moment,
+            pose.f_low,
+            pose.f_high,
+            np.empty(3),
+            low_relief,
+            high_relief,
+        )
+        if margin >= -HELD * scale * pose.radius:
+            return None
+    program, target = _closest(pose, scale, bound)
+    solution = solve(program)
+    if not solution.is_optimal:
+        raise SolverFailed("ProxQP", solution.kkt, "closest wrench within limits")
+    missing = -solution.residual * scale
+    size = float(np.linalg.norm(missing))
+    if size <= HELD * scale:
+        return None
+    y = missing / size
+    required, available, valid = _separation(program, solution, y, target, size / scale)
+    if required - available < 0.5 * size / scale:
+        # The miss proves nothing, so it is the solver's and not the limbs': at the exact answer both sides are equal.
+        return None
+    blocking = _blocking(program, solution, size / scale, n)
+    if bound:
+        relief = np.array([_relief(program, target, i, blocking[i]) * scale for i in range(n)])
+    else:
+        relief = np.where(blocking < 0, low_relief, np.where(blocking > 0, high_relief, np.inf))
+    z = np.clip(solution.z[: n + pose.upu.size] * scale, pose.low, pose.high)
+    g = np.zeros(n)
+    g[pose.upu] = z[n:]
+    balancing = pose.state.shoulder + pose.shoulder_effect @ z
+    shoulder = balancing
+    if bound:
+        shoulder = np.zeros(3) if pose.alone else solution.z[n + pose.upu.size :] * scale
+    # The program's rows are (moment / radius, force); what the caller sees is (force, moment).
+    force = missing[3:] if bound else np.zeros(3)
+    moment = missing[:3] * pose.radius
+    direction = np.concatenate([y[3:] if bound else np.zeros(3), y[:3] / pose.radius])
+    extra_force, extra_point = _extra_muscle(pose, force, moment, balancing)
+    return Shortfall(
+        z[:n],
+        g,
+        shoulder,
+        np.concatenate([force, moment]),
+        direction,
+        required * scale,
+        available * scale,
+        valid * scale,
+        blocking,
+        relief,
+        extra_force,
+        extra_point,
+    )
+
+
+def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, FloatArray]:
+    """Least-squares balance under hard limits; rows (moment / radius), and force too where F_s is bound.
+
+    Signs: the limbs must supply ``state.moment``; F_s - S z = ``state.shoulder`` is the balance of forces.
+    """
+    T, target = pose.moment_effect, pose.state.moment / (pose.radius * scale)
+    low, high = pose.low / scale, pose.high / scale
+    C = pose.side_rows()
+    c = np.zeros(len(C))
+    if bound:
+        T = np.vstack([T, -pose.shoulder_effect])
+        target = np.concatenate([target, pose.state.shoulder / scale])
+    if bound and not pose.alone:
+        assert pose.socket is not None
+        faces = len(pose.socket.N)
+        T = np.hstack([T, np.vstack([np.zeros((3, 3)), np.eye(3)])])
+        C = np.block([[C, np.zeros((len(C), 3))], [np.zeros((faces, C.shape[1])), pose.socket.N]])
+        c = np.concatenate([c, pose.socket.h / scale])
+        low = np.concatenate([low, np.full(3, -np.inf)])
+        high = np.concatenate([high, np.full(3, np.inf)])
+    return LeastSquares(T, target, np.zeros((0, T.shape[1])), np.zeros(0), low, high, C, c), target
+
+
+def _separation(
+    program: LeastSquares, solution: Solution, y: FloatArray, target: FloatArray, size: float
+) -> tuple[float, float, float]:
+    """What y needs, the most of it that can be supplied, and up to which forces that holds.
+
+    For ν >= 0: max of y·T z over the limits <= ν·c + max over the bounds of (Tᵀy - Cᵀν)·z.
+    """
+    nu = np.maximum(solution.inequality, 0.0) / size
+    gain = program.E.T @ y - program.C.T @ nu
+    endless = np.where(gain > 0, np.isinf(program.high), np.isinf(program.low)) & (gain != 0.0)
+    reach = np.where(endless, 0.0, np.where(gain > 0, program.high, program.low))
+    reach[gain == 0.0] = 0.0
+    required, available = float(y @ target), float(nu @ program.c + gain @ reach)
+    leak = float(np.abs(gain[endless]).sum())
+    return required, available, np.inf if leak == 0.0 else max(0.0, required - available) / leak
+
+
+def _blocking(program: LeastSquares, solution: Solution, size: float, n: int) -> NDArray[np.int8]:
+    held = solution.bound[:n]
+    limit = np.where(held < 0, program.low[:n], program.high[:n])
+    return np.where((np.abs(held) > _BLOCKS * size) & np.isfinite(limit), np.sign(held), 0).astype(np.int8)
+
+
+def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int) -> float:
+    """By how much one blocking limit alone must give: a linear program in the forces and that one length."""
+    if blocking == 0:
+        return np.inf
+    m = program.size
+    low, high = program.low.copy(), program.high.copy()
+    row = np.zeros((1, m + 1))
+    if blocking < 0:
+        low[limb], row[0, limb], row[0, m], side = -np.inf, -1.0, -1.0, -program.low[limb]
+    else:
+        high[limb], row[0, limb], row[0, m], side = np.inf, 1.0, -1.0, program.high[limb]
+    cost = np.zeros(m + 1)
+    cost[m] = 1.0
+    answer = linprog(
+        cost,
+        A_ub=np.vstack([np.hstack([program.C, np.zeros((len(program.C), 1))]), row]),
+        b_ub=np.append(program.c, side),
+        A_eq=np.hstack([program.E, np.zeros((len(target), 1))]),
+        b_eq=target,
+        bounds=[*zip(low, high, strict=True), (0.0, None)],
+        method="highs",
+    )
+    return float(answer.x[m]) if answer.status == 0 else np.inf
+
+
+def _extra_muscle(
+    pose: Pose, force: FloatArray, moment: FloatArray, shoulder: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Pull and nearest point to O of one more muscle that closes the gap; NaN if none is found.
+
+    A muscle puts a pure force p on the arm along a line, so its moment about O stands across p. That moment has to be
+    the missing one; p then changes F_s to F_s - p, which the socket has to allow.
+
+    Parameters
+    ----------
+    pose : Pose
+        The pose.
+    force, moment : ndarray
+        What the arm is missing, shape (3,) each.
+    shoulder : ndarray
+        F_s that balances the closest forces, were it free, shape (3,).
+    """
+    none = np.full(3, np.nan), np.full(3, np.nan)
+    size, enough = float(np.linalg.norm(moment)), float(np.linalg.norm(moment)) / pose.radius
+    if pose.alone:
+        # F_s may not move at all: the missing wrench itself must be a pure force.
+        if np.linalg.norm(force) == 0.0 or abs(force @ moment) > 1e-9 * np.linalg.norm(force) * size:
+            return none
+        return force, np.cross(force, moment) / (force @ force)
+    hard = pose.socket is not None and pose.socket.is_hard
+    if enough <= 1e-9 * np.linalg.norm(force):
+        return force, np.zeros(3)
+    axis = moment / size
+    along = shoulder - (shoulder @ axis) * axis
+    if np.linalg.norm(along) <= 1e-9 * np.linalg.norm(shoulder) or not along.any():
+        along = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    along /= np.linalg.norm(along)
+    candidates = [enough * along]
+    if hard:
+        across = np.cross(axis, along)
+        wanted = [enough * direction for direction in (along, -along, across, -across)]
+        candidates = [_allowed(pose, pull, axis, shoulder) for pull in wanted]
+    # A muscle that hardly pulls would need a lever arm of metres.
+    candidates = [pull for pull in candidates if np.linalg.norm(pull) >= 0.1 * enough]
+    if not candidates:
+        return none
+    pull = min(candidates, key=lambda p: float(np.linalg.norm(shoulder - p)))
+    return pull, np.cross(pull, moment) / (pull @ pull)
+
+
+def _allowed(pose: Pose, pull: FloatArray, axis: FloatArray, shoulder: FloatArray) -> FloatArray:
+    """The pull across ``axis`` nearest to ``pull`` that leaves F_s in the socket; zero if there is none."""
+    assert pose.socket is not None
+    N, h = pose.socket.N, pose.socket.h
+    scale = float(max(np.linalg.norm(pull), np.linalg.norm(shoulder), h.max(initial=0.0)))
+    free = np.full(3, np.inf)
+    program = LeastSquares(
+        np.eye(3), pull / scale, axis[None, :], np.zeros(1), -free, free, -N, (h - N @ shoulder) / scale
+    )
+    answer = solve(program)
+    return answer.z * scale if answer.is_optimal else np.zeros(3)

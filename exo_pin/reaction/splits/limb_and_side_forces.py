@@ -1,0 +1,237 @@
+"""Choosing limb and side forces together, within what limbs and socket allow: one quadratic program a pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.validation import FloatArray, as_positive
+from ...numerics import LeastSquares, Solution, solve
+from ...wrist_chain.equilibrium import Equilibrium
+from ..constraints.glenoid_cone import GlenoidCone
+
+__all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What the split "minimal" makes small: the weighted sum of squares of F_s, and a little of the tensions.
+
+        compression (F_s · out)² + shear (|F_s|² - (F_s · out)²) + tension Σ f_i²
+
+    Attributes
+    ----------
+    shear, compression : float
+        Weights of F_s across and along the axis out of the socket, above zero, so that the best F_s is unique.
+    tension : float
+        Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 gives up 1 N of shoulder
+        force for 10 N of tension. At zero, of several best sets of forces the shortest is taken.
+    glenoid : GlenoidCone
+        Whose axes are meant; only its angles count here.
+    """
+
+    shear: float = 1.0
+    compression: float = 1.0
+    tension: float = 0.0
+    glenoid: GlenoidCone = field(default_factory=GlenoidCone)
+
+    def __post_init__(self) -> None:
+        for name in ("shear", "compression"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        object.__setattr__(self, "tension", as_positive("tension", self.tension, zero=True))
+        if not isinstance(self.glenoid, GlenoidCone):
+            raise InvalidInput(f"expected glenoid to be a GlenoidCone, got {type(self.glenoid).__name__}")
+
+    def root(self, side: str) -> FloatArray:
+        """Shape (3, 3): its product with F_s, squared, is the cost of F_s."""
+        return np.asarray(np.sqrt([self.compression, self.shear, self.shear])[:, None] * self.glenoid.axes(side))
+
+
+class Socket(NamedTuple):
+    """The half-spaces N F_s <= h of a glenoid cone, and what leaving it costs (None: not allowed)."""
+
+    N: FloatArray
+    h: FloatArray
+    penalty: float | None
+
+    @property
+    def is_hard(self) -> bool:
+        """Whether F_s must stay inside."""
+        return self.penalty is None
+
+
+class Pose(NamedTuple):
+    """All that the choice of one pose depends on.
+
+    Attributes
+    ----------
+    state : Equilibrium
+        Forces as affine functions of f and g.
+    radius : float
+        Largest |B_i|, m: it turns moments into forces.
+    f_low, f_high : ndarray
+        Limits of f, shape (n,), N.
+    g_low, g_high : ndarray
+        Limits of the side forces of the UPU limbs, shape (u,), N; (0, 0) with "spherical".
+    upu : ndarray of int
+        Their indices, shape (u,).
+    by_actuator : bool
+        Whether |g_i| <= |f_i| besides, for f of one sign.
+    socket : Socket or None
+        The glenoid cone.
+    goal : ndarray or None
+        Square root of the cost of F_s, shape (3, 3); None for the forces of least norm.
+    tension : float
+        Weight of f beside it.
+    alone : bool
+        Whether F_s = 0 is wanted.
+    """
+
+    state: Equilibrium
+    radius: float
+    f_low: FloatArray
+    f_high: FloatArray
+    g_low: FloatArray
+    g_high: FloatArray
+    upu: NDArray[np.int64]
+    by_actuator: bool
+    socket: Socket | None
+    goal: FloatArray | None
+    tension: float
+    alone: bool
+
+    @property
+    def shoulder_effect(self) -> FloatArray:
+        """Shape (3, n + u): F_s per N of f and g."""
+        return np.hstack([self.state.shoulder_of_f, self.state.shoulder_of_g[:, self.upu]])
+
+    @property
+    def moment_effect(self) -> FloatArray:
+        """Shape (3, n + u), dimensionless: moment over ``radius`` per N of f and g; the latter have none about O."""
+        return np.hstack([self.state.moment_of_f / self.radius, np.zeros((3, self.upu.size))])
+
+    @property
+    def low(self) -> FloatArray:
+        """Shape (n + u,), N."""
+        return np.concatenate([self.f_low, self.g_low])
+
+    @property
+    def high(self) -> FloatArray:
+        """Shape (n + u,), N."""
+        return np.concatenate([self.f_high, self.g_high])
+
+    def side_rows(self) -> FloatArray:
+        """Rows of |g_i| <= |f_i|, shape (2 u, n + u), each <= 0."""
+        n, u = len(self.f_low), self.upu.size
+        if not self.by_actuator:
+            return np.zeros((0, n + u))
+        sign = 1.0 if (self.f_low >= 0.0).all() else -1.0
+        rows = np.zeros((2 * u, n + u))
+        for k, limb in enumerate(self.upu):
+            rows[2 * k : 2 * k + 2, limb] = -sign
+            rows[2 * k : 2 * k + 2, n + k] = 1.0, -1.0
+        return rows
+
+
+class Choice(NamedTuple):
+    """f and g of one pose, and how sure they are.
+
+    Attributes
+    ----------
+    f, g : ndarray
+        Shape (n,), N.
+    kkt : float
+        Largest violation of the optimality conditions over the largest force of the problem.
+    gap : float
+        By how much, N, the square root of the cost (|F_s| where nothing else is weighted) can exceed its least.
+    unique : bool
+        Whether f and g are the only best ones; the cost's minimum always is.
+    """
+
+    f: FloatArray
+    g: FloatArray
+    kkt: float
+    gap: float
+    unique: bool
+
+
+def force_scale(pose: Pose) -> float:
+    """The size of forces in a pose, N: load, tensions that balance it, and limits that are away from zero."""
+    effect, target = pose.moment_effect, pose.state.moment / pose.radius
+    if pose.alone:
+        effect = np.vstack([effect, -pose.shoulder_effect])
+        target = np.concatenate([target, pose.state.shoulder])
+    f = np.linalg.lstsq(effect, target, rcond=None)[0]
+    # Distance of an interval from zero: far ends of wide limits say nothing about the forces in play.
+    nearest = np.maximum(np.maximum(pose.low, -pose.high), 0.0)
+    socket = 0.0 if pose.socket is None else float(pose.socket.h.max(initial=0.0))
+    parts = (np.abs(pose.state.shoulder).max(), np.abs(f).max(initial=0.0), nearest.max(initial=0.0), socket)
+    return float(max(*parts)) or 1.0
+
+
+def choose(pose: Pose) -> Choice:
+    """Solve one pose that is known to be feasible.
+
+    Raises
+    ------
+    SolverFailed
+        If the optimality conditions hold to no better than 1e-8.
+    """
+    scale = force_scale(pose)
+    program, variables, root = _program(pose, scale)
+    solution = solve(program)
+    if not solution.is_optimal:
+        raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
+    n = len(pose.f_low)
+    # Scaling back may round a variable on its limit to just beyond it.
+    z = np.clip(solution.z[:variables] * scale, pose.low, pose.high)
+    g = np.zeros(n)
+    g[pose.upu] = z[n:]
+    return Choice(z[:n], g, solution.kkt, _force_gap(solution) * scale / root, solution.unique)
+
+
+def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
+    """The program in units of ``scale``.
+
+    Also how many of its variables are forces f and g (the rest are slack), and the factor on the square root of the
+    cost that brings its largest weight to 1.
+    """
+    state, S, n = pose.state, pose.shoulder_effect, len(pose.f_low)
+    count = S.shape[1]
+    constant = state.shoulder / scale
+    slack = 0 if pose.socket is None or pose.socket.is_hard else 3
+    # What is to be small: F_s as weighted and some tension, or all forces; and the distance from a soft cone.
+    if pose.goal is None:
+        E, d = np.eye(count), np.zeros(count)
+    else:
+        tension = np.sqrt(pose.tension) * np.eye(n, count)[: n if pose.tension else 0]
+        E = np.vstack([pose.goal @ S, tension])
+        d = np.concatenate([-pose.goal @ constant, np.zeros(len(tension))])
+    A, b = pose.moment_effect, state.moment / (pose.radius * scale)
+    if pose.alone:
+        A, b = np.vstack([A, S]), np.concatenate([b, -constant])
+    C, c = pose.side_rows(), np.zeros(2 * pose.upu.size if pose.by_actuator else 0)
+    low, high = pose.low / scale, pose.high / scale
+    if pose.socket is not None:
+        N, h = pose.socket.N, pose.socket.h / scale
+        C, c = np.vstack([C, N @ S]), np.concatenate([c, h - N @ constant])
+        if pose.socket.penalty is not None:
+            price = np.sqrt(pose.socket.penalty)
+            E = np.block([[E, np.zeros((len(E), slack))], [np.zeros((slack, count)), price * np.eye(slack)]])
+            d = np.concatenate([d, np.zeros(slack)])
+            A = np.hstack([A, np.zeros((len(A), slack))])
+            C = np.hstack([C, np.vstack([np.zeros((len(C) - len(N), slack)), -N])])
+            low = np.concatenate([low, np.full(slack, -np.inf)])
+            high = np.concatenate([high, np.full(slack, np.inf)])
+    root = 1.0 / float(np.linalg.norm(E, axis=0).max())
+    return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root
+
+
+def _force_gap(solution: Solution) -> float:
+    """|r| - |r*| <= 2 gap / |r|, and no more than |r| itself."""
+    size = float(np.linalg.norm(solution.residual))
+    return min(size, 2.0 * solution.gap / size) if size > 0.0 else 0.0

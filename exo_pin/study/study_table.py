@@ -1,0 +1,96 @@
+"""Tidy tables of design studies."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import import_module
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.errors import MissingExtra, UnknownName
+from ..core.files import write_text
+from ..core.records import Record
+
+__all__ = ["StudyTable"]
+
+
+class StudyTable(Record, Mapping[str, NDArray[Any]]):
+    """Columns of equal length by name: one row a design, NaN where a figure has no meaning.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        One a design, all with the same keys.
+    """
+
+    def __init__(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        names = list(rows[0]) if rows else []
+        self._columns = {name: np.array([row[name] for row in rows]) for name in names}
+        for column in self._columns.values():
+            column.setflags(write=False)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        try:
+            return self._columns[name]
+        except KeyError:
+            raise UnknownName("column", name, self._columns) from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._columns
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def row_count(self) -> int:
+        """Number of designs."""
+        return len(next(iter(self._columns.values()), ()))
+
+    def to_pandas(self) -> Any:
+        """The table as a pandas DataFrame.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError as error:
+            raise MissingExtra("study", "pandas") from error
+        return pandas.DataFrame(self._columns)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write the table; the file appears whole or not at all, an empty cell stands for NaN."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(self)
+        for row in range(self.row_count):
+            writer.writerow([_cell(column[row], repr) for column in self._columns.values()])
+        write_text(path, out.getvalue())
+
+    def __str__(self) -> str:
+        rows = [
+            list(self),
+            *(
+                [_cell(column[row], "{:.4g}".format) or "-" for column in self._columns.values()]
+                for row in range(self.row_count)
+            ),
+        ]
+        width = [max(len(row[k]) for row in rows) for k in range(len(self))]
+        lines = ["  ".join(cell.rjust(size) for cell, size in zip(row, width, strict=True)).rstrip() for row in rows]
+        return "\n".join([lines[0], "  ".join("-" * size for size in width), *lines[1:]]) if self._columns else ""
+
+
+def _cell(value: Any, number: Callable[[float], str]) -> str:
+    if isinstance(value, (float, np.floating)):
+        return "" if np.isnan(value) else number(float(value))
+    return str(value)

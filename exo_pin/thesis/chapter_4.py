@@ -1,0 +1,293 @@
+"""The equations of Chapter 4, (4-1) to (4-37), evaluated as printed, and the test rig of Section 5.1."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import thesis_angles, thesis_rotation
+from ..core.validation import FloatArray
+from ..design import WristGeometry, preset
+from ..wrist import LimbState, forward_kinematics, forward_kinematics_from_base_angles, inverse_kinematics
+from .rows import Row, compare
+
+__all__ = ["rows"]
+
+#: |A_i| = |B_i| of the test rig, mm: all that is printed of it.
+_RIG = 219.2
+_RIG_NOTE = "of the rig only |A_i| = |B_i| = 219.2 mm is printed, which alone ties θ_xA to l: l = -2 |A| sin θ_xA"
+
+
+def _about(axis: int, angle: float) -> FloatArray:
+    """(4-4) to (4-6): the matrices as printed, which turn the frame, not the vector."""
+    c, s = np.cos(angle), np.sin(angle)
+    return (
+        np.array([[1, 0, 0], [0, c, s], [0, -s, c]]),
+        np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]),
+        np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]),
+    )[axis]
+
+
+class _Example:
+    """The mechanism of Scenario One in its pose (0, 45, 45)°, with everything that the equations speak of."""
+
+    def __init__(self) -> None:
+        self.geometry: WristGeometry = preset("scenario-one").geometry
+        self.pose = thesis_rotation(0, 45, 45, degrees=True)
+        self.R: FloatArray = self.pose.as_matrix()
+        self.state: LimbState = inverse_kinematics(self.geometry, self.pose)
+        self.A, self.B = self.geometry.base_points, self.geometry.platform_points
+        self.frames = self.geometry.base_frames
+        self.x, self.y, self.l = self.state.base_theta_x, self.state.base_theta_y, self.state.lengths
+        self.t = self.state.directions
+        self.A2, self.B2 = (self.A**2).sum(axis=1), (self.B**2).sum(axis=1)
+        # \bar A_i · R_Ai-1, -2, -3: the joint centre in its own frame.
+        self.AR = np.einsum("ni,nij->nj", self.A, self.frames)
+
+
+def rows() -> list[Row]:
+    """Rows of the ledger."""
+    example = _Example()
+    return [*_orientation(), *_joints(example), *_scenario_one(example), *_scenario_two(example), *_rig()]
+
+
+def _orientation() -> list[Row]:
+    angles = np.radians([20.0, -30.0, 10.0])
+    pose = thesis_rotation(*angles)
+    R = pose.as_matrix()
+    x, y, z = angles
+    turned = (_about(2, z) @ _about(1, y) @ _about(0, x)).T
+    cx, sx, cy, sy, cz, sz = np.cos(x), np.sin(x), np.cos(y), np.sin(y), np.cos(z), np.sin(z)
+    written = np.array(
+        [
+            [cy * cz, -cy * sz, sy],
+            [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -cy * sx],
+            [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+        ]
+    )
+    circles = preset("prototype").geometry.circles
+    assert circles is not None
+    alpha, geometry = circles.alpha_A, preset("prototype").geometry
+    A = np.stack([circles.r_A * np.cos(alpha), -circles.h_A + 0 * alpha, circles.r_A * np.sin(alpha)], axis=-1)
+    B = np.stack([circles.r_B * np.cos(alpha), circles.r_B * np.sin(alpha), -circles.h_B + 0 * alpha], axis=-1)
+    lengths = np.linalg.norm(B @ R.T - A, axis=1)
+    four = forward_kinematics(geometry, inverse_kinematics(geometry, pose).lengths)
+    closest = float((four.rotations[four.valid] * pose.inv()).magnitude().min())
+    far = thesis_rotation(0, -110, 0, degrees=True)
+    S = far.as_matrix()
+    printed = thesis_rotation(np.arctan(-S[1, 2] / S[2, 2]), np.arcsin(S[0, 2]), np.arctan(-S[0, 1] / S[0, 0]))
+    mended = thesis_rotation(*thesis_angles(far))
+    return [
+        compare("(4-1)", "l_i of the prototype at (20, -30, 10)°", "m", lengths,
+                inverse_kinematics(geometry, pose).lengths, 1e-12, digits=6),
+        compare("(4-2)", "A_i and B_i of the prototype", "m", np.vstack([A, B]).ravel(),
+                np.vstack([geometry.base_points, geometry.platform_points]).ravel(), 1e-12, digits=4),
+        compare("(4-3) to (4-6)", "R at (20, -30, 10)°", "", turned.ravel(), R.ravel(), 1e-12),
+        compare("(4-7), (4-8)", "R at (20, -30, 10)°, entry by entry", "", written.ravel(), R.ravel(), 1e-12),
+        compare("Section 4.2.2", "error of the closest of all poses with those lengths", "°", 0.0,
+                np.degrees(closest), 1e-9, digits=9,
+                note=f"{int(four.count)} real solutions; the text speaks of eight"),
+        compare("(4-22)", "R at θ = (0, -110, 0)° from the angles of its matrix", "",
+                printed.as_matrix().ravel(), S.ravel(), 1e-12, mended=mended.as_matrix().ravel(),
+                note="arcsin and arctan stay within ±90°, but flexion reaches -110°: arctan of two arguments"),
+    ]  # fmt: skip
+
+
+def _joints(e: _Example) -> list[Row]:
+    in_joint = np.einsum("nji,nj->ni", e.frames, e.t)
+    cx, sx, cy, sy = np.cos(e.x), np.sin(e.x), np.cos(e.y), np.sin(e.y)
+    right = np.stack([cx * sy, -sx, cx * cy], axis=-1)
+    wrong = np.stack([-sx, cx * sy, cx * cy], axis=-1)
+    zero = 0 * cx
+    written = np.stack(
+        [np.stack([cy, zero, -sy], -1), np.stack([sx * sy, cx, sx * cy], -1), np.stack([cx * sy, -sx, cx * cy], -1)], 1
+    )
+    proper = np.array([_about(1, b).T @ _about(0, a).T for a, b in zip(e.x, e.y, strict=True)])
+    geometry = preset("prototype").geometry
+    circles = geometry.circles
+    assert circles is not None
+    beta = np.arctan2(circles.r_A, circles.h_A)
+    frames = np.array([(_about(0, -beta) @ _about(1, np.pi / 2 - alpha)).T for alpha in circles.alpha_A])
+    order = "the limb turns about Y_A first: R_OAi = Ry Rx, as (4-25) has it"
+    vectors = e.B @ e.R.T - e.A
+    return [
+        compare("(4-9)", "limb vectors at (0, 45, 45)°", "m", vectors.ravel(), (e.l[:, None] * e.t).ravel(), 1e-12),
+        compare("(4-10)", "third column of R_OAi against the limb's direction in {A_i}", "", written[:, :, 2].ravel(),
+                in_joint.ravel(), 1e-9, mended=proper[:, :, 2].ravel(),
+                note="the entries are those of Rx Ry; transposed, as the left side says, they are right"),
+        compare("(4-11) to (4-13)", "limb vector in {A_i} over l_i", "", wrong.ravel(), in_joint.ravel(), 1e-9,
+                mended=right.ravel(), note=order),
+        compare("(4-15)", "R_Ai of the prototype", "", frames.ravel(), geometry.base_frames.ravel(), 1e-12),
+        compare("(4-14), (4-16)", "limb vector in {O_A} with (4-10)", "m",
+                (e.l[:, None] * np.einsum("nij,nj->ni", e.frames, written[:, :, 2])).ravel(), vectors.ravel(), 1e-9,
+                mended=(e.l[:, None] * np.einsum("nij,nj->ni", e.frames, proper[:, :, 2])).ravel(), note=order),
+        compare("(4-25), (4-26)", "K_i against R B_i", "m",
+                (e.l[:, None] * np.einsum("nij,nj->ni", e.frames, right) + e.A).ravel(), (e.B @ e.R.T).ravel(), 1e-12),
+    ]  # fmt: skip
+
+
+def _scenario_one(e: _Example) -> list[Row]:
+    along = np.einsum("ij,ij->i", e.A, e.t)
+    width = np.sqrt(along**2 - e.A2 + e.B2)
+    sign = "l s = R B - A, so the sign of l (a·s) is the other one"
+    K_printed, K = e.A - e.l[:, None] * e.t, e.A + e.l[:, None] * e.t
+    six = forward_kinematics_from_base_angles(e.geometry, e.x, e.y)
+    det = np.linalg.det(e.B)
+    cofactors = np.linalg.inv(e.B) * det
+
+    def by_cramer(points: FloatArray) -> FloatArray:
+        return np.array([cofactors @ points[:, k] for k in range(3)]) / det
+
+    return [
+        compare("(4-17), (4-18)", "l_i t_i against A_i - R B_i", "m", (e.l[:, None] * e.t).ravel(),
+                (e.A - e.B @ e.R.T).ravel(), 1e-12, mended=(-e.l[:, None] * e.t).ravel(), note=sign),
+        compare("(4-19)", "left side at the true l_i", "m²", e.l**2 - 2 * along * e.l + e.A2 - e.B2, np.zeros(3), 1e-12,
+                mended=e.l**2 + 2 * along * e.l + e.A2 - e.B2, note=sign, digits=6),
+        compare("(4-20)", "larger roots", "m", along + width, e.l, 1e-12, mended=-along + width, note=sign),
+        compare("(4-21)", "R from its nine equations", "", by_cramer(K_printed).ravel(), e.R.ravel(), 1e-9,
+                mended=by_cramer(K).ravel(), note="right sides are A_i + l_i t_i"),
+        compare("Section 4.2.2", "pose from all six angles, error", "°", 0.0,
+                np.degrees((six.rotations[0] * e.pose.inv()).magnitude()), 1e-9, digits=9,
+                note="least squares over the six angles; no round-off error of 3° to 4°"),
+    ]  # fmt: skip
+
+
+def _scenario_two(e: _Example) -> list[Row]:
+    cx, sx, cy, sy = np.cos(e.x), np.sin(e.x), np.cos(e.y), np.sin(e.y)
+    pairs = [(0, 1), (1, 2), (2, 0)]
+    product = np.einsum("nij,njk,nkm->nim", e.frames, _stack(1, e.y), _stack(0, e.x))
+    squared = e.l**2 + e.A2 + 2 * e.l * cx * (sy * e.AR[:, 0] + cy * e.AR[:, 2]) - 2 * e.l * sx * e.AR[:, 1]
+    K = e.A + e.l[:, None] * e.t
+    chords = np.array([((e.B[i] - e.B[j]) ** 2).sum() for i, j in pairs])
+    limb = e.l[:, None] * e.t
+    printed_33 = [
+        e.l[i] ** 2 + e.l[j] ** 2 - 2 * limb[i] @ limb[j] + ((e.A[i] - e.A[j]) ** 2).sum()
+        + 2 * (e.A[i] - e.A[j]) @ (limb[i] - limb[j])
+        for i, j in pairs
+    ]  # fmt: skip
+    alone = e.A2 + e.l**2 - e.B2 - 2 * e.l * sx * e.AR[:, 1]
+    left_31 = (
+        4 * cy**2 * e.l**2 * (e.AR[:, 2] ** 2 * cx**2 + e.AR[:, 2] ** 2 * sx**2)
+        - 4 * cy * e.l * e.AR[:, 2] * cx * alone + alone**2 - 4 * e.l**2 * cx**2 * e.AR[:, 0] ** 2
+    )  # fmt: skip
+    # (4-32) divides by this and (4-34) has it above and below: zero in every pose, whatever rounding makes of it.
+    vanishing = np.abs(e.AR[:, [0, 2]]).max()
+    undefined = np.full(3, np.nan if vanishing < 1e-15 else vanishing)
+    empty = "Y_A is parallel to A, so A·R_A-1 = A·R_A-3 = 0 and θ_yA drops out: (4-27) gives l from θ_xA alone"
+    quartic = (
+        e.l**4 - 2 * e.l**3 * sx * e.AR[:, 1] + e.l**2 * (2 * e.A2 - 2 * e.B2 + sx**2 * e.AR[:, 1] ** 2)
+        - 2 * e.l * sx * e.AR[:, 1] * (e.A2 - e.B2) + (e.A2 - e.B2) ** 2
+    )  # fmt: skip
+    mended = (e.l**2 + e.A2 - e.B2 - 2 * e.l * sx * e.AR[:, 1]) ** 2
+    two = forward_kinematics_from_base_angles(e.geometry, theta_x=e.x, near=e.pose)
+    proto = preset("prototype").geometry
+    circles = proto.circles
+    assert circles is not None
+    on_ring = [
+        circles.r_B**2
+        * ((np.cos(circles.alpha_B[i]) - np.cos(circles.alpha_B[j])) ** 2
+           + (np.sin(circles.alpha_B[i]) - np.sin(circles.alpha_B[j])) ** 2)
+        for i, j in pairs
+    ]  # fmt: skip
+    between = [((proto.platform_points[i] - proto.platform_points[j]) ** 2).sum() for i, j in pairs]
+    cramer = _printed_cramer(e.B, K)
+    return [
+        compare("(4-23), (4-24)", "third column of R_Ai Ry(θy)ᵀ Rx(θx)ᵀ against the limb's direction", "",
+                product[:, :, 2].ravel(), e.t.ravel(), 1e-12,
+                note="this factorisation is the right one, and contradicts (4-10)"),
+        compare("(4-27), (4-28)", "left side against B²", "m²", squared, e.B2, 1e-12, digits=6),
+        compare("(4-29)", "R B_1 - R B_2 against K_1 - K_2", "m", e.R @ (e.B[0] - e.B[1]), K[0] - K[1], 1e-12),
+        compare("(4-30)", "B_i² + B_j² - 2 K_i·K_j", "m²",
+                [e.B2[i] + e.B2[j] - 2 * K[i] @ K[j] for i, j in pairs], chords, 1e-12, digits=6),
+        compare("(4-30), right side", "|B_i - B_j|² of the prototype's ring", "m²", on_ring, between, 1e-12, digits=6),
+        compare("(4-31)", "left side at the true l_i and θ_yA", "m⁴", left_31, np.zeros(3), 1e-12, digits=9,
+                note="holds, but for any θ_yA: " + empty),
+        compare("(4-32)", "cos θ_yA by the printed quotient, 0/0", "", undefined, cy, 1e-12,
+                note="0/0 in every pose: " + empty),
+        compare("(4-33)", "left side against |B_i B_j|²", "m²", printed_33, chords, 1e-12, digits=6),
+        compare("(4-34)", "θ_yA by the printed arcsin, of 0/0", "rad", undefined, e.y, 1e-12,
+                note="0/0 in every pose: " + empty),
+        compare("(4-35) to (4-37)", "R from K_i by the printed quotients", "", cramer.ravel(), e.R.ravel(), 1e-9),
+        compare("(5-3), first line", "left side at the true l_i", "m⁴", quartic, np.zeros(3), 1e-12, mended=mended,
+                digits=9, note="the square of (4-27) has 4 where 2 and 1 are printed; (4-27) itself suffices"),
+        compare("Section 4.2.2", "pose from the three θ_xA, error of the closest", "°", 0.0,
+                np.degrees((two.nearest_rotations * e.pose.inv()).magnitude()), 1e-9, digits=9,
+                note=f"closed form, {int(two.count)} real solutions, no numeric search over (4-31) to (4-33)"),
+    ]  # fmt: skip
+
+
+def _stack(axis: int, angles: FloatArray) -> FloatArray:
+    return np.array([_about(axis, angle).T for angle in angles])
+
+
+def _printed_cramer(B: FloatArray, K: FloatArray) -> FloatArray:
+    """(4-35) to (4-37), quotient by quotient."""
+    (b1x, b1y, b1z), (b2x, b2y, b2z), (b3x, b3y, b3z) = B
+    below = b1x * b2y * b3z - b1x * b2z * b3y - b1y * b2x * b3z + b1y * b2z * b3x + b1z * b2x * b3y - b1z * b2y * b3x
+    weights = np.array(
+        [
+            [b2y * b3z - b2z * b3y, b1z * b3y - b1y * b3z, b1y * b2z - b1z * b2y],
+            [b2z * b3x - b2x * b3z, b1x * b3z - b1z * b3x, b1z * b2x - b1x * b2z],
+            [b2x * b3y - b2y * b3x, b1y * b3x - b1x * b3y, b1x * b2y - b1y * b2x],
+        ]
+    )
+    return np.array([weights @ K[:, k] for k in range(3)]) / below
+
+
+#: Table 5-1: (θx, θy, θz) in degrees, and the lengths estimated from them, mm.
+_STATIC_ANGLES = np.array(
+    [
+        [0.9, 1.0, -26.2],
+        [18.5, -2.3, 9.0],
+        [32.0, -11.9, 7.2],
+        [39.1, -5.1, 1.6],
+        [39.5, -3.9, -3.8],
+        [57.0, 12.4, -0.8],
+    ]
+)
+_STATIC_LENGTHS = np.array(
+    [
+        [278.4, 177.4, 176.6],
+        [277.0, 183.9, 182.4],
+        [271.9, 199.6, 184.1],
+        [268.5, 199.5, 192.2],
+        [268.5, 198.5, 194.1],
+        [256.2, 198.0, 217.6],
+    ]
+)
+
+
+def _fitted_lengths() -> FloatArray:
+    """Lengths, mm, of the rings of (4-2), alike on base and platform, that come closest to Table 5-1."""
+    matrices = Rotation.from_euler("XYZ", _STATIC_ANGLES, degrees=True).as_matrix()
+
+    def lengths(p: FloatArray) -> FloatArray:
+        r, h, alpha = _RIG * np.sin(p[0]), _RIG * np.cos(p[0]), p[1:]
+        A = np.stack([r * np.cos(alpha), -h + 0 * alpha, r * np.sin(alpha)], axis=-1)
+        B = np.stack([r * np.cos(alpha), r * np.sin(alpha), -h + 0 * alpha], axis=-1)
+        return np.linalg.norm(np.einsum("kij,nj->kni", matrices, B) - A, axis=-1)
+
+    rng = np.random.default_rng(0)
+    starts = np.column_stack([rng.uniform(0.2, 1.4, 20), rng.uniform(0, 2 * np.pi, (20, 3))])
+    fits = [least_squares(lambda p: (lengths(p) - _STATIC_LENGTHS).ravel(), start) for start in starts]
+    return lengths(min(fits, key=lambda fit: fit.cost).x)
+
+
+def _rig() -> list[Row]:
+    inverse_lengths = np.array([277.0, 184.0, 182.6])
+    measured = np.radians([-83.6, 31.1, 34.4])
+    shift = np.array([20.9, -13.7, 16.2])
+    return [
+        compare("Table 5-1", "estimated lengths, cases 1, 15, 9, 14, 13, 12", "mm", _STATIC_LENGTHS.ravel(),
+                _fitted_lengths().ravel(), 0.1, digits=1,
+                note="the rig's angles α are not printed; computed: the best fit of equal rings by (4-2), with (4-7)"),
+        compare("Table 5-1, Section 5.1.2", "|O_B| of case 12, printed as around 20 mm", "mm", 20.0,
+                np.linalg.norm(shift), 1.0, digits=1,
+                note="20 mm is the largest component, not the distance"),
+        compare("Table 5-2, inverse kinematics", "θ_xA for the lengths of that row", "°", [-75.4, -59.4, 43.4],
+                np.degrees(np.arcsin(-inverse_lengths / (2 * _RIG))), 0.1, digits=1,
+                note=_RIG_NOTE + "; the last two stand as θ_yA in the other row as well"),
+        compare("Table 5-2, forward kinematics", "l_i for the measured θ_xA", "mm", [271.4833, 182.4, 180.5],
+                -2 * _RIG * np.sin(measured), 1.0, digits=1, note=_RIG_NOTE + "; a positive angle has no length"),
+    ]  # fmt: skip

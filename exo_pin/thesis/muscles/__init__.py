@@ -1,0 +1,1 @@
+"""Chapter 3 and Appendices A and B: the pneumatic muscle."""

@@ -1,0 +1,76 @@
+"""Ledger of Appendix A: fits of Table A-1 and the verification of Table A-3."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...muscle.io.measured import table
+from ...muscle.io.published import muscle_model
+from ...muscle.laws.static import BAR
+from .muscle_row import LedgerRow, within
+
+__all__ = ["fit_rows", "verification_rows"]
+
+
+def fit_rows() -> Iterator[LedgerRow]:
+    """Rows of Table A-2 from Table A-1."""
+    a1, a2 = table("a-1"), table("a-2")
+    yield LedgerRow(
+        "Table A-1",
+        "x_1 of the relaxation (mm)",
+        float(a1.row("x_i_mm")[0]),
+        -float(a1.row("x_i_mm")[0]),
+        "misprint, corrected",
+        "lost its minus sign: the intercepts fall from 59.8 over 40.1 and 19.0 to -6.0 N with -5.01, -3.4, -0.8 "
+        "and 11.7 mm",
+    )
+    keys = [column.split("_N")[0] for column in a2.columns]
+    for process, kind, points in (
+        ("relaxation", "i", slice(1, 8)),
+        ("excitation", "j", [3, 4, 5, 7]),
+    ):
+        x = a1.row(f"x_{kind}_mm")[points] / 1e3
+        slope, offset = a1.row(f"L_{kind}_N_per_bar")[points], a1.row(f"J_{kind}_N")[points]
+        matrix = np.column_stack([x**2, x, np.ones(len(x))])
+        inverse = np.linalg.pinv(matrix)
+        for i, key in enumerate(keys):
+            data = slope if i < 3 else offset
+            value = float(inverse[i % 3] @ data)
+            printed = float(a2.row(process)[i])
+            # Largest change that rounding of the printed slopes or intercepts can make.
+            digits = 0.05 if kind == "i" else 0.005
+            slack = float(np.abs(inverse[i % 3]).sum()) * digits
+            inside = abs(value - printed) <= slack
+            fitted = "contractions only" if kind == "i" else "without 71.10 mm, as data were discarded"
+            yield LedgerRow(
+                "Table A-2",
+                f"{key} of the {process} (m, bar)",
+                printed,
+                value,
+                "reproduced" if inside else "not reproducible",
+                f"refit of Table A-1, {fitted}; its print rounding is worth {slack:.3g}",
+            )
+
+
+def verification_rows() -> Iterator[LedgerRow]:
+    """Rows of Table A-3 and of the text below it."""
+    a3 = table("a-3")
+    x, p = a3.row("contraction_mm") / 1e3, a3.row("pressure_bar") * BAR
+    printed = a3.row("calculated_force_N")
+    relaxation = muscle_model("tang-relaxation").unchecked_force(x, p)
+    excitation = muscle_model("tang-excitation").unchecked_force(x, p)
+    for k in range(len(x)):
+        note = f"relaxation form, within 0.5 N; the excitation form gives {excitation[k]:.2f} N"
+        label = f"force at {x[k] * 1e3:.2f} mm, {p[k] / BAR:.3f} bar (N)"
+        verdict = within(printed[k], relaxation[k], 0.5)
+        yield LedgerRow("Table A-3", label, float(printed[k]), float(relaxation[k]), verdict, note)
+    weight = float(a3.row("actual_weight_N")[0])
+    mean = 100 * (float(printed.mean()) / weight - 1)
+    spread = float(printed.std(ddof=1))
+    note = "from the forces that Table A-3 prints"
+    yield LedgerRow("Section A.3", "error of the mean force (%)", 1.5, mean, within(1.5, mean, 0.05), note)
+    yield LedgerRow(
+        "Section A.3", "standard deviation of the force (N)", 1.42, spread, within(1.42, spread, 0.005), note
+    )

@@ -1,0 +1,1 @@
+"""Sensitivities, worst cases and rankings of the shoulder force."""

@@ -1,0 +1,118 @@
+"""The largest shoulder force over a ball of centre offsets, or over one of base and one of cuff.
+
+The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
+the tensions then grow without bound, and so does the shoulder force. Between two offsets on either side of the
+singular surface the determinant of the equilibrium equations changes its sign, which no sampling of forces would show:
+a sample may come close to the surface, and say nothing about it. So the sign is followed first, and only in a ball
+without a change of sign is a largest force looked for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput, UnknownName
+from ..core.validation import as_finite, as_positive
+from ..design import Mechanism
+from ..load_case import Load, Motion
+from ..reaction.splits.elastic import shoulder_stiffness
+from ..wrist.forces.closed_form import STATUS
+from .offset_search import OffsetSearch
+from .worst_case import WorstCase, loaded, status_names
+
+__all__ = ["worst_offset"]
+
+#: An offset beyond this, m, is taken for millimetres.
+_FARTHEST = 0.2
+_SPLITS = ("spherical", "elastic")
+
+
+def worst_offset(
+    mechanism: Mechanism,
+    orientation: Rotation,
+    radius: float,
+    split: str = "spherical",
+    motion: Motion | None = None,
+    load: Load | None = None,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    separately: bool = False,
+) -> WorstCase:
+    """Largest |F_s| over all centre offsets within a ball.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With massless limbs.
+    orientation : Rotation
+        Single or a stack of shape (...).
+    radius : float
+        Of the ball, m; 0.015 to 0.021 m is what usual estimates of the shoulder's centre err by.
+    split : {"spherical", "elastic"}
+        How the part that statics leaves open is shared out.
+    motion, load
+        As :meth:`exo_pin.ShoulderExo.reaction`.
+    centre : array_like
+        Centre of the ball, shape (3,), m, where an offset is known.
+    separately : bool
+        Whether base and cuff are off independently of each other, each within the ball. They are off together if left
+        out: the wearer's centre is not known, and the device fits itself.
+
+    Returns
+    -------
+    WorstCase
+        By search: 256 points of a Sobol sequence (1280 for base and cuff separately), then sequential quadratic
+        programming from the best. With more than three limbs a singular configuration has no sign to betray it, and is
+        found only if the search runs into it.
+
+    Raises
+    ------
+    MissingData
+        If "elastic" is asked and the shoulder's stiffness is not known.
+    InvalidInput
+        If an argument does not fit, or a limb has mass.
+    """
+    if split not in _SPLITS:
+        raise UnknownName("split", split, _SPLITS)
+    size = as_positive("radius", radius)
+    middle = as_finite("centre", centre, (3,))
+    if size + float(np.linalg.norm(middle)) > _FARTHEST:
+        raise InvalidInput(
+            f"expected radius and centre in m, together within {_FARTHEST} m, got {size:g} (millimetres?)"
+        )
+    stiffness = shoulder_stiffness(mechanism) if split == "elastic" else None
+    given = loaded(mechanism, orientation, motion, load)
+    count = len(given.force)
+    magnitude, nominal = np.full(count, np.nan), np.full(count, np.nan)
+    balls = 2 if separately else 1
+    force, at = np.full((count, 3), np.nan), np.full((count, balls, 3), np.nan)
+    codes, within = np.full(count, STATUS.index("not_solved"), dtype=np.int8), np.zeros(count, dtype=bool)
+    for row in range(count):
+        ball = OffsetSearch(mechanism, given, row, middle, size, stiffness, balls)
+        codes[row] = ball.code
+        if ball.code == STATUS.index("folded"):
+            continue
+        nominal[row] = ball.nominal
+        if np.isnan(ball.nominal) and ball.code < STATUS.index("singular"):
+            codes[row] = STATUS.index("not_solved")  # shoulder and limbs together leave a direction free
+            continue
+        singular = ball.singular()
+        if singular is not None:
+            magnitude[row], at[row], within[row] = np.inf, middle + size * singular.reshape(-1, 3), True
+            continue
+        x, force[row], code = ball.largest()
+        at[row], codes[row] = middle + size * x.reshape(-1, 3), code
+        magnitude[row] = np.linalg.norm(force[row]) if code != STATUS.index("singular") else np.inf
+        within[row] = code == STATUS.index("singular")
+    shape = given.query.shape
+    return WorstCase(
+        "offset",
+        (size,),
+        magnitude.reshape(shape),
+        force.reshape(*shape, 3),
+        at.reshape(*shape, balls, 3) if separately else at.reshape(*shape, 3),
+        nominal.reshape(shape),
+        status_names(codes, within, shape),
+        False,
+    )

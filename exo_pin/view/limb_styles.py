@@ -1,0 +1,7 @@
+"""How limbs can be drawn."""
+
+from __future__ import annotations
+
+__all__ = ["LIMB_STYLES"]
+
+LIMB_STYLES = ("rods", "muscles")

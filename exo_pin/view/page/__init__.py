@@ -1,0 +1,1 @@
+"""The Meshcat page: overlay, panels, live server, pictures through a browser, recordings."""

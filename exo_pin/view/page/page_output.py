@@ -1,0 +1,129 @@
+"""How a scene is seen: from where, and as a live page, a file, a still picture or a notebook cell."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.errors import InvalidInput
+from ...core.files import write_bytes, write_text
+from ...core.records import OneProcess
+from ...core.validation import FloatArray, as_finite, as_positive
+from ..scene.stage import Stage
+from .browser import Browser
+from .page_overlay import static_page
+from .panels import notebook_cell
+
+__all__ = ["Pages"]
+
+
+class Pages(OneProcess, ABC):
+    """Ways to look at a scene; base of every scene."""
+
+    _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
+
+    _stage: Stage
+
+    def camera(
+        self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
+    ) -> None:
+        """Place the camera.
+
+        Parameters
+        ----------
+        position, target : array_like, optional
+            Shape (3,), m, base frame: where it stands and where it looks. Left out: where
+            all that matters is seen; of a wrist, from in front of the shoulder and a little outside.
+        field_of_view : float
+            From the bottom of the picture to the top, degrees.
+        """
+        default, centre = self._viewpoint()
+        look = centre if target is None else as_finite("target", target, (3,))
+        eye = default + look - centre if position is None else as_finite("position", position, (3,))
+        if float(np.linalg.norm(eye - look)) < 1e-6:
+            raise InvalidInput("expected the camera to stand away from where it looks")
+        angle = as_positive("field_of_view", field_of_view)
+        if angle >= 180.0:
+            raise InvalidInput(f"expected a field of view below 180 degrees, got {angle:g}")
+        self._stage.set_panel("camera", {"position": eye.tolist(), "target": look.tolist(), "angle": angle})
+
+    @property
+    def serial(self) -> int:
+        """Number of the last update; a page that has drawn it says so in ``document.body.dataset.serial``."""
+        return self._stage.serial
+
+    def serve(self, port: int | None = None) -> str:
+        """Open the live page on 127.0.0.1 and return its address.
+
+        Parameters
+        ----------
+        port : int, optional
+            First port to try, 7000 if left out; a used port moves on to the next, 0 takes any free one.
+        """
+        return self._stage.serve(port)
+
+    @property
+    def url(self) -> str:
+        """Address of the live page, which is started if need be."""
+        return self._stage.serve()
+
+    def close(self) -> None:
+        """Stop the live page."""
+        self._stage.close()
+
+    def html(self) -> str:
+        """The scene as it is now, as one page that opens without a network and can be turned about."""
+        return static_page(self._stage.snapshot())
+
+    def save_html(self, path: str | PathLike[str]) -> None:
+        """Write :meth:`html` to a file, whole or not at all."""
+        write_text(path, self.html())
+
+    def save_png(
+        self, path: str | PathLike[str], size: tuple[int, int] = (1280, 800), browser: str | None = None
+    ) -> None:
+        """Write a still picture, through a headless browser.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+        size : (int, int)
+            Width and height, pixels.
+        browser : str, optional
+            Program of a Chromium-like browser; searched for if left out (see :func:`exo_pin.view.find_browser`).
+
+        Raises
+        ------
+        BrowserNotFound
+            If there is none.
+        BrowserFailed
+            If it cannot draw the scene.
+        """
+        with Browser(size, browser) as window:
+            picture = window.picture(self.html())
+        write_bytes(path, picture)
+
+    def cell(self, height: int = 520) -> Any:
+        """The live page in a notebook cell.
+
+        The cell is a frame that shows a port of the machine where Python runs. With a notebook server elsewhere, the
+        port has to be forwarded as well (``ssh -L 7000:127.0.0.1:7000``); :meth:`static_cell` needs no port.
+        """
+        return notebook_cell(f'src="{self.url}"', height)
+
+    def static_cell(self, height: int = 520) -> Any:
+        """The scene as it is now in a notebook cell; can be turned about, does not change, works everywhere."""
+        return notebook_cell(f'srcdoc="{self.escaped()}"', height)
+
+    @abstractmethod
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+        """Where the camera stands and where it looks, if nothing else is said; shape (3,) each, m."""
+
+    def escaped(self) -> str:
+        """:meth:`html` as the value of an attribute."""
+        return self.html().replace("&", "&amp;").replace('"', "&quot;")

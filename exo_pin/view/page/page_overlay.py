@@ -1,0 +1,66 @@
+"""The page around Meshcat's viewer: numbers, legend and labels over the scene, live and in exported files.
+
+Meshcat has no text. The page wraps its viewer, unchanged, and takes two more kinds of command: panels of text, and a
+serial number by which a reader of the page can tell that an update has arrived.
+"""
+
+from __future__ import annotations
+
+import base64
+import functools
+import gzip
+import json
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from ..meshcat_viewer import meshcat
+
+__all__ = ["live_page", "static_page", "viewer_script"]
+
+
+@functools.cache
+def viewer_script() -> str:
+    """Meshcat's viewer with three.js in it, as one script."""
+    return (Path(meshcat.__file__).parent / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
+
+
+@functools.cache
+def _template() -> str:
+    return (files("exo_pin.view") / "page.html").read_text(encoding="utf-8")
+
+
+def live_page() -> str:
+    """The page that a server gives out; it asks the same server for the viewer and for the scene."""
+    return _page('<script src="viewer.js"></script>', "connect();")
+
+
+def static_page(commands: bytes, recording: dict[str, Any] | None = None) -> str:
+    """One file with everything in it.
+
+    Parameters
+    ----------
+    commands : bytes
+        The scene, a run of commands as :meth:`exo_pin.view.scene.stage.Stage.snapshot` gives it.
+    recording : dict, optional
+        Frames, as :meth:`exo_pin.view.page.recording.Recording.as_dict` gives them; they play when the page opens.
+
+    Returns
+    -------
+    str
+        HTML that needs no network.
+    """
+    start = f'inflate("{_deflated(commands)}").then(apply)'
+    if recording is not None:
+        text = json.dumps(recording, separators=(",", ":"), allow_nan=False).encode()
+        start += f'.then(() => inflate("{_deflated(text)}")).then((text) => play(JSON.parse(decoded(text))))'
+    return _page(f"<script>{viewer_script()}</script>", f"{start};")
+
+
+def _deflated(data: bytes) -> str:
+    # No time stamp, so that the same scene is the same file.
+    return base64.b64encode(gzip.compress(data, mtime=0)).decode("ascii")
+
+
+def _page(viewer: str, start: str) -> str:
+    return _template().replace("<!--MESHCAT-->", viewer, 1).replace("/*START*/", start, 1)

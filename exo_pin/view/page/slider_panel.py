@@ -1,0 +1,209 @@
+"""A design and a pose by sliders in a notebook: everything moves, and the numbers with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...core.conventions import shoulder_rotation
+from ...core.errors import ExoPinError, InvalidInput, MissingExtra, UnknownName
+from ...core.records import OneProcess
+from ...reaction import Reaction
+from ..scene.scene_of_exo import Scene
+from .panels import notebook_cell
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["Sliders"]
+
+#: Angles by name, with the range of their sliders, degrees.
+ANGLES = {"flexion": (-40.0, 150.0), "abduction": (-10.0, 130.0), "internal_rotation": (-70.0, 80.0)}
+#: Dimensions of (4-2) that have sliders, what they are, and how far from the design's own value they go, m.
+DIMENSIONS = {
+    "r_A": ("base radius", 0.06),
+    "r_B": ("platform radius", 0.06),
+    "h_A": ("base distance", 0.08),
+    "h_B": ("platform distance", 0.08),
+}
+
+
+class Sliders(OneProcess):
+    """Sliders for the pose and the main dimensions, over a scene.
+
+    As the last line of a notebook cell it shows itself: sliders, numbers and the scene. The sliders need ipywidgets
+    (extra ``notebooks``); without it the cell shows the scene as it stands, and :meth:`set` moves it.
+
+    The live scene is a frame to a port of the machine where Python runs. In a notebook whose server is elsewhere that
+    port has to be forwarded (``ssh -L 7000:127.0.0.1:7000``), or take ``live=False``: then the scene travels through
+    the notebook itself and is drawn anew when a slider is let go.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        Where to start.
+    dimensions : sequence of str, optional
+        Which of r_A, r_B, h_A, h_B have sliders; all, if the joints stand on circles, else none.
+    live : bool
+        Whether the scene is served on a port.
+    split : str
+        As in :meth:`exo_pin.ShoulderExo.reaction`.
+    **options
+        Further arguments of :class:`Scene`, and ``constraint_bounds``.
+
+    Raises
+    ------
+    UnknownName
+        If a dimension has no slider.
+    InvalidInput
+        If dimensions are asked of a geometry made from points.
+    """
+
+    _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
+
+    def __init__(
+        self,
+        exo: ShoulderExo,
+        dimensions: Sequence[str] | None = None,
+        live: bool = True,
+        split: str = "spherical",
+        constraint_bounds: Any = None,
+        **options: Any,
+    ) -> None:
+        circles = exo.geometry.circles
+        chosen = tuple(DIMENSIONS if circles is not None else ()) if dimensions is None else tuple(dimensions)
+        for name in chosen:
+            if name not in DIMENSIONS:
+                raise UnknownName("dimension with a slider", name, DIMENSIONS)
+        if chosen and circles is None:
+            raise InvalidInput("this geometry is given by points, so it has no dimensions to slide")
+        self._start, self._live = exo, live
+        self._query = {"split": split, "constraint_bounds": constraint_bounds}
+        self._values: dict[str, float] = dict.fromkeys(ANGLES, 0.0)
+        self._values.update({name: float(getattr(circles, name)) for name in chosen})
+        self.scene = Scene(exo, **options)
+        self.reaction: Reaction | None = None
+        self._draw(self._values)
+
+    @property
+    def exo(self) -> ShoulderExo:
+        """The design that the sliders stand for."""
+        return self.scene.exo
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Where the sliders stand: angles in degrees, dimensions in m."""
+        return dict(self._values)
+
+    def set(self, **values: float) -> Reaction | None:
+        """Move sliders: angles in degrees, dimensions in m.
+
+        Returns
+        -------
+        Reaction or None
+            The forces there; None for a design without an arm.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such slider.
+        ExoPinError
+            If there is no such mechanism; everything stays as it was.
+        """
+        for name in values:
+            if name not in self._values:
+                raise UnknownName("slider", name, self._values)
+        self._draw({**self._values, **values})
+        return self.reaction
+
+    def summary(self) -> str:
+        """The numbers, in one line."""
+        determinant = float(self.exo.singularity(self.scene.orientation).determinant)
+        margin = f"det X = {determinant:+.4f}"
+        if self.reaction is None:
+            return margin
+        tensions = ", ".join(f"{tension:.0f}" for tension in self.reaction.actuator_forces)
+        force = float(self.reaction.magnitude)
+        return f"|F_s| = {force:.1f} N, {margin}, limb forces {tensions} N ({self.reaction.status})"
+
+    def widget(self) -> Any:
+        """The sliders and the numbers as an ipywidgets box.
+
+        Raises
+        ------
+        MissingExtra
+            If ipywidgets is not installed.
+        """
+        try:
+            import ipywidgets
+        except ImportError as error:
+            raise MissingExtra("notebooks", "ipywidgets") from error
+        picture = ipywidgets.HTML(self._picture()) if not self._live else None
+        numbers = ipywidgets.Label(self.summary())
+        wide = {"style": {"description_width": "130px"}, "layout": ipywidgets.Layout(width="420px")}
+        boxes = []
+
+        def moved(name: str, scale: float, change: Any) -> None:
+            try:
+                self.set(**{name: change["new"] * scale})
+                numbers.value = self.summary()
+            except ExoPinError as error:
+                numbers.value = f"no such mechanism: {error}"
+                return
+            if picture is not None:
+                picture.value = self._picture()
+
+        for name, value in self._values.items():
+            if name in ANGLES:
+                low, high, step, scale, text = *ANGLES[name], 1.0, 1.0, f"{name.replace('_', ' ')}, °"
+            else:
+                meaning, reach = DIMENSIONS[name]
+                low, high = 1e3 * max(value - reach, 0.01), 1e3 * (value + reach)
+                step, scale, text = 0.5, 1e-3, f"{meaning} {name}, mm"
+            slider = ipywidgets.FloatSlider(
+                value=value / scale,
+                min=low,
+                max=high,
+                step=step,
+                description=text,
+                continuous_update=self._live,
+                readout_format=".1f",
+                **wide,
+            )
+            slider.observe(lambda change, name=name, scale=scale: moved(name, scale, change), names="value")
+            boxes.append(slider)
+        half = len(ANGLES)
+        columns = ipywidgets.HBox([ipywidgets.VBox(boxes[:half]), ipywidgets.VBox(boxes[half:])])
+        return ipywidgets.VBox([columns, numbers] if picture is None else [columns, numbers, picture])
+
+    def _ipython_display_(self) -> None:
+        from IPython.display import display
+
+        try:
+            box = self.widget()
+        except MissingExtra as error:
+            display(f"{self.summary()} (no sliders: {error})")
+            display(self.scene.static_cell())
+            return
+        display(box)
+        if self._live:
+            display(self.scene.cell())
+
+    def _picture(self) -> str:
+        return str(notebook_cell(f'srcdoc="{self.scene.escaped()}"', 520).data)
+
+    def _draw(self, values: dict[str, float]) -> None:
+        """Draw a design and a pose; nothing changes if there is no such thing."""
+        dimensions = {name: value for name, value in values.items() if name in DIMENSIONS}
+        flexion, abduction, internal = (values[name] for name in ANGLES)
+        pose = shoulder_rotation(flexion, abduction, internal, side=self._start.side, degrees=True)
+        before = self.scene.exo
+        if dimensions != {name: self._values[name] for name in dimensions}:
+            self.scene.replace_exo(self._start.replace(geometry=self._start.geometry.replace(**dimensions)))
+        try:
+            self.reaction = self.scene.show(pose, **self._query)
+        except ExoPinError:
+            if self.scene.exo is not before:
+                self.scene.replace_exo(before)
+            raise
+        self._values = values

@@ -1,0 +1,221 @@
+"""Plots of answers: forces along a motion, limb forces with their limits, methods side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_finite
+from ...reaction import Reaction
+from ..colours import BLACK, RED
+from .plot_style import DARK, LINES, METHODS, pyplot, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["force_history", "method_bars", "tension_history"]
+
+#: About so many crosses mark a line that is beyond its limits.
+_CROSSES = 20
+
+
+def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None) -> Axes:
+    """Shoulder force along a motion: |F_s| and its components in the base frame.
+
+    Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
+    which no arm can be carried across.
+
+    Parameters
+    ----------
+    times : array_like
+        Shape (k,), s, rising.
+    reaction : Reaction
+        Of shape (k,).
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        N on the left; percent of body weight on the right, where that weight is known.
+    """
+    stamps = _stamps(times, reaction)
+    axes = _axes(ax)
+    axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
+    for part, (name, (colour, dashes)) in enumerate(zip(("x forward", "y left", "z up"), LINES, strict=False)):
+        values = reaction.shoulder_force[:, part]
+        axes.plot(stamps, values, color=colour, linestyle=dashes, linewidth=1.5, label=f"F_s {name}")
+    axes.axhline(0.0, color="0.6", linewidth=0.8)
+    axes.set(xlabel="time, s", ylabel="force of the shoulder on the arm, N")
+    _mark_singular(axes, stamps, reaction)
+    if reaction.body_weight is not None:
+        weight = reaction.body_weight / 100.0
+        right = axes.secondary_yaxis("right", functions=(lambda n: n / weight, lambda percent: percent * weight))
+        right.set_ylabel("% of body weight")
+    tidy(axes)
+    axes.legend(fontsize=8, ncols=2)
+    return axes
+
+
+def tension_history(
+    times: ArrayLike,
+    reaction: Reaction,
+    limits: tuple[ArrayLike, ArrayLike] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Limb forces along a motion, with what the actuators can give.
+
+    Parameters
+    ----------
+    times : array_like
+        Shape (k,), s, rising.
+    reaction : Reaction
+        Of shape (k,).
+    limits : (lower, upper), optional
+        N, tension positive, each broadcasting to (k, n). Limits that all limbs share are drawn once, as a band;
+        limits of their own in each limb's colour, thin. Where a limb is beyond them, crosses say so.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    InvalidInput
+        If shapes do not fit, or a lower limit is above its upper one.
+    """
+    stamps = _stamps(times, reaction)
+    axes = _axes(ax)
+    forces = reaction.actuator_forces
+    # Without limits, none are in the way and none are drawn.
+    low, high = _limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
+    shared = bool((low == low[:, :1]).all() and (high == high[:, :1]).all())
+    if limits is not None and shared:
+        axes.fill_between(stamps, low[:, 0], high[:, 0], color="0.9", label="what actuators can give")
+        for edge in (low[:, 0], high[:, 0]):
+            axes.plot(stamps, edge, color="0.45", linewidth=1.0)
+    for i in range(forces.shape[1]):
+        colour, dashes = LINES[i % len(LINES)]
+        axes.plot(stamps, forces[:, i], color=colour, linestyle=dashes, linewidth=1.8, label=f"limb {i + 1}")
+        if not shared:
+            for edge in (low[:, i], high[:, i]):
+                axes.plot(stamps, edge, color=colour, linestyle=dashes, linewidth=0.8, alpha=0.7)
+        with np.errstate(invalid="ignore"):
+            beyond = np.flatnonzero((forces[:, i] < low[:, i]) | (forces[:, i] > high[:, i]))
+        if beyond.size:
+            name = f"limb {i + 1} beyond limits"
+            # Crosses at every pose would hide the line.
+            apart = max(beyond.size // _CROSSES, 1)
+            axes.plot(stamps[beyond], forces[beyond, i], "x", color=colour, markevery=apart, label=name)
+    axes.axhline(0.0, color="0.6", linewidth=0.8)
+    axes.set(xlabel="time, s", ylabel="limb force, N (tension positive)")
+    _mark_singular(axes, stamps, reaction)
+    tidy(axes)
+    axes.legend(fontsize=8, ncols=2)
+    return axes
+
+
+def method_bars(reactions: Sequence[Reaction], names: Sequence[str] | None = None, ax: Axes | None = None) -> Axes:
+    """Answers to one question by several methods, side by side.
+
+    Hatched bars are what equilibrium alone does not determine: there the number is the method's, not the mechanism's.
+
+    Parameters
+    ----------
+    reactions : sequence of Reaction
+        Of a single pose each.
+    names : sequence of str, optional
+        What the methods are called; their splits if left out.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        |F_s|, then f_i and g_i of every limb, N.
+
+    Raises
+    ------
+    InvalidInput
+        If an answer is of a stack, limbs differ in number, or names do not fit.
+    """
+    answers = list(reactions)
+    called = [answer.split for answer in answers] if names is None else list(names)
+    if not answers or len(called) != len(answers) or len(answers) > len(METHODS):
+        raise InvalidInput(f"expected 1 to {len(METHODS)} answers and a name for each, got {len(answers)}")
+    for answer in answers:
+        if not isinstance(answer, Reaction) or answer.status.shape != ():
+            raise InvalidInput("expected answers of a single pose")
+        if answer.actuator_forces.shape != answers[0].actuator_forces.shape:
+            raise InvalidInput("expected answers of mechanisms with as many limbs")
+    axes = _axes(ax, wide=True)
+    count = len(answers[0].actuator_forces)
+    ticks = ["|F_s|", *(f"f_{i + 1}" for i in range(count)), *(f"g_{i + 1}" for i in range(count))]
+    places, width = np.arange(len(ticks)), 0.8 / len(answers)
+    for k, (answer, name) in enumerate(zip(answers, called, strict=True)):
+        heights = np.concatenate([[answer.magnitude], answer.actuator_forces, answer.constraint_forces])
+        sure = answer.certificate
+        open_ = ~np.concatenate([[sure.shoulder_force.all()], sure.actuator_forces, sure.constraint_forces])
+        spots = places + (k - (len(answers) - 1) / 2) * width
+        bars = axes.bar(spots, heights, width, color=METHODS[k], edgecolor=BLACK, linewidth=0.8)
+        axes.bar([0], [0], color=METHODS[k], edgecolor=BLACK, linewidth=0.8, label=name)
+        for bar, hatched in zip(bars, open_, strict=True):
+            if hatched:
+                # A hatch is drawn in the edge's colour: white shows on dark fills, black on light ones.
+                bar.set_hatch("////")
+                bar.set_edgecolor("white" if METHODS[k] in DARK else BLACK)
+                bar.set_linewidth(0.0)
+    axes.bar([0], [0], color="0.6", hatch="////", edgecolor="white", label="not determined by equilibrium")
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.set_xticks(places, ticks)
+    axes.set_ylabel("force, N")
+    tidy(axes)
+    axes.grid(False, axis="x")
+    axes.legend(fontsize=8)
+    return axes
+
+
+def _axes(ax: Any, wide: bool = False) -> Any:
+    if ax is not None:
+        return ax
+    return pyplot().subplots(figsize=(8 if wide else 7, 4.2), layout="constrained")[1]
+
+
+def _stamps(times: ArrayLike, reaction: Reaction) -> FloatArray:
+    stamps = as_finite("times", times, (None,))
+    if reaction.status.shape != stamps.shape or not len(stamps):
+        raise InvalidInput(f"expected a pose for every time, got {reaction.status.shape} and {stamps.shape}")
+    if (np.diff(stamps) <= 0).any():
+        raise InvalidInput("expected times that rise")
+    return stamps
+
+
+def _limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    try:
+        low, high = (np.broadcast_to(np.asarray(edge, dtype=float), shape) for edge in limits)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"expected limits (lower, upper) that broadcast to {shape}") from None
+    if not (low <= high).all():
+        raise InvalidInput("expected limits with lower <= upper, and numbers throughout")
+    return low, high
+
+
+def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
+    """Grey where poses are near a singularity, dotted lines where the motion crosses one."""
+    near = reaction.status != "ok"
+    if near.any():
+        edges = np.concatenate([stamps[:1], (stamps[1:] + stamps[:-1]) / 2, stamps[-1:]])
+        for i in np.flatnonzero(near):
+            first = i == np.flatnonzero(near)[0]
+            ax.axvspan(
+                edges[i], edges[i + 1], color="0.82", linewidth=0, zorder=0, label="near singular" if first else None
+            )
+    for k, (after,) in enumerate(reaction.crossings()):
+        middle = (stamps[after] + stamps[after + 1]) / 2
+        ax.axvline(middle, color=RED, linestyle=":", linewidth=1.5, label="det X = 0 crossed" if k == 0 else None)

@@ -1,0 +1,208 @@
+"""Plots with matplotlib: the mechanism, forces along a motion, methods side by side, maps over the range of motion.
+
+One style for all: colours of the Okabe-Ito palette (safe for colour-blind readers) with line styles and labels that
+tell things apart in grey as well, and units on every axis.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ... import wrist
+from ...core.conventions import shoulder_angles, shoulder_rotation
+from ...core.validation import FloatArray, as_rotation
+from ...reaction.answer import STANDARD_GRAVITY
+from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
+from .charts import force_history, method_bars, tension_history
+from .plot_style import pyplot
+from .singularity_plots import determinant_map
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = [
+    "determinant_map",
+    "draw_mechanism",
+    "force_history",
+    "method_bars",
+    "overview",
+    "shoulder_force_map",
+    "tension_history",
+    "use_file_backend",
+]
+
+#: Length of an arrow, m per N.
+_METRES_PER_NEWTON = 0.002
+
+
+def use_file_backend() -> None:
+    """Draw to files only, so that no screen is needed."""
+    pyplot().switch_backend("agg")
+
+
+def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> Any:
+    """Draw base, platform, limbs and arm in a pose, with the forces on the arm (split "spherical").
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        With an arm.
+    orientation : Rotation
+        A single pose.
+    ax : mpl_toolkits.mplot3d.Axes3D, optional
+        Where to draw; a new figure if left out.
+
+    Returns
+    -------
+    Axes3D
+    """
+    if ax is None:
+        ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
+    pose = as_rotation("orientation", orientation)
+    answer = exo.reaction(pose)
+    arm = exo.mechanism.require_arm("a drawing of forces")
+    R = pose.as_matrix()
+    a, b = exo.geometry.base_points, exo.inverse_kinematics(pose).platform_points
+    hand = R @ np.array([0.0, 0.0, -0.45])
+    ax.plot(*np.stack([np.zeros(3), hand], axis=1), color="0.85", linewidth=18, solid_capstyle="round", zorder=0)
+    ax.plot(*_ring(a, exo.geometry.base_axis).T, color=BLACK, linewidth=2, label="base ring on the torso")
+    axis = exo.geometry.platform_axis
+    ax.plot(*_ring(b, None if axis is None else R @ axis).T, color="0.5", linewidth=2, label="platform ring on the arm")
+    for i, tension in enumerate(answer.actuator_forces):
+        pulls = not tension < 0
+        known = f"{'pulls' if pulls else 'pushes'} {abs(tension):.0f} N" if np.isfinite(tension) else "(no force found)"
+        ax.plot(
+            *np.stack([a[i], b[i]], axis=1),
+            color=BLUE if pulls else ORANGE,
+            linestyle="-" if pulls else (0, (2, 0.6)),
+            linewidth=3.5,
+            marker="o",
+            markersize=4,
+            label=f"limb {i + 1} {known}",
+        )
+        ax.text(*(1.12 * a[i]), str(i + 1), fontsize=9, ha="center", va="center")
+    weight = arm.mass * exo.mechanism.gravity
+    _arrow(ax, R @ arm.centre_of_mass, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
+    shoulder = np.nan_to_num(answer.shoulder_force)
+    if answer.has_answer:
+        _arrow(ax, np.zeros(3), shoulder, RED, f"shoulder on the arm {np.linalg.norm(shoulder):.0f} N")
+    else:
+        ax.plot([], [], " ", label=f"pose is {answer.status}: no forces")
+    ax.set(xlabel="x forward, m", ylabel="y left, m", zlabel="z up, m")
+    tips = np.stack([np.zeros(3), hand, _METRES_PER_NEWTON * shoulder])
+    _equal_axes(ax, np.vstack([a, b, tips]))
+    ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(-0.22, 1.05), frameon=False)
+    return ax
+
+
+def _ring(points: FloatArray, axis: FloatArray | None) -> FloatArray:
+    """The circle about ``axis`` through the points, or the closed polygon of the points where there is no axis."""
+    if axis is None:
+        return np.vstack([points, points[:1]])
+    centre = axis * float(points.mean(axis=0) @ axis)
+    first = points[0] - centre
+    turns = np.linspace(0.0, 2 * np.pi, 73)[:, None]
+    return np.asarray(centre + np.cos(turns) * first + np.sin(turns) * np.cross(axis, first))
+
+
+def _arrow(ax: Any, start: FloatArray, force: FloatArray, color: str, label: str) -> None:
+    tip = _METRES_PER_NEWTON * force
+    ax.quiver(*start, *tip, color=color, linewidth=3, arrow_length_ratio=0.2, label=label)
+
+
+def _equal_axes(ax: Any, points: FloatArray) -> None:
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = (low + high) / 2, (high - low).max() / 2 * 1.05
+    ax.set(
+        xlim=(middle[0] - half, middle[0] + half),
+        ylim=(middle[1] - half, middle[1] + half),
+        zlim=(middle[2] - half, middle[2] + half),
+        box_aspect=(1, 1, 1),
+    )
+
+
+def shoulder_force_map(
+    exo: ShoulderExo, ax: Axes | None = None, internal_rotation: float = 0.0, step: float = 0.5
+) -> Axes:
+    """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        With an arm and massless limbs.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if left out.
+    internal_rotation : float
+        Held fixed, degrees.
+    step : float
+        Of the grid, degrees.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    plt = pyplot()
+    from matplotlib.colors import LogNorm
+
+    if ax is None:
+        _, ax = plt.subplots(figsize=(6, 5))
+    assert ax is not None
+    flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
+    poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
+    force = np.linalg.norm(wrist.statics(exo.mechanism, poses).shoulder_force, axis=-1)
+    arm = exo.mechanism.require_arm("a map of forces")
+    unit, name = 1.0, "|F_s|, N"
+    if arm.body_mass is not None:
+        unit = 100.0 / (arm.body_mass * STANDARD_GRAVITY)
+        name = "|F_s|, % of body weight"
+    low, high = np.nanpercentile(force * unit, [0.5, 98.5])
+    shown = np.clip(force * unit, low, high)
+    scale = LogNorm(low, high) if 0.0 < low < high else None  # an unloaded arm has no logarithm
+    image = ax.pcolormesh(flexion, abduction, shown, norm=scale, cmap="cividis", shading="nearest", rasterized=True)
+    bar = ax.figure.colorbar(image, ax=ax, extend="both", label=name)
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    if exo.geometry.limb_count == 3:
+        determinant = wrist.singularity(exo.geometry, poses).determinant
+        ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
+        ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
+        ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
+        ax.legend(loc="upper right", fontsize=8)
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
+    return ax
+
+
+def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
+    """The mechanism with its forces in a pose, and that pose on the map of shoulder force.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        With an arm and massless limbs.
+    orientation : Rotation
+        A single pose.
+    """
+    plt = pyplot()
+    figure = plt.figure(figsize=(12, 5.2), layout="constrained")
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    left.view_init(elev=14, azim=58)
+    draw_mechanism(exo, orientation, left)
+    flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
+    left.set_title(f"{exo.name}: flexion {flexion:.0f}°, abduction {abduction:.0f}°")
+    right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
+    right.plot(
+        flexion,
+        abduction,
+        "o",
+        markersize=9,
+        markerfacecolor=RED,
+        markeredgecolor="white",
+        label="the pose on the left",
+    )
+    right.legend(loc="upper right", fontsize=8)
+    return figure

@@ -1,0 +1,46 @@
+"""One style for all plots: matplotlib, asked for once, and palettes that colour-blind readers and grey prints keep."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...core.errors import MissingExtra
+from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+
+__all__ = ["DARK", "LINES", "METHODS", "pyplot", "tidy"]
+
+#: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
+LINES = (
+    (BLUE, "-"),
+    (ORANGE, (0, (5, 1.5))),
+    (GREEN, (0, (1, 1))),
+    (PURPLE, (0, (6, 1.5, 1, 1.5))),
+    (SKY, (0, (3, 1))),
+    (RED, (0, (8, 2))),
+    (BLACK, (0, (2, 2))),
+)
+#: Fill of the first, second, ... method in a comparison, of lightness that differs; and which of them are dark.
+METHODS = (BLUE, SKY, "#F0E442", "#333333", ORANGE)
+DARK = (BLUE, "#333333")
+
+
+def pyplot() -> Any:
+    """matplotlib.pyplot.
+
+    Raises
+    ------
+    MissingExtra
+        If matplotlib is not installed.
+    """
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise MissingExtra("plot", "matplotlib") from error
+    return plt
+
+
+def tidy(ax: Any) -> None:
+    """The frame of a plot: no lines where nothing is measured, a light grid."""
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.grid(color="0.9", linewidth=0.8)
+    ax.set_axisbelow(True)

@@ -1,0 +1,277 @@
+"""Pictures of the singular surface: over flexion and abduction, over tilt and torsion, and in space.
+
+Purple and orange stand for the two sides, black for the locus, and a hatch for the side across from rest, so that
+colour-blind readers and grey prints lose nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ... import wrist
+from ...core.conventions import shoulder_angles
+from ...core.validation import FloatArray, as_rotation
+from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
+from ...wrist.singularities import singular_surface_mesh as loci
+from ...wrist.singularities import singularity_free_region as region
+from ..colours import BLACK, SKY
+from .plot_style import pyplot
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["determinant_map", "locus_picture", "locus_surface", "tilt_torsion_map"]
+
+#: Line styles and labels of the ranges drawn on a map.
+_STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1, 1, 1)))
+#: |det X| at which the colours end.
+_FULL = 0.3
+_HATCH = "0.45"
+
+
+def determinant_map(
+    exo: ShoulderExo,
+    ax: Axes | None = None,
+    internal_rotation: float = 0.0,
+    ranges: Iterable[RangeOfMotion] = DAILY_RANGES,
+    step: float = 0.5,
+) -> Axes:
+    """Map det X over flexion and abduction, with the locus, the rest pose and ranges of daily motion.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        Three limbs.
+    ax : matplotlib Axes, optional
+        Where to draw; a new figure if left out.
+    internal_rotation : float
+        Held fixed, degrees.
+    ranges : iterable of RangeOfMotion
+        Drawn as frames; the part of each that lies across the locus, over all its rotations, stands in the legend.
+    step : float
+        Of the grid, degrees.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+    """
+    plt = pyplot()
+    if ax is None:
+        _, ax = plt.subplots(figsize=(7.5, 6.0), layout="constrained")
+    assert ax is not None
+    drawn = list(ranges)
+    around = RangeOfMotion(
+        "map",
+        (min(-10.0, *(r.flexion_deg[0] for r in drawn)), max(115.0, *(r.flexion_deg[1] for r in drawn))),
+        (min(-25.0, *(r.abduction_deg[0] for r in drawn)), max(100.0, *(r.abduction_deg[1] for r in drawn))),
+        (internal_rotation, internal_rotation),
+    )
+    piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
+    rest = region.side_of_rest(exo.geometry)
+    _shaded(ax, piece.x, piece.y, piece.determinant.T, rest)
+    _locus(ax, piece)
+    labels = [item.name for item in drawn]
+    if rest != 0:
+        # Seen from a rest pose that is singular itself nothing lies across.
+        crossings = region.daily_crossings(exo.geometry, drawn, side=exo.side)
+        labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
+    for style, item, label in zip(_STYLES * 3, drawn, labels, strict=False):
+        (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg
+        ax.plot(
+            [x0, x1, x1, x0, x0],
+            [y0, y0, y1, y1, y0],
+            color="white",
+            linewidth=4.2,
+            solid_joinstyle="miter",
+        )
+        ax.plot(
+            [x0, x1, x1, x0, x0],
+            [y0, y0, y1, y1, y0],
+            color=BLACK,
+            linestyle=style,
+            linewidth=1.7,
+            label=label,
+        )
+    if internal_rotation == 0.0:
+        ax.plot(0, 0, marker="o", markersize=10, color="white", markeredgecolor=BLACK, markeredgewidth=2,
+                linestyle="none", label=f"rest, det X {'<=>'[rest + 1]} 0")  # fmt: skip
+    if rest != 0:
+        _across_entry(ax)
+    ax.set(
+        xlabel="flexion, °",
+        ylabel="abduction, °",
+        xlim=(piece.x[0], piece.x[-1]),
+        ylim=(piece.y[0], piece.y[-1]),
+        title=f"{exo.mechanism.title or exo.name}\nwhere the limbs lose the arm, at {piece.fixed}",
+    )
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
+    return ax
+
+
+def _across_entry(ax: Any) -> None:
+    ax.fill_between([np.nan], [np.nan], facecolor="white", edgecolor=_HATCH, hatch="///", label="across from rest")
+
+
+def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest: int) -> None:
+    image = ax.pcolormesh(
+        x, y, np.clip(determinant, -_FULL, _FULL), cmap="PuOr_r", vmin=-_FULL, vmax=_FULL, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
+    side = np.nan_to_num(determinant) * rest
+    if side.min() < 0.0:
+        hatched = ax.contourf(x, y, side, levels=[-10.0, 0.0], colors="none", hatches=["///"])
+        hatched.set(edgecolor=_HATCH, linewidth=0.0)
+    ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
+
+
+def _locus(ax: Any, piece: loci.LocusSlice, degrees: bool = True) -> None:
+    for k, line in enumerate(piece.curves):
+        points = line if degrees else line * [np.pi / 180.0, 1.0]
+        ax.plot(*points.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
+
+
+def tilt_torsion_map(
+    exo: ShoulderExo, torsion: float = 0.0, ax: Any = None, largest_tilt: float = 120.0, step: float = 1.0
+) -> Any:
+    """Map det X over where the arm points, at a fixed torsion.
+
+    Seen along the hanging arm: the centre is rest, the distance from it the tilt of the arm, the direction its azimuth
+    (0 forward, 90° outward). No angle locks inside this picture.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        Three limbs.
+    torsion : float
+        Turn of the arm about its own axis, positive inward, degrees.
+    ax : matplotlib PolarAxes, optional
+        Where to draw; a new figure if left out.
+    largest_tilt, step : float
+        Edge of the map and step of the grid, degrees.
+
+    Returns
+    -------
+    PolarAxes
+    """
+    if ax is None:
+        ax = pyplot().figure(figsize=(6.5, 6), layout="constrained").add_subplot(projection="polar")
+    piece = loci.tilt_torsion_slice(exo.geometry, torsion, largest_tilt, step, exo.side)
+    rest = region.side_of_rest(exo.geometry)
+    _shaded(ax, np.radians(piece.x), piece.y, piece.determinant.T, rest)
+    _locus(ax, piece, degrees=False)
+    ax.plot(0, 0, marker="o", markersize=8, color="white", markeredgecolor=BLACK, markeredgewidth=1.5)
+    ax.grid(color="0.35", alpha=0.35, linewidth=0.6)
+    ax.set_theta_zero_location("N")
+    ax.set_theta_direction(1 if exo.side == "left" else -1)
+    ax.set_xticks(np.radians([0, 90, 180, 270]), ["forward", "outward", "backward", "inward"])
+    ax.tick_params(axis="x", pad=14)
+    tilts = np.arange(30, largest_tilt + 1, 30)
+    ax.set_yticks(tilts, [f"{tilt:.0f}°" for tilt in tilts], fontsize=8)
+    ax.set_title(
+        f"{exo.name}: det X over the tilt of the arm, {piece.fixed}" + ("\nhatched: across from rest" if rest else ""),
+        fontsize=11,
+    )
+    return ax
+
+
+def locus_surface(
+    exo: ShoulderExo,
+    ax: Any = None,
+    box: RangeOfMotion = ADL_BOX,
+    ranges: Iterable[RangeOfMotion] = (),
+    step: float = 3.0,
+) -> Any:
+    """Draw the singular surface inside a box of shoulder angles, with the rest pose.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        Three limbs.
+    ax : mpl_toolkits.mplot3d.Axes3D, optional
+        Where to draw; a new figure if left out.
+    box : RangeOfMotion
+        The box.
+    ranges : iterable of RangeOfMotion
+        Drawn as frames, cut off at the box.
+    step : float
+        Of the grid, degrees.
+
+    Returns
+    -------
+    Axes3D
+    """
+    plt = pyplot()
+    from matplotlib.colors import LightSource
+
+    if ax is None:
+        ax = plt.figure(figsize=(7.5, 6.5), layout="constrained").add_subplot(projection="3d")
+    surface = loci.singular_surface(exo.geometry, box, step, exo.side)
+    if len(surface.faces):
+        ax.plot_trisurf(
+            surface.vertices[:, 0],
+            surface.vertices[:, 1],
+            surface.vertices[:, 2],
+            triangles=surface.faces,
+            color=SKY,
+            linewidth=0.0,
+            antialiased=False,
+            lightsource=LightSource(azdeg=235, altdeg=40),
+        )
+    _frame(ax, box, "0.45", "-", box.name)
+    for style, item in zip(_STYLES * 3, ranges, strict=False):
+        first, second, third = (
+            (float(np.clip(low, *edge)), float(np.clip(high, *edge)))
+            for (low, high), edge in zip(item.intervals, box.intervals, strict=True)
+        )
+        _frame(ax, RangeOfMotion(item.name, first, second, third), BLACK, style, item.name)
+    ax.plot([0], [0], [0], marker="o", markersize=9, color="white", markeredgecolor=BLACK, markeredgewidth=2,
+            linestyle="none", label="rest", zorder=10)  # fmt: skip
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", zlabel="internal rotation, °")
+    ax.set_title(f"{exo.name}: singular surface, det X = 0")
+    ax.view_init(elev=22, azim=-58)
+    ax.set_box_aspect(None, zoom=0.92)
+    ax.legend(fontsize=8, loc="upper left", frameon=False)
+    return ax
+
+
+def _frame(ax: Any, box: RangeOfMotion, color: str, style: Any, label: str) -> None:
+    """The twelve edges of a box."""
+    named = label
+    corners = np.array(np.meshgrid(*box.intervals, indexing="ij")).reshape(3, -1).T
+    for i in range(8):
+        for j in range(i + 1, 8):
+            if (corners[i] != corners[j]).sum() == 1:
+                ax.plot(*np.stack([corners[i], corners[j]], axis=1), color=color, linestyle=style, linewidth=1.1,
+                        label=named or None)  # fmt: skip
+                named = ""
+
+
+def locus_picture(exo: ShoulderExo, orientation: Rotation | None = None) -> Figure:
+    """The locus over flexion and abduction beside the surface in space.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        Three limbs.
+    orientation : Rotation, optional
+        A single pose whose internal rotation the map is cut at; rest if left out. It is marked.
+    """
+    plt = pyplot()
+    figure = plt.figure(figsize=(13.5, 6.4), layout="constrained")
+    pose = Rotation.identity() if orientation is None else as_rotation("orientation", orientation)
+    flexion, abduction, internal = shoulder_angles(pose, exo.side, degrees=True)
+    left = determinant_map(exo, figure.add_subplot(1, 2, 1), internal_rotation=float(internal))
+    if orientation is not None:
+        state = wrist.singularity(exo.geometry, pose)
+        left.plot(flexion, abduction, marker="X", markersize=11, color=BLACK, markeredgecolor="white", linestyle="none",
+                  label=f"pose, det X = {float(state.determinant):+.3f}")  # fmt: skip
+        left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
+    locus_surface(exo, figure.add_subplot(1, 2, 2, projection="3d"))
+    return figure

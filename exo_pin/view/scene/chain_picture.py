@@ -1,0 +1,218 @@
+"""Any closed chain in the scene: its URDF's visuals, rods between the joints of links that have none, its closures."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from os import PathLike
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from ...chain import TYPES, ClosedChain, Closure
+from ...chain.structure.topology import se3
+from ...core.records import OneProcess
+from ...core.validation import FloatArray
+from ..colours import BLUE, GREY, ORANGE, PURPLE
+from ..meshcat_viewer import MeshcatVisualizer, mg
+from .mechanism_picture import urdf_visuals
+from .shapes import along, flat_material, frustum, segment
+from .stage import Stage
+
+__all__ = ["ChainPicture", "closure_words"]
+
+#: Radius of a link's rod, of a joint's ball and of a closure's mark, of the size of the whole.
+_ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
+#: Links shorter than this are points, m; a loop that stands open by less is closed as far as can be seen.
+_POINT = 1e-6
+#: Makes a bar of unit height six long, with its middle at zero.
+_LONG = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 6.0, -3.0], [0.0, 0.0, 0.0, 1.0]])
+_LINKS = ((0.45, 0.55, 0.68), (0.64, 0.60, 0.50), (0.50, 0.62, 0.58), (0.62, 0.52, 0.60))
+
+
+class ChainPicture(OneProcess):
+    """A closed chain in a configuration.
+
+    Parameters
+    ----------
+    stage : Stage
+        Where it is drawn.
+    chain : ClosedChain
+        What is drawn.
+    urdf : path-like or str, optional
+        The URDF that it was read from, or its XML, for its visuals; a chain does not keep them. Meshes are looked for
+        beside it.
+    q : ndarray
+        Shape (nq,), a configuration to take the size from.
+    root : str
+        Name of its node.
+
+    Attributes
+    ----------
+    notes : list of str
+        What could not be drawn, and why.
+    size : float
+        Diagonal of the box about all of it at ``q``, m.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        chain: ClosedChain,
+        urdf: str | PathLike[str] | None,
+        q: FloatArray,
+        root: str = "chain",
+    ) -> None:
+        self._stage, self._chain, self._root = stage, chain, root
+        self.notes: list[str] = []
+        shapes = self._visuals(urdf)
+        self._looks = shapes
+        self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
+        drawn = {shape.parentJoint for shape in shapes.geometryObjects}
+        for shape in self._skeleton(drawn):
+            shapes.addGeometryObject(shape)
+        self._picture = MeshcatVisualizer(chain.model, pin.GeometryModel(), shapes)
+        self._picture.initViewer(viewer=stage.viewer)
+        self._picture.loadViewerModel(root)
+        self._load_closures()
+
+    def show(self, q: FloatArray) -> None:
+        """Draw it at q, shape (nq,), closed or not."""
+        self._picture.display(q)
+        for closure, (a, b) in zip(self._chain.closures, self.closure_frames(q), strict=True):
+            path = self._mark(closure)
+            size = _MARK * self.size
+            for end, frame in (("a", a), ("b", b)):
+                placed = np.eye(4)
+                placed[:3, :3] = size * along(_axis(closure, frame))
+                placed[:3, 3] = frame.translation
+                self._stage.set_transform(f"{path}/{end}", placed)
+            gap = b.translation - a.translation
+            # Nothing is drawn at zero size: where the loop is closed the line is a speck inside the mark.
+            wide = 0.3 * size if np.linalg.norm(gap) > _POINT else _POINT
+            self._stage.set_transform(f"{path}/gap", segment(a.translation, b.translation, wide))
+
+    def closure_frames(self, q: FloatArray) -> Iterator[tuple[pin.SE3, pin.SE3]]:
+        """Both frames of every closure in the world."""
+        frames = self._chain.placements(q)
+        for closure in self._chain.closures:
+            yield (
+                frames[closure.frame_a] * se3(closure.placement_a),
+                frames[closure.frame_b] * se3(closure.placement_b),
+            )
+
+    def joint_points(self, q: FloatArray) -> dict[str, FloatArray]:
+        """Where the joints stand, m, by name."""
+        frames = self._chain.placements(q)
+        return {name: frames[name].translation for name in self._chain.model.names[1:] if name in frames}
+
+    def corners(self, q: FloatArray) -> FloatArray:
+        """Joints, closures, links' origins and corners of the boxes about what is drawn, shape (k, 3), m."""
+        frames = [place.translation for place in self._chain.placements(q).values()]
+        closures = [frame.translation for pair in self.closure_frames(q) for frame in pair]
+        return np.vstack([*frames, *closures, _boxes(self._chain.model, self._looks, q)])
+
+    def _visuals(self, urdf: str | PathLike[str] | None) -> Any:
+        """The URDF's own visuals; none, and a note, where they cannot be read."""
+        if urdf is None:
+            return pin.GeometryModel()
+        try:
+            return urdf_visuals(self._chain.model, urdf)
+        except (RuntimeError, ValueError) as error:
+            reason = " ".join(str(error).split())
+            self.notes.append(f"drawn by its joints: the URDF's visuals cannot be read ({reason:.200})")
+            return pin.GeometryModel()
+
+    def _skeleton(self, drawn: set[int]) -> Iterator[Any]:
+        """Rods and balls for the bodies that have no visuals, the ground among them."""
+        model, actuated = self._chain.model, set(self._chain.roles.actuated)
+        for joint in range(model.njoints):
+            if joint in drawn:
+                continue
+            name = model.names[joint]
+            colour = (0.55, 0.58, 0.62) if joint == 0 else _LINKS[joint % len(_LINKS)]
+            for k, point in enumerate(self._corners(joint)):
+                length = float(np.linalg.norm(point))
+                if length > _POINT:
+                    rod = pin.SE3(along(point / length), point / 2)
+                    yield _shape(f"{name}_rod_{k}", joint, rod, coal.Cylinder(_ROD * self.size, length), colour)
+            if joint > 0:
+                driven = name in actuated
+                ball = coal.Sphere((1.3 if driven else 1.0) * _JOINT * self.size)
+                yield _shape(f"{name}_joint", joint, pin.SE3.Identity(), ball, _rgb(BLUE if driven else GREY))
+
+    def _corners(self, joint: int) -> list[FloatArray]:
+        """What a body joins, in the axes of its joint: next joints, closures, links fixed to it; else its far end."""
+        model = self._chain.model
+        found = [model.jointPlacements[k].translation for k in range(1, model.njoints) if model.parents[k] == joint]
+        frames = {frame.name: frame for frame in reversed(list(model.frames))}
+        for closure in self._chain.closures:
+            ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
+            for name, placement in ends:
+                if frames[name].parentJoint == joint:
+                    found.append((frames[name].placement * se3(placement)).translation)
+        found += [
+            frame.placement.translation
+            for frame in model.frames
+            if frame.parentJoint == joint and frame.type == pin.FrameType.BODY
+        ]
+        far = [point for point in found if np.linalg.norm(point) > _POINT]
+        if not far and joint > 0 and model.inertias[joint].mass > 0.0:
+            # A last link, whose end no frame tells: as far again as its centre of mass.
+            far = [2.0 * model.inertias[joint].lever]
+        return [np.array(point) for point in np.unique(np.round(far, 9), axis=0)] if far else []
+
+    def _load_closures(self) -> None:
+        for closure in self._chain.closures:
+            node = self._stage.viewer[self._mark(closure).removeprefix("/meshcat/")]
+            bar = frustum(0.35, 0.35) if closure.axis is not None else None
+            for end in "ab":
+                material = flat_material(PURPLE, on_top=True)
+                node[end]["ball"].set_object(mg.Sphere(1.0), material)
+                if bar is not None:
+                    node[end]["axis"].set_object(bar, material)
+                    node[end]["axis"].set_transform(_LONG)
+            node["gap"].set_object(frustum(1.0, 1.0), flat_material(ORANGE, on_top=True))
+
+    def _mark(self, closure: Closure) -> str:
+        index = [item.name for item in self._chain.closures].index(closure.name)
+        return f"/meshcat/closures/{self._root}_{index}"
+
+
+def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:
+    """Corners of the boxes about all shapes at q, shape (k, 3), m."""
+    data, placed = model.createData(), shapes.createData()
+    pin.updateGeometryPlacements(model, data, shapes, placed, q)
+    corners = np.array(list(itertools.product((0, 1), repeat=3)), dtype=bool)
+    found = [np.zeros((0, 3))]
+    for shape, place in zip(shapes.geometryObjects, placed.oMg, strict=True):
+        shape.geometry.computeLocalAABB()
+        box = shape.geometry.aabb_local
+        local = np.where(corners, np.asarray(box.max_).ravel(), np.asarray(box.min_).ravel())
+        found.append(local @ place.rotation.T + place.translation)
+    return np.vstack(found)
+
+
+def _axis(closure: Closure, frame: pin.SE3) -> FloatArray:
+    """Unit vector along which the mark of a closure lies, base frame."""
+    own = np.array([0.0, 0.0, 1.0] if closure.axis is None else closure.axis)
+    turned: FloatArray = frame.rotation @ (own / np.linalg.norm(own))
+    return turned
+
+
+def _shape(name: str, joint: int, placement: pin.SE3, geometry: Any, colour: tuple[float, ...]) -> Any:
+    shape = pin.GeometryObject(name, joint, placement, geometry)
+    shape.meshColor = np.array([*colour, 1.0])
+    return shape
+
+
+def _rgb(colour: str) -> tuple[float, ...]:
+    return tuple(int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
+
+
+def closure_words(closure: Closure) -> str:
+    """A closure in words, for a label."""
+    kind = TYPES[closure.type].name
+    return f"{closure.name}: {kind}" if closure.distance is None else f"{closure.name}: {closure.distance:g} m apart"

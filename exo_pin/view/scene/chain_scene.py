@@ -1,0 +1,287 @@
+"""The scene of any closed chain: links, joints and what closes its loops."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...chain import ClosedChain
+from ...core.errors import InvalidInput, LoopNotClosed
+from ...core.validation import FloatArray, as_finite
+from ..colours import BLUE, GREY, ORANGE, PURPLE
+from ..page.page_output import Pages
+from ..page.recording import FrameTaker, Recording
+from .additions import Additions
+from .chain_picture import ChainPicture, closure_words
+from .stage import Stage
+
+__all__ = ["ChainScene"]
+
+#: A loop that stands open by more than this is told and drawn, m and rad.
+_OPEN = 1e-6
+#: More labels than this would hide the mechanism.
+_MOST_LABELS = 9
+#: The camera's field of view that the default distance goes with, how much more than the chain it shows, and
+#: how far aside of it, of its size, it looks.
+_HALF_VIEW, _ROOM, _ASIDE = np.radians(16.0), 1.35, 0.18
+#: A point farther from the camera's line than this share of half its view has left the picture.
+_EDGE = 1.2
+#: A chain that is thinner than this share of its size is looked at from its flat side.
+_FLAT = 0.08
+
+
+class ChainScene(Additions, Pages):
+    """A closed chain in a configuration, drawn by Meshcat.
+
+    Links look as their URDF says; links that have no visuals are rods between the joints that they join. Closures are
+    marked, and an open one has a line across its gap. A scene needs no browser and no server; :meth:`serve`,
+    :meth:`save_html` and :meth:`save_png` show it. Base frame: the chain's world, z up.
+
+    Parameters
+    ----------
+    chain : ClosedChain
+        The chain.
+    urdf : path-like or str, optional
+        The URDF that it was read from, or its XML: a chain does not keep its visuals. Meshes are looked for beside it.
+    q : array_like, optional
+        Shape (nq,), the first configuration; left out, the closed one next to all joints at zero.
+    labels : bool, optional
+        Whether actuated joints and closures are named; if left out, where they are few.
+
+    Raises
+    ------
+    InvalidInput
+        If ``chain`` is none, or q does not fit it.
+    """
+
+    def __init__(
+        self,
+        chain: ClosedChain,
+        urdf: str | PathLike[str] | None = None,
+        q: ArrayLike | None = None,
+        labels: bool | None = None,
+    ) -> None:
+        if not isinstance(chain, ClosedChain):
+            raise InvalidInput(f"expected a ClosedChain, got {type(chain).__name__}")
+        Additions.__init__(self, Stage())
+        self._chain = chain
+        few = len(chain.roles.actuated) + len(chain.closures) <= _MOST_LABELS
+        self._named = few if labels is None else bool(labels)
+        start = self._start() if q is None else self._checked(q)
+        with self._stage.update():
+            self._stage.plain()
+            self._picture = ChainPicture(self._stage, chain, urdf, start)
+            self._q = start
+            self.camera()
+            self._write_legend()
+            self.show(start)
+
+    @property
+    def chain(self) -> ClosedChain:
+        """The chain that is drawn."""
+        return self._chain
+
+    @property
+    def q(self) -> FloatArray:
+        """The configuration that is drawn, shape (nq,)."""
+        return self._q.copy()
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What could not be drawn, and why."""
+        return tuple(self._picture.notes)
+
+    def show(self, q: ArrayLike) -> None:
+        """Draw a configuration as it is, closed or not; the page says how far its loops stand open.
+
+        The camera follows if it would leave the picture, unless :meth:`camera` has placed it.
+
+        Parameters
+        ----------
+        q : array_like
+            Shape (nq,).
+        """
+        configuration = self._checked(q)
+        self._freedoms = self._count(configuration)
+        with self._stage.update():
+            self._draw(configuration)
+            if not self._aimed and not self._in_view():
+                self.camera()
+
+    def camera(
+        self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
+    ) -> None:
+        """Place the camera; see :meth:`exo_pin.view.Scene.camera`. Left out: where all of the chain is seen."""
+        super().camera(position, target, field_of_view)
+        self._aimed = position is not None or target is not None
+
+    def move(self, joints: Mapping[str, ArrayLike]) -> FloatArray:
+        """Put joints where they are asked to be, and close the loops with the others.
+
+        Parameters
+        ----------
+        joints : mapping of str to array_like
+            Coordinates by joint, rad and m.
+
+        Returns
+        -------
+        ndarray
+            Shape (nq,), the closed configuration that is drawn.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such joint.
+        LoopNotClosed
+            If the loops do not close with these joints held; the scene stays as it was.
+        """
+        q = self._q.copy()
+        for joint, value in joints.items():
+            part = self._chain.configuration_slice(joint)
+            q[part] = as_finite(joint, np.atleast_1d(value), (part.stop - part.start,))
+        closed = self._chain.close(q, hold=tuple(joints))
+        self.show(closed)
+        return closed
+
+    def play(self, configurations: ArrayLike, times: ArrayLike) -> None:
+        """Play a motion in the live page, in real time.
+
+        Parameters
+        ----------
+        configurations : array_like
+            Shape (k, nq).
+        times : array_like
+            Shape (k,), s, rising.
+        """
+        path, stamps = self._motion(configurations, times)
+        start = time.monotonic()
+        for q, stamp in zip(path, stamps, strict=True):
+            self._draw(q)
+            pause = start + float(stamp - stamps[0]) - time.monotonic()
+            if pause > 0:
+                time.sleep(pause)
+
+    def record(self, configurations: ArrayLike, times: ArrayLike) -> Recording:
+        """Record a motion; the arguments are those of :meth:`play`, and no time passes.
+
+        Returns
+        -------
+        Recording
+            Its ``save`` writes one file that plays without a network. It holds no forces.
+        """
+        path, stamps = self._motion(configurations, times)
+        taker = FrameTaker(self._stage)
+        for q in path:
+            self._draw(q)
+            taker.take()
+        return taker.finish(stamps, None)
+
+    def _draw(self, q: FloatArray) -> None:
+        with self._stage.update():
+            self._q = np.array(q)
+            self._picture.show(q)
+            self._stage.set_panel("labels", self._labels(q) if self._named else [])
+            self._stage.set_panel("numbers", self._numbers(q))
+
+    def _labels(self, q: FloatArray) -> list[dict[str, Any]]:
+        joints = self._picture.joint_points(q)
+        labels = [
+            {"text": name, "at": joints[name].tolist(), "colour": BLUE}
+            for name in self._chain.roles.actuated
+            if name in joints
+        ]
+        for closure, (a, _) in zip(self._chain.closures, self._picture.closure_frames(q), strict=True):
+            labels.append({"text": closure_words(closure), "at": a.translation.tolist(), "colour": PURPLE})
+        return labels
+
+    def _numbers(self, q: FloatArray) -> dict[str, Any]:
+        gap = float(np.abs(self._chain.residual(q)).max(initial=0.0))
+        notes = [{"text": note, "warn": True} for note in self._picture.notes]
+        if gap > _OPEN:
+            notes.append({"text": f"the loops stand open by {gap:.2g} (m, rad)", "warn": True})
+        beyond = self._chain.beyond_limits(q)
+        if beyond:
+            notes.append({"text": f"beyond their limits: {', '.join(beyond)}", "warn": True})
+        return {
+            "title": self._chain.description.name,
+            "pose": ", ".join(self._coordinates(name, q) for name in self._chain.roles.actuated),
+            "values": [] if self._freedoms is None else [{"name": "degrees of freedom", "value": f"{self._freedoms}"}],
+            "notes": notes,
+        }
+
+    def _coordinates(self, joint: str, q: FloatArray) -> str:
+        value = q[self._chain.configuration_slice(joint)]
+        if len(value) != 1:
+            return joint
+        in_metres = bool(self._chain.metres[self._chain.velocity_slice(joint)].all())
+        size = 1e3 * value[0] if in_metres else np.degrees(value[0])
+        # Adding zero turns -0 into 0.
+        return f"{joint} {round(float(size), 1) + 0.0:g}{' mm' if in_metres else '°'}".replace("-", "−")
+
+    def _write_legend(self) -> None:
+        items = [
+            {"glyph": "line", "colour": BLUE, "text": "actuated joint"},
+            {"glyph": "line", "colour": GREY, "text": "joint"},
+            {"glyph": "line", "colour": PURPLE, "text": "closes a loop"},
+            {"glyph": "line", "colour": ORANGE, "text": "gap, or a distance that is kept"},
+        ]
+        legend = {
+            "scale": "Joints and closures",
+            "items": [*items, *self._items.values()],
+            "bars": [*self._bars.values()],
+        }
+        self._stage.set_panel("legend", legend)
+
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+        points = self._picture.corners(self._q)
+        target = (points.min(axis=0) + points.max(axis=0)) / 2
+        spread, axes = np.linalg.eigh(np.cov(points.T))
+        towards = np.array([1.3, 1.25, 0.7])
+        if spread[0] < _FLAT**2 * spread[2]:
+            # From the side that shows, a little aside so that depth is seen; a flat one that lies has its y upwards.
+            flat = axes[:, 0] * np.sign(axes[np.abs(axes[:, 0]).argmax(), 0])
+            towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])
+        towards /= np.linalg.norm(towards)
+        right = np.cross([0.0, 0.0, 1.0], towards)
+        # The page's cards stand on the left: the chain stands a little to the right of the middle.
+        target = target - _ASIDE * self._picture.size * right / np.linalg.norm(right)
+        away = _ROOM * self._picture.size / 2 / np.sin(_HALF_VIEW)
+        return target + away * towards, target
+
+    def _in_view(self) -> bool:
+        """Whether all of it is near enough to the line that the camera looks along."""
+        camera = self._stage.panel("camera")
+        eye, target = np.array(camera["position"]), np.array(camera["target"])
+        away = self._picture.corners(self._q) - eye
+        depth = away @ (target - eye) / np.linalg.norm(target - eye)
+        aside = np.sqrt(np.maximum((away * away).sum(axis=-1) - depth**2, 0.0))
+        return bool((aside < depth * np.tan(_EDGE * np.radians(camera["angle"] / 2))).all())
+
+    def _start(self) -> FloatArray:
+        try:
+            return self._chain.close(self._chain.neutral())
+        except LoopNotClosed as error:
+            return np.asarray(error.q)
+
+    def _count(self, q: FloatArray) -> int | None:
+        try:
+            return self._chain.mobility(q).degrees_of_freedom
+        except LoopNotClosed:
+            return None
+
+    def _checked(self, q: ArrayLike) -> FloatArray:
+        return self._chain._configuration(q)
+
+    def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        path = as_finite("configurations", configurations, (None, self._chain.model.nq))
+        stamps = as_finite("times", times, (None,))
+        if len(path) != len(stamps) or not len(stamps):
+            raise InvalidInput(f"expected a time for every configuration, got {len(path)} and {len(stamps)}")
+        if (np.diff(stamps) <= 0).any():
+            raise InvalidInput("expected times that rise")
+        return np.array([self._checked(q) for q in path]), stamps

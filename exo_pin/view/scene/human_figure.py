@@ -1,0 +1,135 @@
+"""The person in the exoskeleton: the human figure of example-robot-data.
+
+The package ships data and no loader. The figure is Y-up (x forward, z to its right) and its shoulders turn about
+Z, X and Y in that order; the signs of the axes are read from the URDF. It can be scaled to a person's stature, as a
+whole. Its Euler angles are made here, at the edge, and nothing is computed from them.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import MissingExtra
+from ...core.records import OneProcess
+from ...core.validation import FloatArray
+from ..meshcat_viewer import MeshcatVisualizer
+from .stage import Stage
+
+__all__ = ["Human", "human_urdf"]
+
+_PACKAGE = "example-robot-data"
+_URDF = Path(_PACKAGE) / "robots" / "human_description" / "robots" / "human.urdf"
+#: Takes the figure's axes to x forward, y left, z up.
+_UPRIGHT = Rotation.from_euler("x", 90, degrees=True)
+#: From the soles to the crown of the figure's visuals, m.
+_OWN_STATURE = 1.787
+_SKIN, _CLOTH = (0.86, 0.70, 0.60), (0.62, 0.67, 0.73)
+
+
+def human_urdf() -> Path:
+    """Where the human figure is installed.
+
+    Raises
+    ------
+    MissingExtra
+        If it is not.
+    """
+    for share in _shares():
+        if (share / _URDF).is_file():
+            return share / _URDF
+    raise MissingExtra("human", _PACKAGE)
+
+
+def _shares() -> Iterator[Path]:
+    try:
+        for file in importlib.metadata.files(_PACKAGE) or ():
+            if file.name == "human.urdf":
+                yield Path(str(file.locate())).parents[4]
+    except importlib.metadata.PackageNotFoundError:
+        pass  # a system package, perhaps
+    for prefix in (*os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep), sys.prefix, "/usr/local", "/usr"):
+        if prefix:
+            yield Path(prefix) / "share"
+
+
+class Human(OneProcess):
+    """A person whose shoulder stands at O and whose arm follows the pose.
+
+    Parameters
+    ----------
+    stage : Stage
+        Where it is drawn.
+    side : {"left", "right"}
+        Which of its shoulders is the one.
+    opacity : float
+        Of the arm that wears the device; 1 is opaque, less lets joints and forces in it be seen.
+    elbow_flexion : float
+        rad.
+    stature : float, optional
+        Of the person, m; the figure's own if left out.
+
+    Raises
+    ------
+    MissingExtra
+        If the figure is not installed.
+    """
+
+    PATH = "/meshcat/human"
+
+    def __init__(
+        self,
+        stage: Stage,
+        side: str,
+        opacity: float = 0.5,
+        elbow_flexion: float = 0.0,
+        stature: float | None = None,
+    ) -> None:
+        urdf = human_urdf()
+        share = str(urdf.parents[4])
+        self._model = pin.buildModelFromUrdf(str(urdf))
+        visuals = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.VISUAL, package_dirs=[share])
+        for shape in visuals.geometryObjects:
+            arm = shape.name.startswith((f"{side}_upperarm", f"{side}_lowerarm", f"{side}_hand"))
+            bare = arm or "hand" in shape.name or "head" in shape.name
+            shape.meshColor = np.array([*(_SKIN if bare else _CLOTH), opacity if arm else 1.0])
+        self._picture = MeshcatVisualizer(self._model, pin.GeometryModel(), visuals)
+        self._picture.initViewer(viewer=stage.viewer)
+        self._picture.loadViewerModel("human")
+        self._q = pin.neutral(self._model)
+        joints = [self._model.joints[self._model.getJointId(f"{side}_shoulder_{axis}")] for axis in "ZXY"]
+        self._index = [joint.idx_q for joint in joints]
+        # A joint turns about the positive or the negative axis, which its short name tells: RZ, or "about -x".
+        self._signs = np.array([self._sign(side, axis) for axis in "ZXY"])
+        elbow = self._model.joints[self._model.getJointId(f"{side}_elbow_Z")]
+        self._q[elbow.idx_q] = elbow_flexion
+        self._picture.display(self._q)
+        pin.updateFramePlacements(self._model, self._picture.data)
+        frame = self._model.getFrameId(f"{side}_upperarm")
+        shoulder = self._picture.data.oMf[frame].translation
+        placed = np.eye(4)
+        placed[:3, :3] = (1.0 if stature is None else stature / _OWN_STATURE) * _UPRIGHT.as_matrix()
+        placed[:3, 3] = -placed[:3, :3] @ shoulder
+        stage.set_transform(self.PATH, placed)
+
+    def show(self, orientation: Rotation) -> None:
+        """Turn the arm into a pose."""
+        own = _UPRIGHT.inv() * orientation * _UPRIGHT
+        self._q[self._index] = self._signs * own.as_euler("ZXY", suppress_warnings=True)
+        self._picture.display(self._q)
+
+    def _sign(self, side: str, axis: str) -> float:
+        data = self._model.createData()
+        q = pin.neutral(self._model)
+        joint = self._model.getJointId(f"{side}_shoulder_{axis}")
+        q[self._model.joints[joint].idx_q] = 0.1
+        pin.forwardKinematics(self._model, data, q)
+        turned: FloatArray = pin.log3(data.oMi[joint].rotation)
+        return float(np.sign(turned["XYZ".index(axis)]))

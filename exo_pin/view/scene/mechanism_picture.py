@@ -1,0 +1,155 @@
+"""The mechanism in the scene: its URDF's visuals by Pinocchio's MeshcatVisualizer, and muscles in place of rods."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+from scipy.spatial.transform import Rotation
+
+from ...chain.formats.urdf.urdf_document import COLOURS
+from ...core.records import OneProcess
+from ...core.validation import FloatArray
+from ...design import Arm, Limb, Mechanism
+from ...wrist import inverse_kinematics
+from ...wrist_chain import EquilibriumModel, mechanism_urdf
+from ..colours import GREY
+from ..meshcat_viewer import MeshcatVisualizer, mg
+from .shapes import flat_material, frustum, lathe, segment
+from .stage import Stage
+
+__all__ = ["MechanismPicture", "urdf_visuals"]
+
+#: Radius of a muscle at its nominal length and of its end fittings, m, and the angle of its braid there: for the
+#: picture only. Threads that do not stretch make the radius follow from the length.
+_RADIUS, _FITTING_RADIUS, _BRAID = 0.011, 0.006, np.radians(25.0)
+#: Share of the joint distance at each end that is not muscle, where the design does not say.
+_FITTING_SHARE = 0.15
+
+
+class MechanismPicture(OneProcess):
+    """A mechanism in a pose.
+
+    Parameters
+    ----------
+    stage : Stage
+        Where it is drawn.
+    mechanism : Mechanism
+        What is drawn.
+    root : str
+        Name of its node.
+    colour : tuple of float, optional
+        One colour and opacity for all of it, as for a ghost; its own colours if left out.
+    muscles : bool
+        Whether the limbs are drawn as muscles and not as telescoping rods.
+    with_arm : bool
+        Whether the arm is drawn; a human figure brings its own.
+    urdf : path-like or str, optional
+        The URDF that the mechanism was read from, or its XML, for its looks; the mechanism's own if left out.
+
+    Attributes
+    ----------
+    notes : list of str
+        What could not be drawn, and why.
+    """
+
+    def __init__(
+        self,
+        stage: Stage,
+        mechanism: Mechanism,
+        root: str,
+        colour: tuple[float, ...] | None = None,
+        muscles: bool = False,
+        with_arm: bool = True,
+        urdf: str | PathLike[str] | None = None,
+    ) -> None:
+        self._stage, self.mechanism, self.root, self._muscles = stage, mechanism, root, muscles
+        if mechanism.arm is None:
+            # Where the parts stand does not depend on the arm's mass, and forces are not asked for here.
+            mechanism = mechanism.replace(arm=Arm(1.0, np.array([0.0, 0.0, -0.2])))
+        self._equilibrium = EquilibriumModel(mechanism)
+        model = self._equilibrium.chain.model
+        self.notes: list[str] = []
+        own = mechanism_urdf(mechanism, part="whole")[0]
+        try:
+            visuals = urdf_visuals(model, own if urdf is None else urdf)
+        except (RuntimeError, ValueError) as error:
+            reason = " ".join(str(error).split())
+            self.notes.append(f"drawn as exo_pin draws wrists: the URDF's visuals cannot be read ({reason:.200})")
+            visuals = urdf_visuals(model, own)
+        hidden = []
+        for shape in visuals.geometryObjects:
+            if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
+                hidden.append(shape.name)
+            if muscles and ("platform_body" in shape.name or "base_body" in shape.name):
+                hidden.append(shape.name)
+        for name in hidden:
+            visuals.removeGeometryObject(name)
+        self._picture = MeshcatVisualizer(model, pin.GeometryModel(), visuals)
+        self._picture.initViewer(viewer=stage.viewer)
+        stage.viewer[root].delete()
+        self._picture.loadViewerModel(root, visual_color=None if colour is None else list(colour))
+        if muscles:
+            self._load_muscles(colour)
+
+    def show(self, orientation: Rotation) -> None:
+        """Move it into a pose.
+
+        Raises
+        ------
+        LoopNotClosed
+            If the loops do not close there.
+        """
+        self._picture.display(self._equilibrium.configuration(orientation.as_matrix(), orientation.as_quat()))
+        if self._muscles:
+            base = self.mechanism.geometry.base_points
+            platform = inverse_kinematics(self.mechanism.geometry, orientation).platform_points
+            for i, limb in enumerate(self.mechanism.limbs):
+                self._place_muscle(i, limb, base[i], platform[i])
+
+    def colour_muscles(self, colours: FloatArray) -> None:
+        """Colour the muscles, shape (n, 3)."""
+        if self._muscles:
+            for i, colour in enumerate(colours):
+                self._stage.set_colour(f"{self._muscle(i)}/braid", [*colour, 1.0])
+
+    def _muscle(self, index: int) -> str:
+        return f"/meshcat/{self.root}/muscles/limb_{index + 1}"
+
+    def _load_muscles(self, colour: tuple[float, ...] | None) -> None:
+        rise = np.linspace(0.0, 1.0, 7)
+        profile = np.column_stack([0.45 + 0.55 * np.sin(rise * np.pi / 2), 0.16 * rise])
+        below = np.vstack([[1e-6, 0.0], profile])
+        above = below[::-1] * [1.0, -1.0] + [0.0, 1.0]
+        opacity = 1.0 if colour is None else colour[3]
+        for i in range(self.mechanism.limb_count):
+            node = self._stage.viewer[self._muscle(i).removeprefix("/meshcat/")]
+            node["braid"].set_object(lathe(np.vstack([below, above])), mg.MeshLambertMaterial(opacity=opacity, side=0))
+            for end in ("fitting_a", "fitting_b"):
+                node[end].set_object(frustum(1.0, 1.0), flat_material(GREY, opacity))
+
+    def _place_muscle(self, index: int, limb: Limb, a: FloatArray, b: FloatArray) -> None:
+        length = float(np.linalg.norm(b - a))
+        s = (b - a) / length
+        fitting, radius = _FITTING_SHARE * length, _RADIUS
+        stroke = limb.stroke
+        if stroke is not None and stroke.end_fitting is not None:
+            fitting = min(stroke.end_fitting / 2, 0.45 * length)
+            stretch = min((length - 2 * fitting) / stroke.nominal_length * np.cos(_BRAID), 0.98)
+            radius = _RADIUS * np.sqrt(1.0 - stretch**2) / np.sin(_BRAID)
+        start, end = a + fitting * s, b - fitting * s
+        path = self._muscle(index)
+        self._stage.set_transform(f"{path}/braid", segment(start, end, radius))
+        self._stage.set_transform(f"{path}/fitting_a", segment(a, start, _FITTING_RADIUS))
+        self._stage.set_transform(f"{path}/fitting_b", segment(end, b, _FITTING_RADIUS))
+
+
+def urdf_visuals(model: pin.Model, urdf: str | PathLike[str]) -> pin.GeometryModel:
+    """Visuals of a URDF or of its XML, on the links of the model that have the same names."""
+    if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
+        return pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
+    folder = Path(urdf).resolve().parent
+    folders = [str(folder), *(str(above) for above in list(folder.parents)[:2])]
+    return pin.buildGeomFromUrdf(model, str(urdf), pin.GeometryType.VISUAL, package_dirs=folders)

@@ -1,0 +1,292 @@
+"""The scene a user holds: a design on a person, in a pose, with its forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput, LoopNotClosed, MissingExtra, NotAWrist, UnknownName
+from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
+from ...reaction import Reaction
+from .. import LIMB_STYLES
+from ..colours import scale_colours
+from ..page.page_output import Pages
+from ..page.panels import numbers_panel
+from ..page.playing import Playing
+from .additions import bar
+from .force_arrows import LONGEST, ForcePicture, PoseForces, nice_step
+from .glenoid_picture import Socket
+from .human_figure import Human
+from .mechanism_picture import MechanismPicture
+from .offset_marks import Offset, OffsetMarks, displaced
+from .stage import Stage
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["Scene"]
+
+#: Colour and opacity of a ghost.
+_GHOST = (0.34, 0.40, 0.48, 0.30)
+#: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.
+_PRESSURE_TOP = 4e5
+
+
+class Scene(Socket, Playing, Pages):
+    """A design in a pose, with forces, drawn by Meshcat.
+
+    A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
+    a file that opens without a network, :meth:`save_png` a still picture. Base frame {O_A}: O is the shoulder centre,
+    x forward, y left, z up. Forces are those on the arm, N, all to one scale, which the legend states.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design. Without an arm there are no forces to draw.
+    human : bool, optional
+        Whether a person is drawn. Left out: if the figure is installed, else the scene says that it is not.
+    limbs : {"rods", "muscles"}
+        Telescoping rods, or muscles that swell as they shorten and take their colour from tension or pressure.
+    metres_per_newton : float, optional
+        The arrows' scale; one that suits the arm's weight if left out.
+    elbow_flexion : float
+        Of the human figure, rad. For the picture only.
+    stature : float, optional
+        Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. An arm does not tell how
+        tall its person is. For the picture only.
+
+    Raises
+    ------
+    MissingExtra
+        If ``human`` is True and the figure is not installed.
+    UnknownName
+        If ``limbs`` is no style.
+    """
+
+    def __init__(
+        self,
+        exo: ShoulderExo,
+        human: bool | None = None,
+        limbs: str = "rods",
+        metres_per_newton: float | None = None,
+        elbow_flexion: float = 0.0,
+        stature: float | None = None,
+    ) -> None:
+        require_method("exo", exo, "reaction", "a ShoulderExo")
+        if limbs not in LIMB_STYLES:
+            raise UnknownName("limb style", limbs, LIMB_STYLES)
+        if metres_per_newton is not None:
+            metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
+        elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
+        tall = None if stature is None else as_positive("stature", stature)
+        Socket.__init__(self, Stage())
+        self._style, self._asked_scale = limbs, metres_per_newton
+        self._notes: list[str] = []
+        self._human: Human | None = None
+        self._ghost: MechanismPicture | None = None
+        self._offset: Offset | None = None
+        self._massive: list[str] = []
+        self._orientation = Rotation.identity()
+        self._muscle_bar: dict[str, Any] | None = None
+        self._asked: dict[str, Any] = {}
+        self._marks = OffsetMarks(self._stage)
+        with self._stage.update():
+            self._stage.plain()
+            if human is not False:
+                try:
+                    self._human = Human(self._stage, exo.side, elbow_flexion=elbow, stature=tall)
+                except MissingExtra as error:
+                    if human:
+                        raise
+                    self._notes.append(f"no human figure: {error}")
+            self._set_exo(exo)
+            self.camera()
+            self.show(Rotation.identity())
+
+    @property
+    def exo(self) -> ShoulderExo:
+        """The design that is drawn."""
+        return self._exo
+
+    @property
+    def orientation(self) -> Rotation:
+        """The pose that is drawn."""
+        return self._orientation
+
+    @property
+    def messages(self) -> tuple[str, ...]:
+        """What could not be drawn, and why."""
+        return (*self._notes, *self._massive, *self._picture.notes)
+
+    @property
+    def metres_per_newton(self) -> float:
+        """Scale of the arrows, m/N."""
+        return self._arrows.scale
+
+    def replace_exo(self, exo: ShoulderExo) -> None:
+        """Draw another design of the same side, in the same pose; the forces are those of the new one.
+
+        They are asked for as in the last :meth:`show`, but for pressures, which belong to a design.
+
+        Raises
+        ------
+        InvalidInput
+            If it is for the other side of the body.
+        """
+        if exo.side != self._exo.side:
+            raise InvalidInput(f"expected a design for the {self._exo.side} shoulder, got one for the {exo.side}")
+        with self._stage.update():
+            # Numbers can be compared only if the arrows keep their scale.
+            self._asked_scale = self._arrows.scale
+            self._set_exo(exo)
+            self.show(self._orientation, **self._asked)
+
+    def show(
+        self,
+        orientation: Rotation,
+        pressures: ArrayLike | None = None,
+        **query: Any,
+    ) -> Reaction | None:
+        """Move everything into a pose and draw its forces.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            A single pose.
+        pressures : array_like, optional
+            Shape (n,), Pa, gauge: muscles take their colour from them and not from their tension.
+        **query
+            Further arguments of :meth:`exo_pin.ShoulderExo.reaction`, such as ``split``.
+
+        Returns
+        -------
+        Reaction or None
+            What is drawn; None for a design without an arm.
+        """
+        pose = _single(orientation)
+        answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
+        pressure = None if pressures is None else self._pressures(pressures, ())
+        self._asked = query
+        centre = self._offsets(pose, query)
+        forces = None if answer is None else PoseForces.of(answer, ())
+        self._draw(pose, forces, pressure, None if centre is None else centre[0])
+        return answer
+
+    def ghost(self, orientation: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
+        """Draw a second pose, or a second design, as a grey ghost for comparison.
+
+        Parameters
+        ----------
+        orientation : Rotation, optional
+            Its pose; the one of the scene if left out.
+        exo : ShoulderExo, optional
+            Its design; the one of the scene if left out.
+        """
+        pose = self._orientation if orientation is None else _single(orientation)
+        design = self._exo if exo is None else exo
+        with self._stage.update():
+            if self._ghost is None or self._ghost.mechanism is not design.mechanism:
+                self._ghost = MechanismPicture(self._stage, design.mechanism, "ghost", _GHOST)
+            self._ghost.show(pose)
+
+    def remove_ghost(self) -> None:
+        """Take the ghost away."""
+        self._stage.viewer["ghost"].delete()
+        self._ghost = None
+
+    def _write_legend(self) -> None:
+        scale, items = self._arrows.legend() if self._exo.arm is not None else ("No arm mass: no forces", [])
+        bars = [] if self._muscle_bar is None else [self._muscle_bar]
+        legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
+        self._stage.set_panel("legend", legend)
+
+    def _draw(
+        self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
+    ) -> None:
+        with self._stage.update():
+            self._orientation = pose
+            self._place(offset)
+            notes = list(self.messages)
+            try:
+                self._picture.show(pose)
+            except LoopNotClosed:
+                notes.append("the limbs do not close in this pose; they are left as they were")
+            if self._human is not None:
+                self._human.show(pose)
+            marks = self._marks.show(offset, pose.as_matrix())
+            self._arrows.show(pose, forces, self._picture.mechanism.geometry, marks)
+            self._colour_muscles(forces, pressures)
+            notes += [mark["text"] for mark in marks]
+            self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
+
+    def _place(self, offset: Offset | None) -> None:
+        """Draw the design where an offset has it, if it stands elsewhere."""
+        if not _same(offset, self._offset):
+            self._offset = offset
+            self._draw_mechanism()
+
+    def _draw_mechanism(self) -> None:
+        self._picture = MechanismPicture(
+            self._stage,
+            displaced(self._exo.mechanism, self._offset),
+            "exo",
+            muscles=self._style == "muscles",
+            with_arm=self._human is None,
+            # Its shapes belong to limbs that stand where it has them.
+            urdf=self._looks if self._offset is None else None,
+        )
+
+    def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
+        if self._style != "muscles" or (forces is None and pressures is None):
+            return
+        if pressures is not None:
+            values, label, top = np.asarray(pressures) / 1e5, "pressure, bar", _PRESSURE_TOP / 1e5
+        else:
+            assert forces is not None
+            # A muscle that would have to push is drawn white.
+            values, label, top = forces.tensions, "muscle tension, N", self._tension_top
+        self._muscle_bar = bar(label, 0.0, top)
+        self._write_legend()
+        colours = scale_colours(values, 0.0, top)
+        colours[np.asarray(values) < 0.0] = 1.0
+        self._picture.colour_muscles(colours)
+
+    def _set_exo(self, exo: ShoulderExo) -> None:
+        # Asked first, so that a design that cannot be drawn leaves everything as it is.
+        self._exo, self._massive = _drawable(exo)
+        self._offset, self._looks = None, exo.urdf
+        self._draw_mechanism()
+        self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
+        # As long as the longest arrow.
+        self._tension_top = nice_step(LONGEST / self._arrows.scale)
+        self._write_legend()
+
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+        outward = 1.0 if self._exo.side == "left" else -1.0
+        target = np.array([0.12, 0.0, -0.05])
+        return target + np.array([0.80, 1.45 * outward, 0.46]), target
+
+
+def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
+    """The design, without masses that a wrist's record cannot hold, and what to say about that."""
+    try:
+        _ = exo.mechanism
+    except NotAWrist as error:
+        return exo.without_masses(), [f"no forces: {error.reason}"]
+    return exo, []
+
+
+def _same(one: Offset | None, other: Offset | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+def _single(orientation: Rotation) -> Rotation:
+    pose = as_rotation("orientation", orientation)
+    if pose.shape != ():
+        raise InvalidInput(f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks")
+    return pose

@@ -1,0 +1,148 @@
+"""Shapes that the scene adds to the URDF's own: arrows, a cone, a muscle; and how they are moved."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.records import OneProcess
+from ...core.validation import FloatArray
+from ..colours import number
+from ..meshcat_viewer import mg
+from .stage import Stage
+
+__all__ = ["Arrow", "along", "flat_material", "frustum", "lathe", "segment", "trimmed"]
+
+#: Nothing is drawn at zero size, because a matrix without an inverse has no normals: it is drawn this small, m.
+_NOTHING = 1e-6
+
+
+def along(direction: FloatArray) -> FloatArray:
+    """A rotation, shape (3, 3), that takes z to a unit vector."""
+    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(direction, x), direction])
+
+
+def segment(start: FloatArray, end: FloatArray, radius: float = 1.0) -> FloatArray:
+    """Transform, shape (4, 4), of a shape of unit height and radius on z so that it runs from start to end."""
+    line = end - start
+    length = float(np.linalg.norm(line))
+    placed = np.eye(4)
+    direction = line / length if length > _NOTHING else np.array([0.0, 0.0, 1.0])
+    placed[:3, :3] = along(direction) * np.array([radius, radius, max(length, _NOTHING)])
+    placed[:3, 3] = start
+    return placed
+
+
+def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> Any:
+    """A material whose colour hardly depends on the light, so that a legend can name it.
+
+    Parameters
+    ----------
+    colour : str
+        ``#RRGGBB``.
+    opacity : float
+        1 is opaque.
+    on_top : bool
+        Whether it shows through whatever stands before it.
+    """
+    dimmed = "#" + "".join(f"{round(0.6 * int(colour[i : i + 2], 16)):02X}" for i in (1, 3, 5))
+    base = "#" + "".join(f"{round(0.4 * int(colour[i : i + 2], 16)):02X}" for i in (1, 3, 5))
+    # Drawn among the transparent things, and so after the opaque ones, where it must not be painted over.
+    extra: dict[str, Any] = {"depthTest": False, "transparent": True} if on_top else {}
+    return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), opacity=opacity, side=0, **extra)
+
+
+def lathe(profile: FloatArray, segments: int = 28) -> Any:
+    """A surface of revolution about z.
+
+    Parameters
+    ----------
+    profile : ndarray
+        Shape (k, 2), radius and height of its rings, from below.
+    segments : int
+        Corners of a ring.
+    """
+    turn = np.linspace(0.0, 2 * np.pi, segments, endpoint=False)
+    rings = [np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(segments, z)]) for r, z in profile]
+    index = np.arange(segments)
+    following = (index + 1) % segments
+    faces = []
+    for ring in range(len(profile) - 1):
+        low, high = ring * segments, (ring + 1) * segments
+        faces.append(np.column_stack([low + index, low + following, high + following]))
+        faces.append(np.column_stack([low + index, high + following, high + index]))
+    return mg.TriangularMeshGeometry(np.vstack(rings), np.vstack(faces))
+
+
+def frustum(bottom: float, top: float) -> Any:
+    """A closed cone from z = 0 to 1 with the given radii."""
+    return lathe(np.array([[_NOTHING, 0.0], [bottom, 0.0], [top, 1.0], [_NOTHING, 1.0]]))
+
+
+def trimmed(vector: FloatArray, longest: float) -> tuple[FloatArray, bool]:
+    """A vector cut to a length, and whether it had to be."""
+    length = float(np.linalg.norm(vector))
+    return (vector * (longest / length), True) if length > longest else (vector, False)
+
+
+class Arrow(OneProcess):
+    """An arrow in the scene, of fixed thickness, with one head or two.
+
+    Parameters
+    ----------
+    stage : Stage
+        Where it is drawn.
+    path : str
+        Its node.
+    colour : str
+        ``#RRGGBB``.
+    radius : float
+        Of the shaft, m.
+    heads : int
+        1 or 2: a second sign beside the colour.
+    tail : bool
+        Whether a disc marks where it starts.
+    """
+
+    def __init__(self, stage: Stage, path: str, colour: str, radius: float, heads: int = 1, tail: bool = False) -> None:
+        self._stage, self._radius = stage, radius
+        self._paths = [f"{path}/shaft", *(f"{path}/head_{i}" for i in range(heads)), *([f"{path}/tail"] * tail)]
+        self._heads, self._tail = heads, tail
+        material = flat_material(colour, on_top=True)
+        viewer = stage.viewer
+        for part in self._paths:
+            shape = frustum(1.0, _NOTHING if "/head_" in part else 1.0)
+            viewer[part.removeprefix("/meshcat/")].set_object(shape, material)
+            # After the human's translucent arm, which would tint it.
+            stage.set_property(part, "renderOrder", 10)
+        self.hide()
+
+    def show(self, start: FloatArray, vector: FloatArray) -> None:
+        """Draw it from ``start`` along ``vector``, both in m, shape (3,)."""
+        length = float(np.linalg.norm(vector))
+        if not length > _NOTHING:
+            self.hide()
+            return
+        direction = vector / length
+        # A head keeps its shape, unless the arrow is shorter than it.
+        head = min(4.6 * self._radius, length / self._heads)
+        size = head / 4.6
+        neck = length - head * self._heads
+        parts = [segment(start, start + neck * direction, self._radius if neck > _NOTHING else _NOTHING)]
+        for i in range(self._heads):
+            foot = start + (neck + i * head) * direction
+            parts.append(segment(foot, foot + head * direction, 2.4 * size))
+        if self._tail:
+            parts.append(segment(start, start + 0.5 * self._radius * direction, 2.2 * self._radius))
+        for path, placed in zip(self._paths, parts, strict=True):
+            self._stage.set_transform(path, placed)
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        nothing = np.diag([_NOTHING, _NOTHING, _NOTHING, 1.0])
+        for path in self._paths:
+            self._stage.set_transform(path, nothing)

@@ -1,0 +1,230 @@
+"""What is in the scene, kept as Meshcat's commands: shown live, written to a file, or recorded frame by frame.
+
+A :class:`Stage` stands where Meshcat's own window would: Pinocchio's MeshcatVisualizer and Meshcat's Visualizer send
+their commands to it. It needs no server and no browser; with a server, browsers that look on get what changes.
+"""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import umsgpack
+from numpy.typing import ArrayLike
+
+from ...core.records import OneProcess
+from ...core.validation import FloatArray
+from ..meshcat_viewer import meshcat
+from ..page.live_server import Server
+
+__all__ = ["Changes", "Stage"]
+
+#: Entries of a transform that differ by less, m or 1, are the same place: below what a screen shows, above rounding.
+_SAME_PLACE = 1e-9
+
+
+@dataclass
+class _Node:
+    """Last commands of a path in the scene."""
+
+    object: bytes | None = None
+    transform: bytes | None = None
+    matrix: FloatArray | None = None
+    properties: dict[str, bytes] = field(default_factory=dict)
+    colour: tuple[float, ...] | None = None
+
+
+@dataclass
+class Changes:
+    """What one update changed: path to matrix (4, 4), path to colour (4,), panel to its data."""
+
+    transforms: dict[str, FloatArray] = field(default_factory=dict)
+    colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    panels: dict[str, Any] = field(default_factory=dict)
+
+
+class Stage(OneProcess):
+    """The scene as a record of commands.
+
+    Attributes
+    ----------
+    viewer : meshcat.Visualizer
+        Meshcat's handle on it.
+    changes : Changes
+        What has changed since :meth:`update` was entered last.
+    """
+
+    _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
+
+    def __init__(self) -> None:
+        self._nodes: dict[str, _Node] = {}
+        self._panels: dict[str, Any] = {}
+        self._lock = threading.Lock()
+        self._outgoing: list[bytes] | None = None
+        self._serial = 0
+        self._server: Server | None = None
+        self.changes = Changes()
+        self.viewer = meshcat.Visualizer(window=self)
+
+    @property
+    def web_url(self) -> str:
+        """Address of the live page; starts the server if there is none."""
+        return self.serve()
+
+    def serve(self, port: int | None = None) -> str:
+        """Start the live page, if it has not been started, and return its address."""
+        if self._server is None:
+            self._server = Server(self.snapshot, port)
+        return self._server.url
+
+    def close(self) -> None:
+        """Stop the live page."""
+        if self._server is not None:
+            self._server.close()
+            self._server = None
+
+    def send(self, command: Any) -> None:
+        """Take a command of Meshcat's; this is what makes the stage a window to Meshcat."""
+        data = command.lower()
+        if data["type"] == "set_transform":
+            self.set_transform(data["path"], np.reshape(data["matrix"], (4, 4)).T)
+        else:
+            self._apply(data)
+
+    def set_transform(self, path: str, matrix: FloatArray) -> None:
+        """Place a node, unless it stands there already.
+
+        Parameters
+        ----------
+        path : str
+            Of the node.
+        matrix : ndarray
+            Shape (4, 4), homogeneous, may scale.
+        """
+        node = self._nodes.get(path)
+        if node is not None and node.matrix is not None and np.abs(node.matrix - matrix).max() <= _SAME_PLACE:
+            return
+        self._apply({"type": "set_transform", "path": path, "matrix": matrix.T.ravel().tolist()})
+        self.changes.transforms[path] = self._nodes[path].matrix = np.array(matrix)
+
+    def set_colour(self, path: str, colour: ArrayLike) -> None:
+        """Colour a node and all below it, (red, green, blue, alpha) in 0 to 1, unless it has that colour."""
+        rgba = tuple(np.asarray(colour, dtype=float).tolist())
+        node = self._nodes.get(path)
+        if node is not None and node.colour == rgba:
+            return
+        self._apply({"type": "set_property", "path": path, "property": "color", "value": list(rgba)})
+        self.changes.colours[path] = self._nodes[path].colour = rgba
+
+    def set_property(self, path: str, name: str, value: Any) -> None:
+        """Set a property of a node in three.js; Meshcat's own way there turns the name into small letters."""
+        self._apply({"type": "set_property", "path": path, "property": name, "value": value})
+
+    def plain(self) -> None:
+        """A light background, without Meshcat's grid and axes."""
+        self.viewer["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
+        self.viewer["/Background"].set_property("bottom_color", [0.90, 0.92, 0.95])
+        for name in ("/Grid", "/Axes"):
+            self.viewer[name].set_property("visible", False)
+
+    def set_panel(self, name: str, data: Any) -> None:
+        """Write a panel of the page, unless it says that already."""
+        if self._panels.get(name) != data:
+            self.changes.panels[name] = data
+            self._apply({"type": "panel", "path": "", "name": name, "data": data})
+
+    def panel(self, name: str) -> Any:
+        """What a panel says, None if nothing."""
+        return self._panels.get(name)
+
+    @contextmanager
+    def update(self) -> Iterator[Changes]:
+        """Send all commands of a block together, so that no half-moved scene is drawn."""
+        outer, self._outgoing = self._outgoing, []
+        if outer is None:
+            self.changes = Changes()
+        try:
+            yield self.changes
+        finally:
+            outgoing, self._outgoing = self._outgoing, outer
+            if outer is not None:
+                outer += outgoing
+            elif outgoing:
+                self._publish(outgoing)
+
+    def snapshot(self) -> bytes:
+        """The whole scene as a run of commands."""
+        with self._lock:
+            commands = []
+            for node in self._nodes.values():
+                if node.object is not None:
+                    commands.append(node.object)
+                commands += node.properties.values()
+                if node.transform is not None:
+                    commands.append(node.transform)
+            commands += [_packed({"type": "panel", "name": name, "data": data}) for name, data in self._panels.items()]
+            return _run([*commands, self._stamp()])
+
+    def placements(self) -> dict[str, FloatArray]:
+        """Where every placed node stands, path to matrix of shape (4, 4)."""
+        return {path: node.matrix for path, node in self._nodes.items() if node.matrix is not None}
+
+    def colours(self) -> dict[str, tuple[float, ...]]:
+        """Colours given to nodes, path to (red, green, blue, alpha)."""
+        return {path: node.colour for path, node in self._nodes.items() if node.colour is not None}
+
+    @property
+    def serial(self) -> int:
+        """Number of the last update; the page shows it as ``data-serial`` once the update is drawn."""
+        return self._serial
+
+    def _apply(self, data: dict[str, Any]) -> None:
+        """Remember a command and pass it on.
+
+        The server's thread reads what is remembered, so nothing is added or taken away outside of the lock.
+        """
+        kind, path = data["type"], data["path"]
+        packed = _packed(data)
+        with self._lock:
+            if kind == "panel":
+                self._panels[data["name"]] = data["data"]
+            elif kind == "delete":
+                for gone in [key for key in self._nodes if key == path or key.startswith(f"{path}/")]:
+                    del self._nodes[gone]
+            else:
+                node = self._nodes.setdefault(path, _Node())
+                if kind == "set_object":
+                    node.object = packed
+                    # The viewer makes a new object, which knows nothing of colours given to the old one.
+                    node.properties.pop("color", None)
+                    node.colour = None
+                elif kind == "set_transform":
+                    node.transform = packed
+                elif kind == "set_property":
+                    node.properties[data["property"]] = packed
+        if self._outgoing is None:
+            self._publish([packed])
+        else:
+            self._outgoing.append(packed)
+
+    def _publish(self, commands: list[bytes]) -> None:
+        self._serial += 1
+        if self._server is not None:
+            self._server.publish(_run([*commands, self._stamp()]))
+
+    def _stamp(self) -> bytes:
+        return _packed({"type": "serial", "value": self._serial})
+
+
+def _packed(data: dict[str, Any]) -> bytes:
+    return bytes(umsgpack.packb(data))
+
+
+def _run(commands: list[bytes]) -> bytes:
+    """Commands one after the other, each behind its length."""
+    return b"".join(part for command in commands for part in (struct.pack("<I", len(command)), command))

@@ -1,0 +1,1 @@
+"""Statics and dynamics of the wrist with massless limbs, side forces, wrench feasibility."""

@@ -1,0 +1,97 @@
+"""How stiffly limbs of given tension and spring rate hold the arm's orientation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...load_case import Load
+from ...load_case.pose_stacks import pose_matrices, require_massless
+from ..kinematics.inverse import inverse_kinematics
+
+__all__ = ["rotational_stiffness"]
+
+
+def rotational_stiffness(
+    mechanism: Mechanism,
+    orientation: Rotation,
+    tensions: ArrayLike,
+    axial_stiffness: ArrayLike,
+    load: Load | None = None,
+) -> FloatArray:
+    """Restoring moment on the arm about O per rad of small turns.
+
+    With j_i = b_i × s_i, the tension's own change along the limb and the turning of its line give
+
+        K = Σ_i (k_i j_i j_iᵀ + f_i ([s_i][b_i] - [b_i] (1 - s_i s_iᵀ) [b_i] / l_i)) - [W][C] - ...
+
+    where [v] is the matrix of v × and the last terms are those of the weight and of the load. Where the moments
+    balance and all forces have a potential, K is symmetric; the pose is stable if its symmetric part is positive
+    definite.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm, and massless limbs.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+    tensions : array_like
+        f_i, N, broadcasting to (..., n).
+    axial_stiffness : array_like
+        k_i = df_i/dl_i, N/m, broadcasting to (..., n): of muscles, at constant pressure.
+    load : Load, optional
+        On the arm, besides its weight; with frame "arm" it turns with the arm.
+
+    Returns
+    -------
+    ndarray
+        K, shape (..., 3, 3), N m/rad, base frame: a turn by the small rotation vector φ (base frame) adds the
+        moment -K φ to what acts on the arm.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb has mass, or the arrays do not fit.
+    """
+    require_massless(mechanism)
+    arm = mechanism.require_arm("weight")
+    shape, matrices = pose_matrices(orientation)
+    size = (*shape, mechanism.limb_count)
+    try:
+        given = (np.array(value, dtype=np.float64) for value in (tensions, axial_stiffness))
+        f, k = (np.broadcast_to(value, size) for value in given)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"expected tensions and axial_stiffness to be numbers that broadcast to {size}") from None
+    state = inverse_kinematics(mechanism.geometry, orientation)
+    b, s, length = state.platform_points, state.directions, state.lengths
+    j = np.cross(b, s)
+    B, S = _cross_matrices(b), _cross_matrices(s)
+    across = np.eye(3) - s[..., :, None] * s[..., None, :]
+    geometric = S @ B - B @ across @ B / length[..., None, None]
+    stiffness = (k[..., None, None] * j[..., :, None] * j[..., None, :] + f[..., None, None] * geometric).sum(axis=-3)
+    R = matrices.reshape((*shape, 3, 3))
+    weight = arm.mass * mechanism.gravity
+    stiffness = stiffness - _cross_matrices(weight) @ _cross_matrices(R @ arm.centre_of_mass)
+    if load is not None:
+        if not isinstance(load, Load):
+            raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+        point = np.einsum("...ij,...j->...i", R, np.asarray(load.at))
+        force, couple = np.asarray(load.force), np.asarray(load.moment)
+        if load.frame == "base":
+            stiffness = stiffness - _cross_matrices(force) @ _cross_matrices(point)
+        else:
+            moment = np.einsum("...ij,...j->...i", R, couple + np.cross(np.asarray(load.at), force))
+            stiffness = stiffness + _cross_matrices(moment)
+    return np.asarray(stiffness)
+
+
+def _cross_matrices(vectors: FloatArray) -> FloatArray:
+    """[v] of v × w = [v] w, shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(np.asarray(vectors), -1, 0)
+    zero = np.zeros_like(x)
+    rows = [np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))]
+    return np.stack(rows, axis=-2)

@@ -1,0 +1,212 @@
+"""Limbs against sideways load: the wrench that a UPU limb can carry, its stiffness, and misalignment.
+
+A limb between two universal joints carries, besides the force along its line, one more wrench: the one that does no
+work in any of its four revolute joints. In a wrist whose centres coincide it is a pure force along X_i through O.
+Where the device's centre is not the shoulder's, the centre held by the base and the one carried by the cuff part as
+the arm turns, the axes Y_Ai and Y_Bi no longer meet, and the wrench is a screw; it is found here from the four
+conditions, not taken for a force.
+
+The stiffness against that wrench is that of a beam from A_i to B_i (Euler and Bernoulli, Saint-Venant), with its
+joints' elasticity in series: the strain energy of the unit wrench is half its compliance 1/k_i. With coinciding
+centres this is 1/k_i = h² l / GJ + [(b·s)³ - (a·s)³] / (3 EI).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ..kernels import FOLDED_SINE
+
+__all__ = ["SideWrenches", "guide_flexibility", "side_wrenches", "side_wrenches_of"]
+
+
+class SideWrenches(NamedTuple):
+    """Limbs in a stack of N poses, moments about the anatomical centre O, base frame.
+
+    Attributes
+    ----------
+    directions : ndarray
+        s_i, shape (N, n, 3).
+    moment_arms : ndarray
+        Moment of the unit force s_i at B_i, shape (N, n, 3), m.
+    forces, moments : ndarray
+        The side wrench of unit size: the limb pulls the arm with -g_i (force, moment); shape (N, n, 3), force
+        dimensionless, moment in m.
+    misfit : ndarray
+        How far the two centres lie apart in the sense of the side wrench at δ = 0, shape (N, n), m.
+    stiffness : ndarray
+        k_i, shape (N, n), N/m; zero for SPS limbs and bare muscles.
+    folded : ndarray of bool
+        Shape (N,): whether a UPU limb lies on a line through its centre and has no such wrench.
+    """
+
+    directions: FloatArray
+    moment_arms: FloatArray
+    forces: FloatArray
+    moments: FloatArray
+    misfit: FloatArray
+    stiffness: FloatArray
+    folded: np.ndarray
+
+
+def side_wrenches(
+    mechanism: Mechanism, matrices: FloatArray, base_offset: FloatArray, cuff_offset: FloatArray
+) -> SideWrenches:
+    """Side wrenches and stiffnesses of all limbs.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Geometry about the device's own centre, limb kinds and guides.
+    matrices : ndarray
+        Poses, shape (N, 3, 3).
+    base_offset, cuff_offset : ndarray
+        Device's centre seen from the anatomical one: held by the base, in the base frame, and carried by the
+        cuff, in the arm frame; shape (N, 3), m.
+    """
+    geometry = mechanism.geometry
+    return side_wrenches_of(
+        geometry.base_points,
+        geometry.platform_points,
+        matrices,
+        base_offset,
+        cuff_offset,
+        *guide_flexibility(mechanism),
+        mechanism.is_upu,
+    )
+
+
+def guide_flexibility(mechanism: Mechanism) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """What gives way in each limb, and which limbs resist sideways at all.
+
+    Returns
+    -------
+    flexibility : ndarray
+        1/EI, 1/GJ, and the reciprocal stiffness of a joint across the limb and against twist, shape (n, 4).
+    resists : ndarray of bool
+        Shape (n,): a guide that neither bends nor twists freely.
+    """
+    flexibility, resists = np.zeros((mechanism.limb_count, 4)), np.zeros(mechanism.limb_count, dtype=bool)
+    for i, limb in enumerate(mechanism.limbs):
+        guide = limb.guide
+        if guide is None or guide.bending_rigidity == 0.0 or guide.torsional_rigidity == 0.0:
+            continue
+        resists[i] = True
+        flexibility[i] = 1.0 / np.array(
+            [guide.bending_rigidity, guide.torsional_rigidity, guide.joint_stiffness, guide.joint_twist_stiffness]
+        )
+    return flexibility, resists
+
+
+def side_wrenches_of(
+    base_points: FloatArray,
+    platform_points: FloatArray,
+    matrices: FloatArray,
+    base_offset: FloatArray,
+    cuff_offset: FloatArray,
+    flexibility: FloatArray,
+    resists: NDArray[np.bool_],
+    is_upu: NDArray[np.bool_],
+) -> SideWrenches:
+    """Side wrenches of bare numbers, each of which may vary with the pose.
+
+    Every operation is analytic, so that numbers with a tiny imaginary part give exact derivatives (complex step).
+
+    Parameters
+    ----------
+    base_points, platform_points : ndarray
+        Shape (n, 3) or (N, n, 3), m.
+    matrices, base_offset, cuff_offset : ndarray
+        As :func:`side_wrenches`.
+    flexibility, resists : ndarray
+        As :func:`guide_flexibility`, shape (n, 4) or (N, n, 4), and (n,).
+    is_upu : ndarray of bool
+        Shape (n,).
+    """
+    carried = np.einsum("kij,kj->ki", matrices, cuff_offset)
+    arm = platform_points @ np.swapaxes(matrices, 1, 2)
+    a, p = base_points + base_offset[:, None], arm + carried[:, None]
+    span = p - a
+    length = _length(span)[..., 0]
+    s = _unit(span)
+    # Axes of the joints that point to the centres: fixed to base and arm.
+    y_base = np.broadcast_to(-_unit(base_points), s.shape)
+    y_arm = -_unit(arm)
+    across_base, across_arm = np.cross(y_base, s), np.cross(y_arm, s)
+    folded = np.minimum(_length(across_base).real, _length(across_arm).real)[..., 0] < FOLDED_SINE
+    x_base, x_arm = _unit(across_base), _unit(across_arm)
+    force, couple_arm, couple_base = _reciprocal(s, length, x_base, y_base, x_arm, y_arm)
+    misfit = np.einsum("kni,ki->kn", force, carried - base_offset)
+    blank = folded | ~is_upu
+    force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
+    stiffness = _stiffness(flexibility, s, length, force, couple_arm, couple_base)
+    return SideWrenches(
+        directions=s,
+        moment_arms=np.cross(p, s),
+        forces=force,
+        moments=couple_arm + np.cross(p, force),
+        misfit=np.where(blank, 0.0, misfit),
+        stiffness=np.where(blank | ~resists, 0.0, stiffness),
+        folded=np.asarray((folded & is_upu).any(axis=1)),
+    )
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    """Lengths, shape (..., 1), by a formula that is analytic, unlike a norm of absolute values."""
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True)))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    length = _length(vectors)
+    return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
+
+
+def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
+    return np.asarray(np.einsum("...i,...i->...", u, v))
+
+
+def _reciprocal(
+    s: FloatArray, length: FloatArray, x_base: FloatArray, y_base: FloatArray, x_arm: FloatArray, y_arm: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The wrench without work in four revolute joints: force, couple at B_i and couple at A_i, per unit.
+
+    The force is X + β (s × X), X halfway between the two joints' own axes, without a part along the limb. The couple at
+    B_i is across both axes there, μ (Y_B × X_B), and what arrives at A_i must be across both axes there, which makes
+    two linear equations for μ and β.
+    """
+    X = _unit(x_base + x_arm)
+    T = np.cross(s, X)
+    across = np.cross(y_arm, x_arm)
+    a11, a12, b1 = _dot(across, y_base), -length * _dot(X, y_base), -length * _dot(T, y_base)
+    a21, a22, b2 = _dot(across, x_base), -length * _dot(X, x_base), -length * _dot(T, x_base)
+    determinant = a11 * a22 - a12 * a21
+    inverse = 1.0 / np.where(determinant == 0.0, 1.0, determinant)
+    mu, beta = (b1 * a22 - b2 * a12) * inverse, (a11 * b2 - a21 * b1) * inverse
+    force = X + beta[..., None] * T
+    couple_arm = mu[..., None] * across
+    return force, couple_arm, couple_arm + length[..., None] * np.cross(s, force)
+
+
+def _stiffness(
+    flexibility: FloatArray,
+    s: FloatArray,
+    length: FloatArray,
+    force: FloatArray,
+    couple_arm: FloatArray,
+    couple_base: FloatArray,
+) -> FloatArray:
+    """k_i from the strain energy of the unit wrench, shape (N, n)."""
+    twist = _dot(couple_arm, s)
+    bend_arm = couple_arm - twist[..., None] * s
+    bend_base = couple_base - _dot(couple_base, s)[..., None] * s
+    bending = length / 3 * (_dot(bend_base, bend_base) + _dot(bend_base, bend_arm) + _dot(bend_arm, bend_arm))
+    couples = _dot(couple_arm, couple_arm) + _dot(couple_base, couple_base)
+    each = np.stack([bending, twist**2 * length, 2.0 * _dot(force, force), couples], axis=-1)
+    compliance = (each * flexibility).sum(axis=-1)
+    some = compliance.real > 0.0
+    return np.asarray(np.where(some, 1.0 / np.where(some, compliance, 1.0), 0.0))

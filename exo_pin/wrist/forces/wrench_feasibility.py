@@ -1,0 +1,243 @@
+"""Which moments limbs of limited force can hold, for stacks of poses, compiled.
+
+The moments that limbs supply, {Σ f_i a_i : lower_i <= f_i <= upper_i} with a_i = b_i × s_i, are a sum of segments (and
+rays, where a limit is missing). Its faces stand across two of the a_i, so the normals ±a_i × a_j hold all of
+them: the set is known exactly from n (n - 1) half-spaces, and a required moment M lies in it if and only if
+
+    ν · M <= Σ_k max(lower_k ν · a_k, upper_k ν · a_k)        for every one of these ν.
+
+A violated one is a Farkas direction: whatever the limbs do within their limits, about ν they fall short. For pull-only
+cables this is the wrench-feasible condition of cable robots; the least slack is known there as capacity margin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InfeasibleBounds, InvalidInput
+from ...core.validation import LARGEST, FloatArray
+from ...design import Mechanism
+from ...load_case import Load, Motion
+from ...load_case.arm_loads import carried
+from ...load_case.pose_stacks import as_query, require_massless
+from ..kernels import SINGULAR, limb_stack
+from .closed_form import STATUS, classify
+
+__all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
+
+#: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment that is less than this
+#: fraction out of a face lies in it.
+_PARALLEL = 1e-12
+
+_compile = njit(cache=True, error_model="numpy")
+
+
+@dataclass(frozen=True, eq=False)
+class Holding:
+    """Whether limbs hold an arm, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    holdable : ndarray of bool
+        Shape (...): whether forces within the limits balance the arm. False where the pose has no answer at all.
+    margin : ndarray
+        Shape (...), N m. Where holdable: the largest disturbing moment, of any direction, that is held as well
+        (infinite if every moment is). Else: minus the moment that the limbs fall short about ``direction``, a
+        lower bound of what is missing. NaN where the pose is singular.
+    direction : ndarray
+        Shape (..., 3), unit vector, base frame: the axis of least margin; where the pose cannot be held, the
+        Farkas direction that proves it. NaN where every moment is held, and where the pose is singular.
+    relief_lower, relief_upper : ndarray
+        Shape (..., n), N: how far this limit alone would have to give way for the pose to be held; infinite if
+        that does not suffice, 0 where the pose is held.
+    status : ndarray of str
+        Shape (...): as in :class:`exo_pin.wrist.WristForces`.
+    """
+
+    holdable: NDArray[np.bool_]
+    margin: FloatArray
+    direction: FloatArray
+    relief_lower: FloatArray
+    relief_upper: FloatArray
+    status: NDArray[np.str_]
+
+
+@_compile
+def moment_margin(
+    arms: Any, moment: Any, lower: Any, upper: Any, direction: Any, relief_lower: Any, relief_upper: Any
+) -> float:
+    """Margin of one pose (see :class:`Holding`); fills ``direction`` and the reliefs.
+
+    Parameters
+    ----------
+    arms : ndarray
+        a_i, shape (n, 3), m.
+    moment : ndarray
+        M, shape (3,), N m.
+    lower, upper : ndarray
+        Shape (n,), N, infinite where there is none.
+    direction, relief_lower, relief_upper : ndarray
+        Shapes (3,), (n,), (n,), written.
+    """
+    n = arms.shape[0]
+    margin = np.inf
+    relief_lower[:], relief_upper[:], direction[:] = 0.0, 0.0, np.nan
+    normal, sizes, levers = np.empty(3), np.empty(n), np.empty(n)
+    for i in range(n):
+        sizes[i] = math.sqrt(arms[i, 0] ** 2 + arms[i, 1] ** 2 + arms[i, 2] ** 2)
+    for i in range(n):
+        for j in range(i + 1, n):
+            normal[0] = arms[i, 1] * arms[j, 2] - arms[i, 2] * arms[j, 1]
+            normal[1] = arms[i, 2] * arms[j, 0] - arms[i, 0] * arms[j, 2]
+            normal[2] = arms[i, 0] * arms[j, 1] - arms[i, 1] * arms[j, 0]
+            size = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+            if not size > _PARALLEL * sizes[i] * sizes[j]:
+                continue
+            normal /= size
+            for sign in (1.0, -1.0):
+                slack = -sign * (normal[0] * moment[0] + normal[1] * moment[1] + normal[2] * moment[2])
+                for k in range(n):
+                    lever = sign * (normal[0] * arms[k, 0] + normal[1] * arms[k, 1] + normal[2] * arms[k, 2])
+                    # The two limbs that span the face, and others that lie in it, gain nothing across it.
+                    levers[k] = 0.0 if k in (i, j) or abs(lever) <= _PARALLEL * sizes[k] else lever
+                    if levers[k] != 0.0:
+                        slack += lever * (upper[k] if lever > 0.0 else lower[k])
+                if slack < margin:
+                    margin = slack
+                    for c in range(3):
+                        direction[c] = sign * normal[c]
+                if slack < 0.0:
+                    for k in range(n):
+                        need_upper = -slack / levers[k] if levers[k] > 0.0 else np.inf
+                        need_lower = slack / levers[k] if levers[k] < 0.0 else np.inf
+                        relief_upper[k] = max(relief_upper[k], need_upper)
+                        relief_lower[k] = max(relief_lower[k], need_lower)
+    return margin
+
+
+@_compile
+def _margin_stack(
+    arms: Any, moment: Any, lower: Any, upper: Any, status: Any, margin: Any, direction: Any, low: Any, high: Any
+) -> None:
+    for row in range(arms.shape[0]):
+        if status[row] >= SINGULAR:
+            margin[row], direction[row], low[row], high[row] = np.nan, np.nan, np.nan, np.nan
+            continue
+        margin[row] = moment_margin(arms[row], moment[row], lower[row], upper[row], direction[row], low[row], high[row])
+
+
+def holding(
+    mechanism: Mechanism,
+    orientation: Rotation,
+    motion: Motion | None = None,
+    load: Load | None = None,
+    lower: ArrayLike = 0.0,
+    upper: ArrayLike = np.inf,
+) -> Holding:
+    """Whether limbs of limited force hold the arm; exact for any number of massless limbs.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm, and massless limbs.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+    motion : Motion, optional
+        ω and η; the arm is at rest if left out.
+    load : Load, optional
+        On the arm, besides its weight.
+    lower, upper : array_like
+        Least and greatest f_i, N, broadcasting to (..., n). The default is limbs that only pull.
+
+    Returns
+    -------
+    Holding
+
+    Raises
+    ------
+    MissingData
+        If the mechanism has no arm, or motion is asked of one without inertia.
+    InvalidInput
+        If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one stands above its upper one.
+    """
+    require_massless(mechanism)
+    arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
+    query = as_query(orientation, motion, load)
+    n, count, geometry = mechanism.limb_count, len(query.matrices), mechanism.geometry
+    low, high = force_bounds("lower and upper", lower, upper, query.shape, n)
+    _, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
+    b, s, X = (np.empty((count, n, 3)) for _ in range(3))
+    length, reach = np.empty((count, n)), np.empty((count, n))
+    limb_stack(query.matrices, geometry.base_points, geometry.platform_points, b, s, X, length, reach)
+    status = classify(mechanism, query.matrices)[0]
+    margin, direction = np.empty(count), np.empty((count, 3))
+    relief_lower, relief_upper = np.empty((count, n)), np.empty((count, n))
+    arms = -reach[..., None] * X
+    _margin_stack(arms, M, low, high, status, margin, direction, relief_lower, relief_upper)
+    shape = query.shape
+    return Holding(
+        (margin >= 0.0).reshape(shape),
+        margin.reshape(shape),
+        direction.reshape(*shape, 3),
+        relief_lower.reshape(*shape, n),
+        relief_upper.reshape(*shape, n),
+        np.array(STATUS)[status].reshape(shape),
+    )
+
+
+def force_bounds(
+    name: str, lower: ArrayLike, upper: ArrayLike, shape: tuple[int, ...], limb_count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Check limits of limb forces and spread them over a stack.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    lower, upper : array_like
+        N, broadcasting to (..., n).
+    shape : tuple of int
+        The stack's shape (...), N poses in all.
+    limb_count : int
+        n.
+
+    Returns
+    -------
+    lower, upper : ndarray
+        Shape (N, n) each, N.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not numbers, hold NaN, or do not broadcast.
+    InfeasibleBounds
+        If a lower limit stands above its upper one.
+    """
+    try:
+        sides = [np.array(side, dtype=np.float64) for side in (lower, upper)]
+    except (TypeError, ValueError):
+        raise InvalidInput(f"expected {name} to be numbers in N, got {lower!r:.60} and {upper!r:.60}") from None
+    if np.isnan(sides[0]).any() or np.isnan(sides[1]).any():
+        raise InvalidInput(f"expected {name} without NaN")
+    if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():
+        raise InvalidInput(f"expected {name} with a lower limit below +inf and an upper limit above -inf")
+    if any((np.isfinite(side) & (np.abs(side) > LARGEST)).any() for side in sides):
+        raise InvalidInput(f"expected {name} in N, infinite or at most {LARGEST:g} in size")
+    size = (*shape, limb_count)
+    try:
+        low, high = (np.ascontiguousarray(np.broadcast_to(side, size).reshape(-1, limb_count)) for side in sides)
+    except ValueError:
+        raise InvalidInput(
+            f"expected {name} to broadcast to {size}, got {sides[0].shape} and {sides[1].shape}"
+        ) from None
+    crossed = np.flatnonzero((low > high).any(axis=0))
+    if crossed.size:
+        raise InfeasibleBounds(crossed)
+    return low, high

@@ -1,0 +1,263 @@
+"""All orientations R with u_i · R v_i = c_i for three pairs of unit vectors, one set at a time, compiled.
+
+Every forward kinematics of the wrist comes down to this: from limb lengths u_i is the direction of A_i, v_i of B_i and
+c_i the cosine of the angle between them; from θ_yA the vector u_i is the normal of the limb's plane and c_i is zero.
+
+In frames whose z axes are u_1 and v_1 the first equation says R = Rz(φ) Ry(γ) Rz(ψ) with cos γ = c_1. The other two
+are then A_i cos ψ + B_i sin ψ + C_i = 0 with A_i, B_i, C_i linear in cos φ and sin φ, and have a common ψ where
+
+    D(φ) = (B_2 C_3 - B_3 C_2)² + (C_2 A_3 - C_3 A_2)² - (A_2 B_3 - A_3 B_2)² = 0,
+
+of degree 4 in cos φ, sin φ: at most eight solutions. D is solved as a real polynomial of degree 8 in tan φ/2 in two
+charts, |φ| <= 90° and |φ - 180°| <= 90°, so that the parameter never leaves [-1, 1] and no root runs off to infinity.
+Every root is then polished by Newton's method on the rotation group, on the three equations themselves.
+
+Two modes meet where D has a double root. Rounding then splits it into two close roots or lifts it off zero, so the
+extrema of D near zero are tried as well, and what Newton brings to the same orientation is one solution. A double root
+of D may also be two different ψ at one φ (symmetric poses), so both are tried there.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
+from ...numerics.vectors import cross
+from .rotation_polish import margin_of, polish
+
+__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble"]
+
+#: Largest number of solutions.
+MAX_MODES = 8
+#: Returned instead of a number of solutions where a whole curve of orientations solves the equations.
+CONTINUUM = -1
+#: Two modes closer than this, rad, cannot be told apart: rounding alone moves modes that meet by √eps = 1.5e-8.
+_SAME = 1e-6
+#: A mode whose smallest singular value is below this is about to meet another, or does.
+MEETING_MARGIN = 1e-6
+#: Residual of a solution in the cosines. Rounding of c leaves a few eps; a complex pair of roots with an imaginary
+#: part below √1e-13, 3e-7 rad, is taken for modes that meet.
+_SOLVED = 1e-13
+#: Extrema of D this close to zero, against the size of its terms, are tried.
+_TOUCH = 1e-8
+#: D as small as this against its terms vanishes for every φ.
+_VANISHES = 1e-13
+#: Where |A_2 B_3 - A_3 B_2| is below this, ψ is not taken from the two equations together.
+_PARALLEL = 1e-3
+
+_compile = njit(cache=True, error_model="numpy")
+
+
+@_compile
+def _frame(axis: Any, out: Any) -> None:
+    """Write a rotation whose third column is ``axis``."""
+    # The coordinate axis farthest from it is the safest start.
+    k = 0
+    for j in range(1, 3):
+        if abs(axis[j]) < abs(axis[k]):
+            k = j
+    e = np.zeros(3)
+    e[k] = 1.0
+    x, y, z = cross(e, axis)
+    size = 1.0 / math.sqrt(x * x + y * y + z * z)
+    out[0, 0], out[1, 0], out[2, 0] = x * size, y * size, z * size
+    out[0, 2], out[1, 2], out[2, 2] = axis[0], axis[1], axis[2]
+    x, y, z = cross(axis, out[:, 0])
+    out[0, 1], out[1, 1], out[2, 1] = x, y, z
+
+
+@_compile
+def _add(R: Any, margin: float, rotations: Any, margins: Any, count: int) -> int:
+    """Add a solution unless it is there already."""
+    for k in range(count):
+        square = 0.0
+        for i in range(3):
+            for j in range(3):
+                square += (rotations[k, i, j] - R[i, j]) ** 2
+        # |R - R'|² = 8 sin²(angle/2)
+        if square <= 2.0 * _SAME * _SAME:
+            return count
+    if count < rotations.shape[0]:
+        rotations[count] = R
+        margins[count] = margin
+        return count + 1
+    return count
+
+
+@_compile
+def _product(p: Any, q: Any, factor: float, out: Any) -> None:
+    """Add factor × the product of two quadratics to ``out``."""
+    for i in range(3):
+        for j in range(3):
+            out[i + j] += factor * p[i] * q[j]
+
+
+@_compile
+def _square(p: Any, factor: float, out: Any) -> float:
+    """Add factor × the square of a quartic to ``out``; return the largest coefficient of the square."""
+    largest = 0.0
+    for i in range(5):
+        for j in range(5):
+            out[i + j] += factor * p[i] * p[j]
+        largest = max(largest, abs(p[i]))
+    return largest * largest
+
+
+@_compile
+def _fill_terms(u: Any, v: Any, c: Any, first: int, cos_g: float, sin_g: float, E: Any, F: Any, terms: Any) -> None:
+    """Fill A, B, C of the two equations besides ``first``, shape (2, 3, 3): the parts constant, of cos φ and of sin φ.
+
+    E and F are rotations whose third columns are u and v of ``first``.
+    """
+    for e in range(2):
+        i = (first + 1 + e) % 3
+        ux = E[0, 0] * u[i, 0] + E[1, 0] * u[i, 1] + E[2, 0] * u[i, 2]
+        uy = E[0, 1] * u[i, 0] + E[1, 1] * u[i, 1] + E[2, 1] * u[i, 2]
+        uz = E[0, 2] * u[i, 0] + E[1, 2] * u[i, 1] + E[2, 2] * u[i, 2]
+        vx = F[0, 0] * v[i, 0] + F[1, 0] * v[i, 1] + F[2, 0] * v[i, 2]
+        vy = F[0, 1] * v[i, 0] + F[1, 1] * v[i, 1] + F[2, 1] * v[i, 2]
+        vz = F[0, 2] * v[i, 0] + F[1, 2] * v[i, 1] + F[2, 2] * v[i, 2]
+        # p = Rz(-φ) u: px = ux cos + uy sin, py = uy cos - ux sin, pz = uz.
+        terms[e, 0, 0] = -vx * uz * sin_g
+        terms[e, 0, 1] = vx * ux * cos_g + vy * uy
+        terms[e, 0, 2] = vx * uy * cos_g - vy * ux
+        terms[e, 1, 0] = vy * uz * sin_g
+        terms[e, 1, 1] = -vy * ux * cos_g + vx * uy
+        terms[e, 1, 2] = -vy * uy * cos_g - vx * ux
+        terms[e, 2, 0] = vz * uz * cos_g - c[i]
+        terms[e, 2, 1] = vz * ux * sin_g
+        terms[e, 2, 2] = vz * uy * sin_g
+
+
+@_compile
+def _eliminate(terms: Any, octic: Any, mirrored: Any) -> float:
+    """Fill D in tan φ/2 and in tan (φ - 180°)/2; return the size of its terms, or -1 where D vanishes for every φ."""
+    # q[e, k] is A, B, C (k = 0, 1, 2) of an equation as a polynomial of degree 2 in tan φ/2, times 1 + tan².
+    q = np.empty((2, 3, 3))
+    for e in range(2):
+        for k in range(3):
+            q[e, k, 0] = terms[e, k, 0] + terms[e, k, 1]
+            q[e, k, 1] = 2.0 * terms[e, k, 2]
+            q[e, k, 2] = terms[e, k, 0] - terms[e, k, 1]
+    quartics = np.zeros((3, 5))
+    _product(q[0, 1], q[1, 2], 1.0, quartics[0])
+    _product(q[1, 1], q[0, 2], -1.0, quartics[0])
+    _product(q[0, 2], q[1, 0], 1.0, quartics[1])
+    _product(q[1, 2], q[0, 0], -1.0, quartics[1])
+    _product(q[0, 0], q[1, 1], 1.0, quartics[2])
+    _product(q[1, 0], q[0, 1], -1.0, quartics[2])
+    octic[:] = 0.0
+    size = _square(quartics[0], 1.0, octic)
+    size = max(size, _square(quartics[1], 1.0, octic))
+    size = max(size, _square(quartics[2], -1.0, octic))
+    largest = 0.0
+    for k in range(MAX_DEGREE + 1):
+        largest = max(largest, abs(octic[k]))
+        mirrored[k] = octic[MAX_DEGREE - k] if k % 2 == 0 else -octic[MAX_DEGREE - k]
+    # The quartics themselves, of order one, vanish where two of the three equations are one and the same.
+    return -1.0 if largest <= _VANISHES * size or size <= _VANISHES**2 else size
+
+
+@_compile
+def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
+    """Write the ψ to try at a root φ of D; return how many."""
+    A2 = terms[0, 0, 0] + terms[0, 0, 1] * cos_f + terms[0, 0, 2] * sin_f
+    B2 = terms[0, 1, 0] + terms[0, 1, 1] * cos_f + terms[0, 1, 2] * sin_f
+    C2 = terms[0, 2, 0] + terms[0, 2, 1] * cos_f + terms[0, 2, 2] * sin_f
+    A3 = terms[1, 0, 0] + terms[1, 0, 1] * cos_f + terms[1, 0, 2] * sin_f
+    B3 = terms[1, 1, 0] + terms[1, 1, 1] * cos_f + terms[1, 1, 2] * sin_f
+    C3 = terms[1, 2, 0] + terms[1, 2, 1] * cos_f + terms[1, 2, 2] * sin_f
+    delta = A2 * B3 - A3 * B2
+    size2, size3 = math.hypot(A2, B2), math.hypot(A3, B3)
+    psi[0] = math.atan2((C2 * A3 - C3 * A2) * delta, (B2 * C3 - B3 * C2) * delta)
+    tries = 1
+    if abs(delta) < _PARALLEL * (size2 * size3 + 1e-30):
+        for e in range(2):
+            A, B, C, reach = (A2, B2, C2, size2) if e == 0 else (A3, B3, C3, size3)
+            if reach > 1e-12:
+                middle = math.atan2(B, A)
+                half = math.acos(min(1.0, max(-1.0, -C / reach)))
+                psi[tries], psi[tries + 1] = middle + half, middle - half
+                tries += 2
+    return tries
+
+
+@_compile
+def _orientation(
+    cos_f: float, sin_f: float, cos_g: float, sin_g: float, psi: float, E: Any, F: Any, M: Any, R: Any
+) -> None:
+    """Write R = E Rz(φ) Ry(γ) Rz(ψ) Fᵀ; M is room for the product in the middle."""
+    cos_p, sin_p = math.cos(psi), math.sin(psi)
+    M[0, 0] = cos_f * cos_g * cos_p - sin_f * sin_p
+    M[0, 1] = -cos_f * cos_g * sin_p - sin_f * cos_p
+    M[0, 2] = cos_f * sin_g
+    M[1, 0] = sin_f * cos_g * cos_p + cos_f * sin_p
+    M[1, 1] = -sin_f * cos_g * sin_p + cos_f * cos_p
+    M[1, 2] = sin_f * sin_g
+    M[2, 0], M[2, 1], M[2, 2] = -sin_g * cos_p, sin_g * sin_p, cos_g
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                total += E[i, k] * (M[k, 0] * F[j, 0] + M[k, 1] * F[j, 1] + M[k, 2] * F[j, 2])
+            R[i, j] = total
+
+
+@_compile
+def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
+    """Write all solutions R of u_i · R v_i = c_i, i = 1..3.
+
+    Parameters
+    ----------
+    u, v : ndarray
+        Shape (3, 3), unit vectors as rows, in the base frame and in the arm frame.
+    c : ndarray
+        Shape (3,).
+    rotations : ndarray
+        Shape (8, 3, 3), written.
+    margins : ndarray
+        Shape (8,), written: smallest singular value (within √3) of the rows R v_i × u_i in each solution, with the sign
+        of their determinant, which two modes that meet do not share; below :data:`MEETING_MARGIN` two modes meet.
+
+    Returns
+    -------
+    int
+        How many there are; 0 also where some |c_i| > 1; :data:`CONTINUUM` where a curve of orientations solves them.
+    """
+    first, widest = 0, -1.0
+    for i in range(3):
+        if not abs(c[i]) <= 1.0 + 1e-14:
+            return 0
+        if 1.0 - abs(c[i]) > widest:
+            widest, first = 1.0 - abs(c[i]), i
+    cos_g = c[first]
+    sin_g = math.sqrt(max(0.0, (1.0 - cos_g) * (1.0 + cos_g)))
+    E, F, terms = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3, 3))
+    _frame(u[first], E)
+    _frame(v[first], F)
+    _fill_terms(u, v, c, first, cos_g, sin_g, E, F, terms)
+    octic, mirrored = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1)
+    size = _eliminate(terms, octic, mirrored)
+    if size < 0.0:
+        return CONTINUUM
+    found, psi = np.empty(2 * MAX_DEGREE), np.empty(5)
+    R, turned, rows, error = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    M = np.empty((3, 3))
+    count = 0
+    for chart in range(2):
+        number = roots_and_touches(octic if chart == 0 else mirrored, MAX_DEGREE, _TOUCH * size, found)
+        for n in range(number):
+            t = found[n]
+            scale = 1.0 / (1.0 + t * t)
+            cos_f, sin_f = (1.0 - t * t) * scale, 2.0 * t * scale
+            if chart == 1:
+                cos_f, sin_f = -cos_f, -sin_f
+            for m in range(_spins(terms, cos_f, sin_f, psi)):
+                _orientation(cos_f, sin_f, cos_g, sin_g, psi[m], E, F, M, R)
+                if polish(R, u, v, c, rows, error, turned) <= _SOLVED:
+                    count = _add(R, margin_of(rows), rotations, margins, count)
+    return count

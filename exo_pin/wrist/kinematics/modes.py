@@ -1,0 +1,175 @@
+"""The answer of forward kinematics: all poses that fit, and the right one along a path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_rotation
+from .assembly import MEETING_MARGIN
+
+__all__ = ["AssemblyModes", "ModePath", "nearest_slots"]
+
+
+@dataclass(frozen=True, eq=False)
+class ModePath:
+    """One mode followed along a path of N sets of measurements.
+
+    Attributes
+    ----------
+    rotations : Rotation
+        Stack of N; where no pose fits, the last one found (or the start) is held.
+    index : ndarray of int
+        Shape (N,), slot of the mode in each row; -1 where no pose fits.
+    ambiguous : ndarray of bool
+        Shape (N,): modes meet here or have met since the row before, or two are so close that the step along the path
+        does not tell them apart, or none fits.
+    """
+
+    rotations: Rotation
+    index: NDArray[np.int64]
+    ambiguous: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class AssemblyModes:
+    """All poses that fit, for a stack of shape (...); W slots a row, W = 8 unless more are needed.
+
+    From lengths, from both base angles and from θ_yA there are at most 8. From θ_xA alone each limb with |b| < |a|
+    doubles the candidates, and W grows with what is found.
+
+    Attributes
+    ----------
+    rotations : Rotation
+        Shape (..., W), ordered by their angle from the geometry's neutral pose; from both base angles by residual.
+        Empty slots repeat the first one; in a row without any they are the identity, which means nothing.
+    valid : ndarray of bool
+        Shape (..., W): which slots count.
+    count : ndarray of int
+        Shape (...), number of distinct poses; poses that meet are one.
+    residual : ndarray
+        Shape (..., W), largest deviation from what was measured, m for lengths and rad for angles; NaN if empty.
+    margin : ndarray
+        Shape (..., W), distance from the pose at which the mode meets another: the smallest singular value (within
+        √3) of the unit-free equations; NaN if empty.
+    side : ndarray of int
+        Shape (..., W), sign of the equations' determinant: two modes that meet have opposite ones, so a mode whose side
+        changes along a path has met another. 0 if empty, and where more is measured than a pose needs.
+    status : ndarray of str
+        Shape (...): "ok"; "meeting", some mode is a multiple root; "unreachable", no pose fits; "continuum", a whole
+        curve of poses fits and none is given; "invalid", the row has a NaN or a length that is not positive.
+    nearest : ndarray of int or None
+        Shape (...), with ``near=``: the slot closest to it, -1 where there is none.
+    ambiguous : ndarray of bool or None
+        Shape (...), with ``near=``: the nearest mode meets another, or another is so close that ``near`` does not
+        tell them apart (the nearest is farther from ``near`` than half way to its neighbour), or none fits.
+    """
+
+    rotations: Rotation
+    valid: NDArray[np.bool_]
+    count: NDArray[np.int64]
+    residual: FloatArray
+    margin: FloatArray
+    side: NDArray[np.int64]
+    status: NDArray[np.str_]
+    nearest: NDArray[np.int64] | None = None
+    ambiguous: NDArray[np.bool_] | None = None
+
+    @property
+    def meets(self) -> NDArray[np.bool_]:
+        """Shape (..., W): where two modes meet, to rounding."""
+        return np.asarray(self.valid & (np.nan_to_num(self.margin, nan=1.0) < MEETING_MARGIN))
+
+    @property
+    def nearest_rotations(self) -> Rotation:
+        """Shape (...): the mode closest to ``near``.
+
+        Raises
+        ------
+        InvalidInput
+            If the question was asked without ``near=``, or some row has no pose at all (``nearest`` is -1 there).
+        """
+        if self.nearest is None:
+            raise InvalidInput("no mode is nearest: ask with near= a Rotation")
+        lost = np.flatnonzero(np.asarray(self.nearest).ravel() < 0)
+        if lost.size:
+            raise InvalidInput(f"no pose fits in {lost.size} of {np.size(self.nearest)} rows, the first is {lost[0]}")
+        slot = np.asarray(self.nearest)[..., None, None]
+        return Rotation.from_quat(np.take_along_axis(self.rotations.as_quat(), slot, axis=-2)[..., 0, :])
+
+    def follow(self, start: Rotation) -> ModePath:
+        """Follow one mode along a path, the stack's only dimension, from a known pose near its first row.
+
+        Each row takes the mode closest to where the last two steps lead. Where two modes meet, this carries on
+        through, as a moving arm does, and says that it might be wrong.
+
+        Parameters
+        ----------
+        start : Rotation
+            A single pose.
+
+        Returns
+        -------
+        ModePath
+
+        Raises
+        ------
+        InvalidInput
+            If the stack has not exactly one dimension, or ``start`` is not a single rotation.
+        """
+        if self.count.ndim != 1:
+            raise InvalidInput(f"expected modes along one path, shape (N,), got {self.count.shape}")
+        if as_rotation("start", start).shape != ():
+            raise InvalidInput(f"expected start to be a single rotation, got shape {start.shape}")
+        quats = self.rotations.as_quat()
+        index = np.full(len(self.count), -1, dtype=np.int64)
+        ambiguous = np.ones(len(self.count), dtype=bool)
+        held = np.empty((len(self.count), 4))
+        expected, last, last_side = start, start, 0
+        meets = self.meets
+        for k in range(len(index)):
+            slot, unsure = nearest_slots(quats[k], self.valid[k], meets[k], expected.as_quat())
+            picked = int(slot)
+            index[k], ambiguous[k] = picked, unsure
+            held[k] = last.as_quat() if picked < 0 else quats[k, picked]
+            if picked < 0:
+                expected = last
+                continue
+            side = int(self.side[k, picked])
+            if side * last_side < 0:
+                ambiguous[k] = True
+            last_side = side
+            here = Rotation.from_quat(held[k])
+            # Same angular step again; the first row has none before it.
+            expected = here * last.inv() * here if k > 0 else here
+            last = here
+        return ModePath(Rotation.from_quat(held), index, ambiguous)
+
+
+def _angles(quats: FloatArray, other: FloatArray) -> FloatArray:
+    """Angles between the rotations of unit quaternions, rad, without losing digits of small ones."""
+    apart = np.linalg.norm(quats - other, axis=-1)
+    across = np.linalg.norm(quats + other, axis=-1)
+    return np.asarray(4.0 * np.arcsin(np.minimum(1.0, 0.5 * np.minimum(apart, across))))
+
+
+def nearest_slots(
+    quats: FloatArray, valid: NDArray[np.bool_], meets: NDArray[np.bool_], close: FloatArray
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Slots of the modes closest to poses, -1 for none, and whether others might be meant.
+
+    Shapes (..., W, 4), (..., W), (..., W) and (..., 4).
+    """
+    away = np.where(valid, _angles(quats, close[..., None, :]), np.inf)
+    best = away.argmin(axis=-1)[..., None]
+    chosen = np.take_along_axis(quats, best[..., None], axis=-2)
+    apart = np.where(valid, _angles(quats, chosen), np.inf)
+    np.put_along_axis(apart, best, np.inf, axis=-1)
+    gone = ~valid.any(axis=-1)
+    unsure = np.take_along_axis(away, best, axis=-1)[..., 0] > 0.5 * apart.min(axis=-1)
+    unsure |= np.take_along_axis(meets, best, axis=-1)[..., 0] | gone
+    return np.where(gone, -1, best[..., 0]), unsure

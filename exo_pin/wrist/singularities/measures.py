@@ -1,0 +1,182 @@
+"""Where the wrist loses its hold: det[X_1 X_2 X_3] = 0, and limbs that point at O."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ...design import WristGeometry
+from ..kernels import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
+from ..kinematics.inverse import inverse_kinematics
+
+__all__ = ["Singularity", "centre_shift", "singularity"]
+
+
+@dataclass(frozen=True, eq=False)
+class Singularity:
+    """How far a pose, or each of a stack of shape (...), is from losing control.
+
+    Attributes
+    ----------
+    determinant : ndarray
+        det[X_1 X_2 X_3], shape (...), dimensionless; NaN for other than three limbs and for a folded limb. Its
+        sign tells the two sides of the singular surface apart.
+    actuation_determinant : ndarray
+        det[b_i × s_i] = -h_1 h_2 h_3 det[X_1 X_2 X_3], shape (...), m³; NaN for other than three limbs. It is zero for
+        a folded limb too.
+    reach : ndarray
+        h_i, distance from O to the limb's line, shape (..., n), m.
+    smallest_singular_value : ndarray
+        Of the matrix of rows b_i × s_i, shape (...), m: N m of moment per N of limb force in the worst direction.
+    amplification : ndarray
+        Its inverse, shape (...), 1/m: limb force (root of sum of squares) per N m in the worst direction.
+    condition : ndarray
+        Largest over smallest singular value of the rows b_i × s_i, shape (...); inf in a singular pose.
+    constraint_condition : ndarray
+        The same of the rows X_i of the UPU limbs, shape (...); inf where they do not hold O.
+    centre_shift : ndarray
+        Shape (...), m per m (mm per mm): how far O may move without the ball joint if every UPU limb has a unit of play
+        to either side along X_i, :func:`centre_shift`.
+    lost_direction : ndarray
+        Shape (..., 3), unit vector, base frame: the axis about which the limbs hold worst.
+    kind : ndarray of str
+        Shape (...): "regular", "near" (margin below 1e-3), "singular" (the limbs do not hold the lost
+        direction, and without the ball joint the constraints give way too), "folded" (a limb points at
+        O; of more than three limbs, a UPU limb, for an SPS limb only loses its moment arm).
+    actuation, constraint : ndarray of bool
+        Shape (...): locked actuators do not hold the arm about O; the UPU limbs do not hold O by themselves. One
+        implies the other for three UPU limbs. The pose does not say in which plane a folded limb stands, so a
+        folded limb is not counted on to hold O.
+    folded : ndarray of bool
+        Shape (..., n): limbs that point at O.
+    """
+
+    determinant: FloatArray
+    actuation_determinant: FloatArray
+    reach: FloatArray
+    smallest_singular_value: FloatArray
+    amplification: FloatArray
+    condition: FloatArray
+    constraint_condition: FloatArray
+    centre_shift: FloatArray
+    lost_direction: FloatArray
+    kind: NDArray[np.str_]
+    actuation: NDArray[np.bool_]
+    constraint: NDArray[np.bool_]
+    folded: NDArray[np.bool_]
+
+
+def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLike | None = None) -> Singularity:
+    """Analyse poses for singularity.
+
+    With b_i × s_i = -h_i X_i the actuation singularity (locked limbs do not hold the arm) and the constraint
+    singularity (without the ball joint O can move) of a 3UPU wrist are one locus, det X = 0, next to the folded
+    case h_i = 0.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Joint centres.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+    is_upu : array_like of bool, optional
+        Shape (n,), which limbs have universal joints at both ends and so hold O along X_i; all if left out.
+
+    Returns
+    -------
+    Singularity
+    """
+    state = inverse_kinematics(geometry, orientation)
+    radius = np.linalg.norm(geometry.platform_points, axis=-1)
+    rows = np.cross(state.platform_points, state.directions)
+    _, values, directions = np.linalg.svd(rows, full_matrices=False)
+    smallest = values[..., 2]
+    margin = smallest / radius.max()
+    folded = state.reach <= FOLDED_SINE * radius
+    normals = np.where(np.isnan(state.normals), 0.0, state.normals)
+    if geometry.limb_count == 3:
+        determinant = np.where(folded.any(axis=-1), np.nan, np.linalg.det(normals))
+        actuation_determinant = np.where(folded.any(axis=-1), 0.0, np.linalg.det(rows))
+    else:
+        determinant = np.full(smallest.shape, np.nan)
+        actuation_determinant = determinant.copy()
+    held = _as_upu(is_upu, geometry.limb_count)
+    normals = normals[..., held, :]
+    padded = np.concatenate([normals, np.zeros((*normals.shape[:-2], 3, 3))], axis=-2)
+    constraint_values = np.linalg.svd(padded, compute_uv=False)
+    kind = np.full(smallest.shape, "regular", dtype="<U8")
+    kind[margin < NEAR_MARGIN] = "near"
+    kind[margin < SINGULAR_MARGIN] = "singular"
+    # An SPS limb needs no plane: among more than three limbs it may fold and leave the others to hold the pose.
+    needed = held if geometry.limb_count > 3 else np.ones_like(held)
+    kind[(folded & needed).any(axis=-1)] = "folded"
+    constraint = constraint_values[..., 2] < SINGULAR_MARGIN
+    with np.errstate(divide="ignore", invalid="ignore"):
+        amplification = 1.0 / smallest
+        condition = np.where(smallest > 0.0, values[..., 0] / smallest, np.inf)
+        constraint_condition = np.where(constraint, np.inf, constraint_values[..., 0] / constraint_values[..., 2])
+    return Singularity(
+        determinant,
+        actuation_determinant,
+        state.reach,
+        smallest,
+        amplification,
+        condition,
+        constraint_condition,
+        np.where(constraint, np.inf, centre_shift(normals)),
+        directions[..., 2, :],
+        kind,
+        margin < SINGULAR_MARGIN,
+        constraint,
+        folded,
+    )
+
+
+def centre_shift(normals: ArrayLike) -> FloatArray:
+    """How far O moves at most if each limb may shift by a unit along its X_i.
+
+    Without the ball joint a translation δ of O shifts limb i by X_i·δ along its normal, and, because the side force
+    passes through O, by nothing else, whatever the actuators hold. With play c on either side every δ with
+    |X_i·δ| <= c for all i is possible. The farthest point of that polytope is one of its corners, where three limbs
+    stand at the end of their play.
+
+    Parameters
+    ----------
+    normals : array_like
+        X_i, shape (..., n, 3); a row of zeros is a limb that holds nothing.
+
+    Returns
+    -------
+    ndarray
+        Shape (...), m per m of play; inf where no three limbs hold O.
+    """
+    rows = np.asarray(normals, dtype=np.float64)
+    farthest = np.full(rows.shape[:-2], np.inf)
+    for i, j, k in combinations(range(rows.shape[-2]), 3):
+        corner_rows = rows[..., (i, j, k), :]
+        determinant = np.linalg.det(corner_rows)
+        regular = np.abs(determinant) > SINGULAR_MARGIN**2
+        inverse = np.linalg.inv(np.where(regular[..., None, None], corner_rows, np.eye(3)))
+        for signs in product((1.0, -1.0), repeat=2):
+            corner = inverse @ np.array([1.0, *signs])
+            # Rounding of a corner on which more than three limbs stand.
+            slack = 1.0 + 1e-9
+            inside = regular & (np.abs(np.einsum("...ij,...j->...i", rows, corner)) <= slack).all(axis=-1)
+            size = np.linalg.norm(corner, axis=-1)
+            farthest = np.where(inside, np.where(np.isinf(farthest), size, np.maximum(farthest, size)), farthest)
+    return np.asarray(farthest)
+
+
+def _as_upu(is_upu: ArrayLike | None, count: int) -> NDArray[np.bool_]:
+    if is_upu is None:
+        return np.ones(count, dtype=bool)
+    held = np.asarray(is_upu)
+    if held.shape != (count,) or held.dtype != bool:
+        raise InvalidInput(f"expected is_upu to be {count} booleans, got {is_upu!r:.80}")
+    return held

@@ -1,0 +1,309 @@
+"""The singular surface over the shoulder's range of motion: meshes and slices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import shoulder_rotation, tilt_torsion_rotation
+from ...core.errors import InvalidInput, MissingExtra
+from ...core.validation import FloatArray, as_positive
+from ...design import WristGeometry
+from ...load_case.pose_stacks import pose_matrices
+from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion, grid_rotation
+from ...numerics.vectors import cross, triple
+
+__all__ = [
+    "LocusSlice",
+    "SingularSurface",
+    "locus_function",
+    "shoulder_slice",
+    "singular_surface",
+    "tilt_torsion_slice",
+]
+
+_compile = njit(cache=True, error_model="numpy")
+
+#: Step of central differences in degrees: truncation and rounding errors are about equal.
+_STEP = float(np.degrees(np.finfo(float).eps ** (1 / 3)))
+
+
+@_compile
+def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any) -> None:
+    """Fill -det[a_i × b_i] over Π |a_i||b_i|, and det[X_1 X_2 X_3] (NaN for a folded limb)."""
+    normal, scale = np.empty((3, 3)), 1.0
+    for i in range(3):
+        a = base[i, 0] ** 2 + base[i, 1] ** 2 + base[i, 2] ** 2
+        b = platform[i, 0] ** 2 + platform[i, 1] ** 2 + platform[i, 2] ** 2
+        scale *= np.sqrt(a * b)
+    b = np.empty(3)
+    for k in range(R.shape[0]):
+        area = 1.0
+        for i in range(3):
+            for j in range(3):
+                b[j] = R[k, j, 0] * platform[i, 0] + R[k, j, 1] * platform[i, 1] + R[k, j, 2] * platform[i, 2]
+            x, y, z = cross(base[i], b)
+            normal[i, 0], normal[i, 1], normal[i, 2] = x, y, z
+            area *= np.sqrt(x * x + y * y + z * z)
+        volume = -triple(normal[0], normal[1], normal[2])
+        smooth[k] = volume / scale
+        determinant[k] = volume / area if area > 0.0 else np.nan
+
+
+def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[FloatArray, FloatArray]:
+    """A smooth function that vanishes in every singular pose, and det X.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+
+    Returns
+    -------
+    smooth : ndarray
+        -det[a_i × b_i] / Π |a_i||b_i| = det X Π sin∠(a_i, b_i), shape (...): the sign of det X, zero for a folded limb
+        too, without the corners that det X has there.
+    determinant : ndarray
+        det[X_1 X_2 X_3], shape (...); NaN for a folded limb.
+
+    Raises
+    ------
+    InvalidInput
+        For other than three limbs: more limbs lose their hold in isolated poses, not on a surface.
+    """
+    if geometry.limb_count != 3:
+        raise InvalidInput(f"expected three limbs, whose singular poses form a surface, got {geometry.limb_count}")
+    shape, matrices = pose_matrices(orientation)
+    smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
+    _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
+    return smooth.reshape(shape), determinant.reshape(shape)
+
+
+def _measure() -> Any:
+    try:
+        from skimage import measure
+    except ImportError as error:
+        raise MissingExtra("plot", "scikit-image") from error
+    return measure
+
+
+@dataclass(frozen=True, eq=False)
+class SingularSurface:
+    """The singular surface inside a box of shoulder angles, as triangles.
+
+    Attributes
+    ----------
+    vertices : ndarray
+        Shape (V, 3): flexion, abduction, internal rotation, degrees. Empty where the surface does not enter the box.
+    faces : ndarray of int
+        Shape (F, 3), corners of the triangles.
+    box : RangeOfMotion
+        The box.
+    side : str
+        Side of the body.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int64]
+    box: RangeOfMotion
+    side: str
+
+    @property
+    def rotations(self) -> Rotation:
+        """The vertices as orientations, a stack of V."""
+        return _pose(self.vertices, self.side)
+
+
+def _pose(angles: FloatArray, side: str) -> Rotation:
+    """Orientations of rows of (flexion, abduction, internal rotation), degrees."""
+    return shoulder_rotation(angles[:, 0], angles[:, 1], angles[:, 2], side, degrees=True)
+
+
+def singular_surface(
+    geometry: WristGeometry, box: RangeOfMotion = ADL_BOX, step_deg: float = 2.0, side: str = "left"
+) -> SingularSurface:
+    """Mesh the singular surface inside a box of shoulder angles.
+
+    Marching cubes on a grid (scikit-image), then every vertex is moved onto the surface by Newton's method, so that the
+    grid's step limits what is seen and not how exact it is.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    box : RangeOfMotion
+        Where to look.
+    step_deg : float
+        Of the grid, degrees; sheets closer together than this may be missed.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    SingularSurface
+
+    Raises
+    ------
+    MissingExtra
+        If scikit-image is not installed.
+    InvalidInput
+        For other than three limbs, or a box without volume.
+    """
+    measure = _measure()
+    axes = box.axes(step_deg)
+    if min(len(axis) for axis in axes) < 2:
+        raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+    values, _ = locus_function(geometry, grid_rotation(*axes, side=side))
+    if not values.min() < 0.0 < values.max():
+        return SingularSurface(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), box, side)
+    origin = np.array([axis[0] for axis in axes])
+    spacing = np.array([axis[1] - axis[0] for axis in axes])
+    vertices, faces, _, _ = measure.marching_cubes(values, 0.0, spacing=tuple(spacing))
+    points = _onto_surface(geometry, vertices.astype(float) + origin, box, side, float(spacing.max()))
+    return SingularSurface(points, faces.astype(np.int64), box, side)
+
+
+def _onto_surface(
+    geometry: WristGeometry, points: FloatArray, box: RangeOfMotion, side: str, reach: float
+) -> FloatArray:
+    """Newton's steps along the gradient, not beyond ``reach`` and not out of the box's faces."""
+    low, high = np.array(box.intervals).T
+    start = points.copy()
+
+    def value(at: FloatArray) -> FloatArray:
+        return locus_function(geometry, _pose(at, side))[0]
+
+    on_face = (np.abs(start - low) < 1e-6) | (np.abs(start - high) < 1e-6)
+    for _ in range(6):
+        gradient = np.stack(
+            [(value(points + _STEP * e) - value(points - _STEP * e)) / (2 * _STEP) for e in np.eye(3)], axis=-1
+        )
+        gradient[on_face] = 0.0
+        steepness = (gradient**2).sum(axis=-1, keepdims=True)
+        move = np.divide(-value(points)[:, None] * gradient, steepness, out=np.zeros_like(points), where=steepness > 0)
+        following = np.clip(points + move, low, high)
+        near = np.linalg.norm(following - start, axis=-1, keepdims=True) <= reach
+        points = np.where(near, following, points)
+    return points
+
+
+@dataclass(frozen=True, eq=False)
+class LocusSlice:
+    """det X over a plane of two angles.
+
+    Attributes
+    ----------
+    x, y : ndarray
+        Shapes (p,) and (q,), the two angles, degrees.
+    x_name, y_name, fixed : str
+        What they are, and what is held fixed.
+    determinant : ndarray
+        det X, shape (p, q).
+    curves : list of ndarray
+        Where it is zero: curves of shape (k, 2), (x, y) in degrees.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    x_name: str
+    y_name: str
+    fixed: str
+    determinant: FloatArray
+    curves: list[FloatArray] = field(default_factory=list)
+
+
+def _sliced(
+    geometry: WristGeometry, poses: Rotation, x: FloatArray, y: FloatArray, names: tuple[str, str, str]
+) -> LocusSlice:
+    smooth, determinant = locus_function(geometry, poses)
+    curves = []
+    for line in _measure().find_contours(smooth, 0.0):
+        columns = [np.interp(line[:, k], np.arange(len(axis)), axis) for k, axis in enumerate((x, y))]
+        curves.append(np.stack(columns, axis=-1))
+    return LocusSlice(x, y, *names, determinant, curves)
+
+
+def shoulder_slice(
+    geometry: WristGeometry,
+    internal_rotation_deg: float = 0.0,
+    box: RangeOfMotion = ADL_BOX,
+    step_deg: float = 0.5,
+    side: str = "left",
+) -> LocusSlice:
+    """det X over flexion and abduction at a fixed internal rotation.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    internal_rotation_deg : float
+        Held fixed, degrees.
+    box : RangeOfMotion
+        Its flexion and abduction are covered.
+    step_deg : float
+        Of the grid, degrees.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    LocusSlice
+
+    Raises
+    ------
+    MissingExtra
+        If scikit-image is not installed.
+    InvalidInput
+        For other than three limbs.
+    """
+    flexion, abduction, _ = box.axes(step_deg)
+    poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
+    names = ("flexion", "abduction", f"internal rotation {internal_rotation_deg:g}°")
+    return _sliced(geometry, poses, flexion, abduction, names)
+
+
+def tilt_torsion_slice(
+    geometry: WristGeometry,
+    torsion_deg: float = 0.0,
+    largest_tilt_deg: float = 120.0,
+    step_deg: float = 1.0,
+    side: str = "left",
+) -> LocusSlice:
+    """det X over azimuth (0 to 360°) and tilt of the arm at a fixed torsion.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    torsion_deg : float
+        Held fixed, degrees.
+    largest_tilt_deg : float
+        From 0 to here, degrees.
+    step_deg : float
+        Of the grid, degrees.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    LocusSlice
+
+    Raises
+    ------
+    MissingExtra
+        If scikit-image is not installed.
+    InvalidInput
+        For other than three limbs.
+    """
+    step = as_positive("step_deg", step_deg)
+    azimuth = np.linspace(0.0, 360.0, int(np.ceil(360.0 / step)) + 1)
+    tilt = np.linspace(0.0, largest_tilt_deg, int(np.ceil(largest_tilt_deg / step)) + 1)
+    poses = tilt_torsion_rotation(azimuth[:, None], tilt[None, :], torsion_deg, side, degrees=True)
+    return _sliced(geometry, poses, azimuth, tilt, ("azimuth", "tilt", f"torsion {torsion_deg:g}°"))

@@ -1,0 +1,276 @@
+"""Which poses are reached from rest without passing a singular one, and what of each daily range lies across."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import shoulder_angles, shoulder_rotation
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_positive, as_rotation
+from ...design import WristGeometry
+from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
+from .singular_surface_mesh import locus_function
+
+__all__ = ["FreeRegion", "RangeCrossing", "daily_crossings", "free_region", "side_of_rest"]
+
+#: |det X| below which a pose of a daily range counts as close to the locus.
+CLOSE = 0.05
+#: The locus function, of order one, is zero to rounding below this.
+_SINGULAR = 1e-12
+
+
+def side_of_rest(geometry: WristGeometry) -> int:
+    """On which side of the locus the hanging arm is: the sign of det X there, 0 if that pose is singular."""
+    value = float(locus_function(geometry, Rotation.identity())[0])
+    return 0 if abs(value) < _SINGULAR else int(np.sign(value))
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRegion:
+    """The connected, singularity-free part of a set of poses that holds a starting pose.
+
+    Attributes
+    ----------
+    axes : tuple of ndarray
+        Grid of flexion, abduction and internal rotation, degrees.
+    inside : ndarray of bool
+        Shape (nf, na, ni): nodes of the grid that belong to it.
+    share : float
+        Of the rotation group's volume in the grid that it takes (Haar's measure, cos(abduction) in these angles).
+    components : int
+        Number of connected parts, on both sides together, that take more than a thousandth of the volume each: between
+        sheets closer than the grid's step it sees islands that are none.
+    box : RangeOfMotion or None
+        Where paths may lead; None for the whole rotation group.
+    side : str
+        Side of the body.
+    """
+
+    geometry: WristGeometry
+    axes: tuple[FloatArray, FloatArray, FloatArray]
+    inside: NDArray[np.bool_]
+    share: float
+    components: int
+    box: RangeOfMotion | None
+    side: str
+    sign: float = 1.0
+
+    def contains(self, orientation: Rotation) -> NDArray[np.bool_]:
+        """Which poses can be reached from the start without a singular pose on the way.
+
+        A pose belongs to the part if it is on the same side of the locus and a corner of its cell of the grid
+        belongs to it.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose, single or a stack of shape (...).
+
+        Returns
+        -------
+        ndarray of bool
+            Shape (...); False outside the box.
+        """
+        smooth, _ = locus_function(self.geometry, orientation)
+        angles = shoulder_angles(orientation, self.side, degrees=True)
+        if self.box is not None:
+            # Of the two triples that stand for one pose, the one in the box.
+            other = np.stack([angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], axis=-1)
+            angles = np.where(self._covers(angles)[..., None], angles, _wrapped(other))
+        found = np.zeros(smooth.shape, dtype=bool)
+        place = [(angles[..., k] - axis[0]) / (axis[1] - axis[0]) for k, axis in enumerate(self.axes)]
+        for corner in np.ndindex(2, 2, 2):
+            index = []
+            for k, axis in enumerate(self.axes):
+                node = np.floor(place[k] + 1e-9).astype(int) + corner[k]
+                if self.box is None and k != 1:
+                    node = node % len(axis)
+                index.append(np.clip(node, 0, len(axis) - 1))
+            found |= self.inside[tuple(index)]
+        held = np.sign(smooth) == self.sign
+        if self.box is not None:
+            held &= self._covers(angles)
+        return np.asarray(found & held)
+
+    def _covers(self, angles: FloatArray) -> NDArray[np.bool_]:
+        assert self.box is not None
+        low, high = np.array(self.box.intervals).T
+        return np.asarray(((angles >= low - 1e-9) & (angles <= high + 1e-9)).all(axis=-1))
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    return np.asarray((angles + 180.0) % 360.0 - 180.0)
+
+
+def free_region(
+    geometry: WristGeometry,
+    start: Rotation | None = None,
+    box: RangeOfMotion | None = None,
+    step_deg: float = 5.0,
+    side: str = "left",
+) -> FreeRegion:
+    """Find the connected, singularity-free part that holds a pose.
+
+    Neighbouring nodes of a grid are connected if they are on the same side of the locus. On the whole rotation group
+    the grid closes on itself in flexion and rotation, and at ±90° of abduction, where only the sum or difference of the
+    two counts, nodes that are one pose are joined.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    start : Rotation, optional
+        A single pose; the hanging arm if left out.
+    box : RangeOfMotion, optional
+        Where paths may lead; the whole rotation group if left out.
+    step_deg : float
+        Of the grid, degrees; for the whole group it must divide 90. Sheets closer together may be missed.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    FreeRegion
+
+    Raises
+    ------
+    InvalidInput
+        For other than three limbs, a start that is singular or outside the box, or a step that does not fit.
+    """
+    pose = Rotation.identity() if start is None else as_rotation("start", start)
+    if pose.shape != ():
+        raise InvalidInput(f"expected start to be a single rotation, got shape {pose.shape}")
+    here = float(locus_function(geometry, pose)[0])
+    if abs(here) < _SINGULAR:
+        raise InvalidInput("the start is a singular pose: it belongs to neither side")
+    step = as_positive("step_deg", step_deg)
+    if box is None:
+        quarter = round(90.0 / step)
+        if abs(quarter * step - 90.0) > 1e-9:
+            raise InvalidInput(f"expected a step that divides 90 degrees, got {step:g}")
+        circle = np.asarray(np.arange(4 * quarter) * step - 180.0, dtype=np.float64)
+        half = np.asarray(np.arange(2 * quarter + 1) * step - 90.0, dtype=np.float64)
+        axes = (circle, half, circle)
+    else:
+        axes = box.axes(step)
+        if min(len(axis) for axis in axes) < 2:
+            raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+    smooth, _ = locus_function(geometry, grid_rotation(axes[0], axes[1], axes[2], side))
+    labels = _components(np.sign(smooth), box is None)
+    weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
+    parts = np.bincount(labels[labels >= 0], weights=weight[labels >= 0])
+    count = int((parts > 1e-3 * weight.sum()).sum())
+    # A trial region of all nodes on the start's side finds the corners of the start's own cell.
+    sign = float(np.sign(here))
+    region = FreeRegion(geometry, axes, smooth * sign > 0, 1.0, count, box, side, sign)
+    chosen = _label_of(region, labels, pose)
+    inside = labels == chosen
+    share = float(weight[inside].sum() / weight.sum())
+    return FreeRegion(geometry, axes, inside, share, count, box, side, sign)
+
+
+def _label_of(region: FreeRegion, labels: NDArray[np.int64], pose: Rotation) -> int:
+    """Label of the part that a pose belongs to: that of the nearest node on its side."""
+    nodes = np.argwhere(region.inside)
+    if len(nodes) == 0 or not region.contains(pose):
+        raise InvalidInput("the start is outside the box, or the grid is too coarse to resolve its side")
+    angles = [axis[nodes[:, k]] for k, axis in enumerate(region.axes)]
+    quats = shoulder_rotation(angles[0], angles[1], angles[2], region.side, degrees=True).as_quat()
+    return int(labels[tuple(nodes[np.abs(quats @ pose.as_quat()).argmax()])])
+
+
+def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
+    """Label the connected parts of equal sign; nodes on the locus belong to none."""
+    index = np.arange(sign.size).reshape(sign.shape)
+    pairs = []
+
+    def join(a: NDArray[np.int64], b: NDArray[np.int64]) -> None:
+        flat = sign.ravel()
+        same = (flat[a.ravel()] == flat[b.ravel()]) & (flat[a.ravel()] != 0)
+        pairs.append(np.stack([a.ravel()[same], b.ravel()[same]]))
+
+    for axis in range(3):
+        if closed and axis != 1:
+            join(index, np.roll(index, -1, axis=axis))
+        else:
+            join(np.delete(index, -1, axis=axis), np.delete(index, 0, axis=axis))
+    if closed:
+        # At +90° of abduction turning by flexion and rotation is about one axis, against each other; at -90° with.
+        for end, way in ((-1, 1), (0, -1)):
+            pole = index[:, end, :]
+            join(pole, np.roll(np.roll(pole, -1, axis=0), -way, axis=1))
+    rows, columns = np.concatenate(pairs, axis=1)
+    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(sign.size, sign.size))
+    _, labels = connected_components(graph, directed=False)
+    return np.where(sign.ravel() != 0, labels, -1).reshape(sign.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class RangeCrossing:
+    """How a range of motion lies to the singular surface; shares are of its box of angles.
+
+    Attributes
+    ----------
+    range : RangeOfMotion
+        The range.
+    across : float
+        Share of it on the other side of the locus than the rest pose.
+    unreachable : float
+        Share that cannot be reached from rest without passing a singular pose; at least ``across``.
+    close : float
+        Share with |det X| below 0.05.
+    """
+
+    range: RangeOfMotion
+    across: float
+    unreachable: float
+    close: float
+
+
+def daily_crossings(
+    geometry: WristGeometry,
+    ranges: Iterable[RangeOfMotion] = (ADL_BOX, *DAILY_RANGES),
+    step_deg: float = 5.0,
+    side: str = "left",
+    start: Rotation | None = None,
+) -> list[RangeCrossing]:
+    """What part of each range lies across the singular surface, seen from the rest pose.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Three limbs.
+    ranges : iterable of RangeOfMotion
+        The ranges.
+    step_deg : float
+        Of the grids, degrees; must divide 90.
+    side : {"left", "right"}
+        Side of the body.
+    start : Rotation, optional
+        The rest pose; the hanging arm if left out.
+
+    Returns
+    -------
+    list of RangeCrossing
+
+    Raises
+    ------
+    InvalidInput
+        As :func:`free_region`.
+    """
+    region = free_region(geometry, start, None, step_deg, side)
+    found = []
+    for item in ranges:
+        poses = item.poses(step_deg, side)
+        smooth, determinant = locus_function(geometry, poses)
+        across = float((np.sign(smooth) != region.sign).mean())
+        close = float((np.abs(np.nan_to_num(determinant)) < CLOSE).mean())
+        found.append(RangeCrossing(item, across, float((~region.contains(poses)).mean()), close))
+    return found

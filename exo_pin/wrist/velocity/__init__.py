@@ -1,0 +1,1 @@
+"""Velocities, accelerations, and what sensors measure of the orientation."""

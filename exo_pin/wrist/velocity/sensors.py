@@ -1,0 +1,246 @@
+"""What sensors say about the arm's orientation: joint sensors and their errors, inertial sensors on torso and arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import as_side, shoulder_angles, thesis_angles
+from ...core.errors import InvalidInput, UnknownName
+from ...core.validation import FloatArray, as_rotation
+from ...design import WristGeometry
+from ..kernels import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
+from ..kinematics.inverse import inverse_kinematics
+from .joint_rates import QUANTITIES
+from .joint_velocity import joint_jacobians
+
+__all__ = ["OrientationChain", "SensorSensitivity", "sensor_sensitivity"]
+
+
+@dataclass(frozen=True, eq=False)
+class SensorSensitivity:
+    """How errors of joint sensors become errors of the arm's orientation, for a stack of shape (...).
+
+    Attributes
+    ----------
+    sensitivity : ndarray
+        Shape (...): largest turn of the arm per unit of sensor error (root of sum of squares over all sensors), rad
+        per rad (degrees per degree), or rad per m if lengths alone are measured; inf where the sensors do not tell.
+    worst_axis : ndarray
+        Shape (..., 3), unit vector, base frame: the axis about which the sensors tell least.
+    error_gain : ndarray
+        Shape (..., 3, m): rotation vector of the arm per error of each of the m sensors, base frame; least squares for
+        more than three. NaN where the sensors do not tell.
+    along : ndarray
+        b_i·s_i/|b_i|, shape (..., n): a sensor of θ_xA tells nothing where its limb's is zero.
+    determinant : ndarray
+        Of three sensors' rows, shape (...); NaN for more than three. For θ_xA it is Π (b_i·s_i)/l_i det X, for θ_yA
+        det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
+    kind : ndarray of str
+        Shape (...): "regular", "near", "singular" or "folded" (a limb has no plane, so its angles have no rate).
+    """
+
+    sensitivity: FloatArray
+    worst_axis: FloatArray
+    error_gain: FloatArray
+    along: FloatArray
+    determinant: FloatArray
+    kind: NDArray[np.str_]
+
+
+def sensor_sensitivity(
+    geometry: WristGeometry, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
+) -> SensorSensitivity:
+    """How well sensors on the limbs and their joints tell the arm's orientation.
+
+    A sensor's error e turns the computed arm by J⁻¹ e (least squares: the pseudo-inverse), with J the rows of
+    :func:`joint_jacobians` for what is measured. θ_xA alone is singular where det X = 0 or some b_i·s_i = 0, where
+    two limb lengths fit one angle; θ_yA alone where det[b_i × X_i] = 0; both together almost nowhere.
+
+    Section 5.1.2 read 3° beside the inertial sensor: its potentiometers' gain was known to 1.7 %, which is 1.4° in a
+    reading of -83.6°, and a sensitivity of 2 is enough to make 3° of it.
+
+    Parameters
+    ----------
+    geometry : WristGeometry
+        Joint centres.
+    orientation : Rotation
+        Pose, single or a stack of shape (...).
+    measured : str or iterable of str
+        One or more of :data:`QUANTITIES`, for all limbs. Lengths beside angles are weighed with the largest |B_i|.
+
+    Returns
+    -------
+    SensorSensitivity
+
+    Raises
+    ------
+    UnknownName
+        If a quantity is not one of :data:`QUANTITIES`.
+    InvalidInput
+        If nothing is measured.
+    """
+    names = [measured] if isinstance(measured, str) else list(measured)
+    if not names:
+        raise InvalidInput("expected at least one measured quantity")
+    for name in names:
+        if name not in QUANTITIES:
+            raise UnknownName("quantity", name, QUANTITIES)
+    state, jacobians = inverse_kinematics(geometry, orientation), joint_jacobians(geometry, orientation)
+    radius = np.linalg.norm(geometry.platform_points, axis=-1)
+    weigh = len(set(names)) > 1
+    parts = [getattr(jacobians, name) / (radius.max() if weigh and name == "lengths" else 1.0) for name in names]
+    rows = np.concatenate(parts, axis=-2)
+    folded = (state.reach <= FOLDED_SINE * radius).any(axis=-1) & (set(names) != {"lengths"})
+    U, values, Vt = np.linalg.svd(np.where(np.isfinite(rows), rows, 0.0), full_matrices=False)
+    smallest = values[..., 2]
+    # Lengths alone have a unit; angles do not.
+    margin = smallest / radius.max() if set(names) == {"lengths"} else smallest
+    lost = (margin < SINGULAR_MARGIN) | folded
+    kind = np.full(smallest.shape, "regular", dtype="<U8")
+    kind[margin < NEAR_MARGIN] = "near"
+    kind[margin < SINGULAR_MARGIN] = "singular"
+    kind[folded] = "folded"
+    inverse = np.divide(1.0, values, out=np.full_like(values, np.nan), where=~lost[..., None])
+    gain = np.einsum("...ji,...j,...kj->...ik", Vt, inverse, U)
+    sensitivity = np.divide(1.0, smallest, out=np.full(smallest.shape, np.inf), where=~lost)
+    three = rows.shape[-2] == 3
+    determinant = np.linalg.det(np.where(np.isfinite(rows), rows, 0.0)) if three else np.full(smallest.shape, np.nan)
+    along = np.einsum("...ij,...ij->...i", state.platform_points, state.directions) / radius
+    return SensorSensitivity(sensitivity, Vt[..., 2, :], gain, along, determinant, kind)
+
+
+@dataclass(frozen=True, eq=False)
+class OrientationChain:
+    """From inertial sensors to the shoulder: the orientation calibration of Section 5.3, Figure 5-9.
+
+    A sensor on the arm reports R_GS, from its own frame S to the ground G; the torso's orientation is R_GT. S' is the
+    arm's frame {O_B}, fixed to the sensor by R_SS'. Then R_TS' = R_GTᵀ R_GS R_SS' takes {O_B} to {O_A}: the torso may
+    lean or walk, and the ground's heading falls out.
+
+    Attributes
+    ----------
+    arm_mount : Rotation
+        R_SS', single: takes {O_B} to the axes of the arm's sensor.
+    torso_mount : Rotation
+        Single: takes {O_A} to the axes of the torso's sensor, so that R_GT is the torso sensor's reading times this.
+        The identity where R_GT itself is given.
+    side : {"left", "right"}
+        Side of the body, for :meth:`angles`.
+    spread : float
+        Of the calibration, rad: largest angle between a single calibrating reading and their mean.
+    """
+
+    arm_mount: Rotation
+    torso_mount: Rotation
+    side: str = "left"
+    spread: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("arm_mount", "torso_mount"):
+            if as_rotation(name, getattr(self, name)).shape != ():
+                raise InvalidInput(f"expected {name} to be a single rotation, got shape {getattr(self, name).shape}")
+        as_side(self.side)
+
+    @classmethod
+    def calibrated(
+        cls,
+        arm_reading: Rotation,
+        torso_reading: Rotation,
+        pose: Rotation | None = None,
+        torso_mount: Rotation | None = None,
+        side: str = "left",
+    ) -> OrientationChain:
+        """Find how the arm's sensor is mounted, from readings in a known pose.
+
+        Parameters
+        ----------
+        arm_reading, torso_reading : Rotation
+            R_GS and the torso's reading while the pose is held, single or stacks that broadcast; averaged.
+        pose : Rotation, optional
+            The pose held, single; hanging arm, all angles zero, if left out.
+        torso_mount : Rotation, optional
+            As in the class; the torso's reading is R_GT itself if left out.
+        side : {"left", "right"}
+            Side of the body.
+
+        Returns
+        -------
+        OrientationChain
+
+        Raises
+        ------
+        InvalidInput
+            If a reading is not a finite Rotation, or there is none.
+        """
+        mount = Rotation.identity() if torso_mount is None else as_rotation("torso_mount", torso_mount)
+        held = Rotation.identity() if pose is None else as_rotation("pose", pose)
+        arm, torso = as_rotation("arm_reading", arm_reading), as_rotation("torso_reading", torso_reading)
+        found = _product(_product(arm.inv(), torso), _product(mount, held))
+        flat = Rotation.from_quat(found.as_quat().reshape(-1, 4))
+        if len(flat) == 0:
+            raise InvalidInput("expected at least one reading to calibrate with")
+        mean = flat.mean()
+        return cls(mean, mount, side, float((mean.inv() * flat).magnitude().max()))
+
+    def orientation(self, arm_reading: Rotation, torso_reading: Rotation) -> Rotation:
+        """Orientation of the arm against the torso, R_TS'.
+
+        Parameters
+        ----------
+        arm_reading, torso_reading : Rotation
+            R_GS and the torso's reading, single or stacks that broadcast to (...).
+
+        Returns
+        -------
+        Rotation
+            Shape (...), takes {O_B} to {O_A}.
+        """
+        torso = _product(as_rotation("torso_reading", torso_reading), self.torso_mount)
+        return _product(_product(torso.inv(), as_rotation("arm_reading", arm_reading)), self.arm_mount)
+
+    def angles(
+        self, arm_reading: Rotation, torso_reading: Rotation, convention: str = "shoulder", degrees: bool = False
+    ) -> FloatArray:
+        """Shoulder angles from two readings.
+
+        Parameters
+        ----------
+        arm_reading, torso_reading : Rotation
+            As in :meth:`orientation`.
+        convention : {"shoulder", "thesis"}
+            (flexion, abduction, internal rotation) with clinical signs, or (θx, θy, θz) of (4-7).
+        degrees : bool
+            Whether to return degrees.
+
+        Returns
+        -------
+        ndarray
+            Shape (..., 3).
+
+        Raises
+        ------
+        UnknownName
+            If the convention is neither.
+        """
+        pose = self.orientation(arm_reading, torso_reading)
+        if convention == "shoulder":
+            return shoulder_angles(pose, self.side, degrees)
+        if convention == "thesis":
+            return thesis_angles(pose, degrees)
+        raise UnknownName("convention", convention, ("shoulder", "thesis"))
+
+
+def _product(left: Rotation, right: Rotation) -> Rotation:
+    """Product of stacks that broadcast."""
+    try:
+        shape = np.broadcast_shapes(left.shape, right.shape)
+    except ValueError:
+        raise InvalidInput(f"expected readings that broadcast, got shapes {left.shape} and {right.shape}") from None
+    both = (np.broadcast_to(item.as_quat(), (*shape, 4)) for item in (left, right))
+    first, second = (Rotation.from_quat(quat) for quat in both)
+    return first * second

@@ -1,0 +1,85 @@
+"""Writing mechanisms as files: one URDF and one closures file each, and the set that comes with the repository."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from ..chain.formats.closures_file import closures_text, write_files
+from ..chain.structure.closures import Closures
+from ..core.errors import InvalidInput
+from ..design.io.mechanism_files import preset, presets
+from ..design.mechanism import Mechanism
+from .assumed_masses import AssumedMasses
+from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
+
+__all__ = ["published_urdf", "write_published_urdf", "write_urdf"]
+
+_SUFFIX = {"whole": "", "wrist": "-wrist", "shoulder": "-shoulder", "floating": "-floating"}
+
+
+def write_urdf(
+    mechanism: Mechanism,
+    folder: str | PathLike[str],
+    part: str = "whole",
+    assumed: AssumedMasses | None = None,
+) -> Path:
+    """Write a mechanism's URDF and the closures file beside it.
+
+    Each file appears whole or not at all, first the URDF, then the closures: if writing stops between the two, a new
+    URDF may stand beside the old closures.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design; the files are called after it.
+    folder : path-like
+        Where to; made if it is not there.
+    part : {"whole", "wrist", "shoulder", "floating"}
+        See :func:`mechanism_urdf`.
+    assumed : AssumedMasses, optional
+        Masses for links that have none; simulators need them.
+
+    Returns
+    -------
+    Path
+        The URDF.
+
+    Raises
+    ------
+    InvalidInput
+        If the folder cannot be made, the mechanism's name is no file name, or for what :func:`mechanism_urdf`
+        refuses.
+    """
+    if Path(mechanism.name).name != mechanism.name:
+        raise InvalidInput(f"expected a mechanism whose name can name a file, got {mechanism.name!r}")
+    xml, closures = mechanism_urdf(mechanism, part, assumed)
+    stem = f"{mechanism.name}{_SUFFIX[part]}"
+    return write_files(folder, {f"{stem}.urdf": xml, f"{stem}.closures.toml": _closures_file(closures, stem)})[0]
+
+
+def published_urdf() -> dict[str, str]:
+    """The files of the repository's ``urdf`` folder, name to text.
+
+    Every published wrist, the prototype whole and its shoulder with the arm, and the dummy's shoulder unit.
+    """
+    assumed = AssumedMasses()
+    prototype = preset("prototype")
+    parts = {f"{name}-wrist": mechanism_urdf(preset(name), "wrist", assumed) for name in presets()}
+    parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
+    parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
+    parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)
+    texts: dict[str, str] = {}
+    for stem, (xml, closures) in parts.items():
+        texts[f"{stem}.urdf"] = xml
+        texts[f"{stem}.closures.toml"] = _closures_file(closures, stem)
+    return texts
+
+
+def write_published_urdf(folder: str | PathLike[str]) -> list[Path]:
+    """Write :func:`published_urdf` to a folder and return the paths."""
+    return write_files(folder, published_urdf())
+
+
+def _closures_file(closures: Closures, stem: str) -> str:
+    return closures_text(closures, f"What {stem}.urdf leaves out: its root, its loops, its roles. Written by exo_pin.")

@@ -1,0 +1,261 @@
+"""The wrist as URDF: the tree, and the closures that make a mechanism of it.
+
+The tree hangs from the arm, because URDF has no ball joint and a chain of three hinges locks inside the daily
+range: the root link is ``arm``, its frame is {O_B} with the origin at O, and the shoulder is a root joint that the
+closures file asks for. From the arm each limb i (from 1) runs to the torso and is closed onto the world at A_i:
+
+========================= ================= ==================== =========================================
+joint                     type              axis                 child link
+========================= ================= ==================== =========================================
+``limb_i_platform_y``     revolute at B_i   -B_i/|B_i|, to O     ``limb_i_platform_cross``
+``limb_i_platform_x``     revolute at B_i   X_i                  ``limb_i_platform_body``
+``limb_i_slide``          prismatic at A_i  -s_i, to the torso   ``limb_i_base_body``
+``limb_i_base_x``         revolute at A_i   X_i                  ``limb_i_base_cross`` (UPU only)
+``limb_i_base_y``         revolute at A_i   -A_i/|A_i|, to O     ``limb_i_base`` (UPU only)
+========================= ================= ==================== =========================================
+
+X_i is the normal of the limb's plane (D-11) and s_i its direction from A_i to B_i, both in the neutral pose. A UPU
+limb ends in a rigid closure of ``limb_i_base``; an SPS limb ends in a spherical closure of ``limb_i_base_body`` (its
+idle spin about its own line is left out). Every link frame is parallel to {O_B} in the neutral pose, where all
+joint angles are zero and all loops are closed. A positive slide lengthens the limb: q = l_i - l_i(neutral).
+
+``part`` says what is written:
+
+* "whole": spherical root at O, with the arm's inertia; three UPU limbs give 18 coordinates, 18 rows, rank 15;
+* "wrist": the same tree without the shoulder, free-flyer root; 21 coordinates, rank 18;
+* "floating": free-flyer root and the shoulder as a spherical closure at O; 21 coordinates, 21 rows, rank 18;
+* "shoulder": the arm alone on a spherical root.
+
+A link whose mass is not known has no ``<inertial>``; an arm of unknown inertia is written as a point mass. Asking
+for motion of such an arm is the caller's mistake. Files meant for simulators get stated, assumed masses instead.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ..chain.formats.urdf.urdf_document import Body, Document
+from ..chain.structure.closures import Closure, Closures, LimbRole, Placement, Roles, Root
+from ..core.errors import InvalidInput, UnknownName
+from ..core.validation import FloatArray
+from ..design.arm import Arm
+from ..design.limb import LimbBody
+from ..design.mechanism import Mechanism
+from .assumed_masses import AssumedMasses
+from .visuals import arm_visuals, dummy_visuals, limb_visuals
+
+__all__ = ["PARTS", "Part", "dummy_shoulder_urdf", "mechanism_urdf"]
+
+Part = Literal["whole", "wrist", "shoulder", "floating"]
+
+#: What can be written of a mechanism.
+PARTS: tuple[Part, ...] = ("whole", "wrist", "shoulder", "floating")
+
+#: Sine of the angle A_i O B_i below which the limb's plane has no direction.
+_FOLDED_SINE = 1e-9
+_TURN = float(np.pi)
+
+
+def mechanism_urdf(
+    mechanism: Mechanism, part: str = "whole", assumed: AssumedMasses | None = None
+) -> tuple[str, Closures]:
+    """Write a mechanism as URDF, in the layout of the module's description.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    part : {"whole", "wrist", "shoulder", "floating"}
+        How much of it, and how it hangs.
+    assumed : AssumedMasses, optional
+        Masses for links that have none, for simulators; the file says in comments that they are assumed.
+
+    Returns
+    -------
+    str
+        The XML.
+    Closures
+        Loops, root joint, gravity and roles.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb has no length in the neutral pose, or a UPU limb no plane there.
+    UnknownName
+        If there is no such part.
+    """
+    if part not in PARTS:
+        raise UnknownName("part", part, PARTS)
+    document = Document(f"{mechanism.name}-{part}", _head(mechanism, part, assumed))
+    limbs = [] if part == "shoulder" else [_Limb(mechanism, index) for index in range(mechanism.limb_count)]
+    arm_points = mechanism.geometry.platform_points
+    looks = arm_visuals(arm_points, bool(limbs), mechanism.geometry.platform_axis)
+    document.link("arm", _arm_body(mechanism.arm, arm_points, assumed, document), looks)
+    closures = [Closure("shoulder", "spherical", "arm", "universe")] if part == "floating" else []
+    first_upu = next((limb.name for limb in limbs if limb.is_upu), None)
+    for limb in limbs:
+        # The base ring stands still, so the one link that a closed loop holds still may carry its picture.
+        ring = [other.a for other in limbs] if limb.name == first_upu else []
+        limb.write(document, assumed, ring)
+        closures.append(limb.closure())
+    shoulder = {"whole": "root_joint", "shoulder": "root_joint", "floating": "shoulder", "wrist": None}[part]
+    roles = Roles(
+        tuple(f"{limb.name}_slide" for limb in limbs), shoulder, "arm", "arm", tuple(limb.role() for limb in limbs)
+    )
+    hangs = "spherical" if part in ("whole", "shoulder") else "free_flyer"
+    root = Root(hangs, "root_joint", tuple(mechanism.gravity.tolist()))
+    return document.text(), Closures(document.name, root, tuple(closures), roles)
+
+
+def dummy_shoulder_urdf(arm: Arm | None = None, assumed: AssumedMasses | None = None) -> tuple[str, Closures]:
+    """The shoulder unit of the dummy (Figure 5-4): a flange bearing about Y, then a universal joint about X and Z.
+
+    Intrinsic Y-X-Z, so its angles are those of ``shoulder_rotation`` up to their signs. It locks at 90° of
+    abduction: that lock is the real unit's.
+
+    Parameters
+    ----------
+    arm : Arm, optional
+        What it carries.
+    assumed : AssumedMasses, optional
+        Masses for links that have none.
+
+    Returns
+    -------
+    str
+        The XML.
+    Closures
+        Root, gravity and roles; there is no loop.
+    """
+    notes = [
+        "The shoulder unit of the dummy (Figure 5-4): flange bearing about Y, universal joint about X and Z.",
+        "Table 5-6: Y turns freely; |theta_x - 90| + |theta_z| below 95 degrees is a diamond, which joint limits",
+        "cannot say. The limits here are the box around it: -5 to 185 degrees and -95 to 95 degrees.",
+        *([] if assumed is None else [assumed.statement]),
+    ]
+    document = Document("dummy-shoulder", notes)
+    torso, flange, cross, carried = dummy_visuals()
+    small = None if assumed is None else assumed.cross_body()
+    document.link("torso", None, torso)
+    document.link("shoulder_flange", small, flange)
+    document.link("shoulder_cross", small, cross)
+    document.link("arm", _arm_body(arm, np.array([[0.0, 0.0, -0.2]]), assumed, document), carried)
+    zero = np.zeros(3)
+    document.joint("shoulder_y", "continuous", "torso", "shoulder_flange", zero, [0, 1, 0])
+    box = np.radians([-5.0, 185.0]), np.radians([-95.0, 95.0])
+    document.joint("shoulder_x", "revolute", "shoulder_flange", "shoulder_cross", zero, [1, 0, 0], box[0])
+    document.joint("shoulder_z", "revolute", "shoulder_cross", "arm", zero, [0, 0, 1], box[1])
+    roles = Roles(arm="arm", reference_point="arm")
+    return document.text(), Closures("dummy-shoulder", Root("fixed"), (), roles)
+
+
+class _Limb:
+    """One limb in the neutral pose, everything in {O_B}."""
+
+    def __init__(self, mechanism: Mechanism, index: int) -> None:
+        geometry, self.limb = mechanism.geometry, mechanism.limbs[index]
+        self.name = f"limb_{index + 1}"
+        self.neutral = geometry.neutral
+        self.a_world = geometry.base_points[index]
+        self.a = self.neutral.as_matrix().T @ self.a_world
+        base_axis = geometry.base_axis
+        self.ring_axis = None if base_axis is None else self.neutral.as_matrix().T @ base_axis
+        self.b = geometry.platform_points[index]
+        reach_a, reach_b = float(np.linalg.norm(self.a)), float(np.linalg.norm(self.b))
+        self.length = float(np.linalg.norm(self.b - self.a))
+        if self.length < _FOLDED_SINE * (reach_a + reach_b):
+            raise InvalidInput(f"{self.name} has no length in the neutral pose: choose another one")
+        self.s = (self.b - self.a) / self.length
+        self.y_base, self.y_platform = -self.a / reach_a, -self.b / reach_b
+        normal = -np.cross(self.a, self.b)
+        size = float(np.linalg.norm(normal))
+        if size >= _FOLDED_SINE * reach_a * reach_b:
+            self.x = normal / size
+        elif self.is_upu:
+            raise InvalidInput(
+                f"{self.name} lies on a line through O in the neutral pose, so its joints have no common axis: "
+                "choose another neutral pose"
+            )
+        else:
+            # A limb without side force may have its cross axis anywhere across B_i.
+            across = np.cross(self.b, np.eye(3)[int(np.argmin(np.abs(self.b)))])
+            self.x = across / np.linalg.norm(across)
+        # The joint distance of every pose lies between these.
+        self.travel = np.array([abs(reach_a - reach_b), reach_a + reach_b]) - self.length
+
+    @property
+    def is_upu(self) -> bool:
+        return self.limb.kind == "UPU"
+
+    @property
+    def end(self) -> str:
+        """The link that the closure holds."""
+        return f"{self.name}_base" if self.is_upu else f"{self.name}_base_body"
+
+    def closure(self) -> Closure:
+        """What holds the limb to the torso."""
+        quaternion = tuple(self.neutral.as_quat().tolist())
+        place = Placement(tuple(self.a_world.tolist()), quaternion)
+        kind = "rigid" if self.is_upu else "spherical"
+        return Closure(f"{self.name}_base", kind, self.end, "universe", placement_b=place)
+
+    def role(self) -> LimbRole:
+        name = self.name
+        return LimbRole(name, self.limb.kind, f"{name}_slide", f"{name}_platform_y", f"{name}_base")
+
+    def write(self, document: Document, assumed: AssumedMasses | None, ring: list[FloatArray]) -> None:
+        """Add the limb's links and joints."""
+        name, limb = self.name, self.limb
+        looks = limb_visuals(self.s, self.length, self.a, ring, self.ring_axis)
+        cross = None if assumed is None else assumed.cross_body()
+        platform_half, base_half = limb.platform_body, limb.base_body
+        if assumed is not None:
+            platform_half = platform_half or assumed.platform_half(self.length)
+            base_half = base_half or assumed.base_half(self.length)
+        turn = np.array([-_TURN, _TURN])
+        zero = np.zeros(3)
+        links = [f"{name}_{key}" for key in ("platform_cross", "platform_body", "base_body", "base_cross", "base")]
+        document.link(links[0], cross, looks["cross"])
+        document.joint(f"{name}_platform_y", "revolute", "arm", links[0], self.b, self.y_platform, turn)
+        document.link(links[1], _half_body(platform_half, -self.s), looks["platform_body"])
+        document.joint(f"{name}_platform_x", "revolute", links[0], links[1], zero, self.x, turn)
+        document.link(links[2], _half_body(base_half, self.s), looks["base_body"])
+        document.joint(f"{name}_slide", "prismatic", links[1], links[2], self.a - self.b, -self.s, self.travel)
+        if self.is_upu:
+            document.link(links[3], cross, looks["cross"])
+            document.joint(f"{name}_base_x", "revolute", links[2], links[3], zero, self.x, turn)
+            document.link(links[4], cross, looks["base"])
+            document.joint(f"{name}_base_y", "revolute", links[3], links[4], zero, self.y_base, turn)
+
+
+def _half_body(half: LimbBody | None, along: FloatArray) -> Body | None:
+    """A half of a limb; ``along`` points from its own joint to the other end."""
+    if half is None:
+        return None
+    line = np.outer(along, along)
+    inertia = half.transverse_inertia * (np.eye(3) - line) + half.axial_inertia * line
+    return Body(half.mass, half.centre * along, inertia)
+
+
+def _arm_body(arm: Arm | None, points: FloatArray, assumed: AssumedMasses | None, document: Document) -> Body | None:
+    if arm is None:
+        return None if assumed is None else assumed.platform(points)
+    if arm.inertia is not None:
+        return Body(arm.mass, arm.centre_of_mass, arm.inertia)
+    document.note("The inertia of the arm about its centre of mass is not known.")
+    inertia = np.zeros((3, 3)) if assumed is None else assumed.arm_inertia(arm.mass)
+    return Body(arm.mass, arm.centre_of_mass, inertia)
+
+
+def _head(mechanism: Mechanism, part: str, assumed: AssumedMasses | None) -> list[str]:
+    """Comments at the head of the file."""
+    lines = [f"{mechanism.title or mechanism.name}: {part}. Written by exo_pin; load it with its closures file."]
+    lines += [f"{key}: {text}" for key, text in mechanism.sources.items() if key in ("mechanism", "geometry", "arm")]
+    lines.append(
+        "Limits of effort and velocity are not known; URDF wants numbers. The slides' range is the geometry's."
+    )
+    if assumed is not None:
+        lines.append(assumed.statement)
+    return lines

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.conventions import shoulder_angles
 from ..core.errors import InvalidInput
-from ..core.files import write_bytes, write_text
+from ..core.files import is_stream, write_bytes, write_text
 from ..core.validation import FloatArray
 from .along import MovementReaction
 

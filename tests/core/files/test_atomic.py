@@ -245,5 +245,5 @@ def test_every_file_of_the_package_is_written_here():
         for line in path.read_text(encoding="utf-8").splitlines()
         if pattern.search(line)
     }
-    allowed = {"core/files/figures.py", "view/browser.py", "muscle/plots.py"}
+    allowed = {"core/files/figures.py", "view/page/browser.py", "view/plots/muscle_plots.py"}
     assert {place for place, _ in found} <= allowed

@@ -19,7 +19,7 @@ from writer_loop import WRITERS
 def loop(tmp_path_factory):
     """The program that writes, the folder with both contents of every file, and how long each takes."""
     reference = tmp_path_factory.mktemp("reference")
-    script = str(Path(__file__).with_name("writer_loop.py"))
+    script = str(Path(__file__).parents[2] / "oracles" / "writer_loop.py")
     with subprocess.Popen(
         [sys.executable, script, str(reference)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as program:

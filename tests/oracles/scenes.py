@@ -10,7 +10,7 @@ import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.view import human_urdf
 
-URDF = Path(__file__).parents[1] / "urdf"
+URDF = Path(__file__).parents[2] / "urdf"
 
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")

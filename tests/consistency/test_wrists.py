@@ -14,7 +14,7 @@ from exo_pin.testing import consistency_checks
 from exo_pin.wrist import inverse_kinematics, limb_jacobian
 
 test_prototype = consistency_checks("prototype")
-test_published_urdf = consistency_checks(str(Path(__file__).parents[1] / "urdf" / "prototype.urdf"))
+test_published_urdf = consistency_checks(str(Path(__file__).parents[2] / "urdf" / "prototype.urdf"))
 test_right_prototype = consistency_checks(ep.load("prototype", side="right"))
 test_random_design_with_five_limbs = consistency_checks(
     random_mechanism(np.random.default_rng(1), 5, ["UPU", "SPS", "UPU", "SPS", "UPU"])

@@ -19,7 +19,7 @@ PICTURE = """<visual><origin xyz="0 0 0.1" rpy="0 0 0"/><geometry><sphere radius
   <material name="red"><color rgba="1 0 0 1"/></material></visual></link>"""
 BASES = [
     random_tree(seed, 5).replace("</link>", PICTURE, 1) for seed in range(4)
-] + [five_bar().urdf, (Path(__file__).parents[2] / "urdf" / "prototype-wrist.urdf").read_text()]  # fmt: skip
+] + [five_bar().urdf, (Path(__file__).parents[4] / "urdf" / "prototype-wrist.urdf").read_text()]  # fmt: skip
 
 
 def chain_of(file, folder):

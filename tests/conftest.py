@@ -1,0 +1,33 @@
+"""Fixtures that tests of several rooms use."""
+
+import pytest
+from scenes import PERSON
+
+import exo_pin as ep
+from exo_pin.chain import write_closures
+
+
+@pytest.fixture
+def robot(tmp_path):
+    """Write a named mechanism as a URDF with its closures file and return the URDF's path."""
+
+    def written(named):
+        (tmp_path / "mine.urdf").write_text(named.urdf)
+        write_closures(named.closures, tmp_path / "mine.closures.toml")
+        return tmp_path / "mine.urdf"
+
+    return written
+
+
+@pytest.fixture(scope="module")
+def exo():
+    """The prototype on a person."""
+    return ep.load("prototype").worn_by(PERSON)
+
+
+@pytest.fixture
+def no_human(monkeypatch):
+    """As if example-robot-data were not installed."""
+    from exo_pin.view.scene import human_figure
+
+    monkeypatch.setattr(human_figure, "_shares", lambda: iter(()))

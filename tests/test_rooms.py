@@ -1,0 +1,109 @@
+"""The package as a whole: rooms from the ground up, no circles, names that are there, one job a room."""
+
+import ast
+from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
+
+import pytest
+
+import exo_pin
+
+FOLDER = Path(exo_pin.__file__).parent
+#: From the ground up: a room imports only what stands before it.
+ORDER = (
+    "core", "numerics", "design", "muscle", "load_case", "chain", "wrist", "wrist_chain", "reaction", "uncertainty",
+    "consistency", "thesis", "study", "view", "exo", "testing", "cli",
+)  # fmt: skip
+#: Rooms that stand before another one and are still none of its business.
+APART = {"chain": {"design", "muscle", "load_case"}, "wrist": {"chain"}}
+
+
+def name_of(path):
+    parts = (FOLDER.name, *path.relative_to(FOLDER).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {name_of(path): path for path in sorted(FOLDER.rglob("*.py"))}
+
+
+def imports(name):
+    """Modules of the package that a module imports when it is itself imported; those for types only are left out."""
+    path = FILES[name]
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    found, left = set(), list(ast.parse(path.read_text(encoding="utf-8")).body)
+    while left:
+        node = left.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            continue
+        if isinstance(node, ast.ImportFrom) and node.level:
+            parts = package.split(".")
+            base = ".".join([*parts[: len(parts) - node.level + 1], *([node.module] if node.module else [])])
+            for alias in node.names:
+                inner = f"{base}.{alias.name}"
+                found.add(inner if inner in FILES else base)
+        left += [child for child in ast.iter_child_nodes(node) if not isinstance(node, ast.FunctionDef)]
+    return found - {name}
+
+
+GRAPH = {name: imports(name) for name in FILES}
+
+
+def room(name):
+    return name.split(".")[1] if "." in name else ""
+
+
+def test_every_room_has_its_place():
+    assert {room(name) for name in FILES} - {""} == set(ORDER)
+
+
+def test_rooms_import_only_what_stands_below_them():
+    place = {name: k for k, name in enumerate(ORDER)}
+    wrong = [
+        (name, target)
+        for name, targets in GRAPH.items()
+        for target in targets
+        if room(name) and room(target)
+        if place[room(target)] > place[room(name)] or room(target) in APART.get(room(name), ())
+    ]
+    assert not wrong
+
+
+def test_modules_do_not_import_each_other_in_circles():
+    left = dict(GRAPH)
+    while left:
+        free = {name for name, needs in left.items() if not needs & set(left)}
+        assert free, f"a circle among {sorted(left)}"
+        left = {name: needs for name, needs in left.items() if name not in free}
+
+
+def test_no_room_is_full():
+    for folder in {path.parent for path in FILES.values()}:
+        count = sum(path.parent == folder and path.name != "__init__.py" for path in FILES.values())
+        assert count <= 12, f"{folder} has {count} files"
+
+
+@pytest.mark.parametrize("name", [module.name for module in walk_packages(exo_pin.__path__, "exo_pin.")])
+def test_public_names_are_there_and_described(name):
+    if name.endswith("__main__"):
+        return
+    module = import_module(name)
+    assert module.__doc__
+    listed = getattr(module, "__all__", [])
+    assert len(set(listed)) == len(listed)
+    for public in listed:
+        assert getattr(module, public) is not None
+
+
+def test_printing_is_left_to_the_command_line():
+    for name, path in FILES.items():
+        calls = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
+        prints = [node for node in calls if isinstance(node.func, ast.Name) and node.func.id in ("print", "input")]
+        assert not prints or room(name) == "cli", name
+
+
+def test_matplotlib_is_imported_only_where_something_is_drawn():
+    for path in FILES.values():
+        top = ast.parse(path.read_text(encoding="utf-8")).body
+        names = {node.module.split(".")[0] for node in top if isinstance(node, ast.ImportFrom) and not node.level}
+        assert "matplotlib" not in names, path

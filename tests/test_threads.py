@@ -6,10 +6,10 @@ from threading import Barrier
 
 import numpy as np
 import pytest
+from guided_limbs import guided
 from mechanisms import random_wrist
 from moving_chains import moving
 from scipy.spatial.transform import Rotation
-from test_elastic import guided
 from wrists import PERSON, heavy_limbs
 
 import exo_pin as ep

@@ -4,6 +4,7 @@ from .identification.dynamic_identification import Recording as Recording
 from .identification.dynamic_identification import identify_dynamic as identify_dynamic
 from .identification.region import Region as Region
 from .identification.region import find_region as find_region
+from .identification.selection import NotIdentifiable as NotIdentifiable
 from .identification.selection import Selection as Selection
 from .identification.selection import select_model as select_model
 from .identification.static_identification import StaticIdentification as StaticIdentification
@@ -35,6 +36,7 @@ from .laws.literature import Wickramatunge as Wickramatunge
 from .laws.literature import pujana_arrese as pujana_arrese
 from .laws.polynomial_law import PolynomialModel as PolynomialModel
 from .laws.static import StaticModel as StaticModel
+from .laws.validity import OutsideValidity as OutsideValidity
 from .laws.validity import Validity as Validity
 from .simulation.pressure import PressureInput as PressureInput
 from .simulation.pressure import PressureStep as PressureStep

@@ -105,7 +105,7 @@ def changed(exo: ShoulderExo, name: str, value: Any, hand: FloatArray | None) ->
     return PARAMETERS[base_name(name)](exo, name, value, hand)
 
 
-_Change = Callable[[ShoulderExo, str, Any, FloatArray | None], ShoulderExo]
+_Change = Callable[["ShoulderExo", str, Any, "FloatArray | None"], "ShoulderExo"]
 
 #: What :func:`sweep` can vary.
 PARAMETERS: dict[str, _Change] = {

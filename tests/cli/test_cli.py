@@ -6,16 +6,10 @@ import sys
 
 import numpy as np
 import pytest
+from command_line import POSE, run
 
 import exo_pin as ep
 from exo_pin.cli import main
-
-POSE = ["--flexion", "60", "--abduction", "30"]
-
-
-def run(capsys, *arguments):
-    status = main(list(arguments))
-    return status, *capsys.readouterr()
 
 
 def test_reaction_prints_the_three_splits_side_by_side(capsys):

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from test_cli import POSE, run
+from command_line import POSE, run
 
 import exo_pin as ep
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mckibben import McKibben
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
@@ -167,26 +168,6 @@ def test_movement_files_that_are_wrong(tmp_path, text, message):
         read_movement(path)
     with pytest.raises(ep.FileFormatError, match="cannot be read"):
         read_movement(tmp_path / "none.csv")
-
-
-class McKibben:
-    """F = P c (3 (l/b)² - 1) with a dead length: linear in pressure, as Chou and Hannaford's law."""
-
-    def __init__(self, dead=0.05, braid=0.25, c=2.5e-4, supply=4e5):
-        self.dead, self.braid, self.c, self.supply = dead, braid, c, supply
-
-    def force(self, length, pressure):
-        return pressure * self.c * (3 * ((length - self.dead) / self.braid) ** 2 - 1)
-
-    def force_limits(self, length):
-        upper = self.force(length, self.supply)
-        return np.zeros_like(length), np.where(upper > 0, upper, np.nan)
-
-    def pressure_for(self, force, length):
-        return force / self.force(length, 1.0)
-
-    def stiffness(self, length, pressure):
-        return pressure * self.c * 6 * (length - self.dead) / self.braid**2
 
 
 def moment(exo, pose, muscles, pressures, load):

@@ -7,10 +7,10 @@ import sys
 
 import numpy as np
 from examples import error_examples, muscle_examples, rare_examples
+from guided_limbs import guided
+from mckibben import McKibben
 from moving_chains import moving
 from scipy.spatial.transform import Rotation
-from test_elastic import guided
-from test_movement import McKibben
 from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep

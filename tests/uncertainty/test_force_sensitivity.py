@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from guided_limbs import SOFT_JOINTS, STIFFNESS, guided
 from scipy.spatial.transform import Rotation
-from test_elastic import SOFT_JOINTS, STIFFNESS, guided
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from guided_limbs import guided
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
-from test_elastic import guided
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from closed_chains import CHAINS, off
 from mechanisms import five_bar
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from scipy.spatial.transform import Rotation
-from test_closing import CHAINS, off
 
 from exo_pin.chain import ClosedChain, Closures, read_closures
 from exo_pin.core.errors import FileFormatError, InvalidInput, LoopNotClosed, UnknownName

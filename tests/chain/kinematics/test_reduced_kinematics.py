@@ -3,8 +3,8 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from closed_chains import CHAINS, off
 from mechanisms import random_loop
-from test_closing import CHAINS, off
 
 from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion, UnknownName
 

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
+from guided_limbs import guided
 from scipy.spatial.transform import Rotation
-from test_elastic import guided
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep

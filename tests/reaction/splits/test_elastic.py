@@ -3,6 +3,7 @@
 import beam_frame
 import numpy as np
 import pytest
+from guided_limbs import GUIDE, SOFT_JOINTS, STIFFNESS, guided
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
@@ -13,15 +14,6 @@ from exo_pin.wrist.forces.side_forces import side_wrenches
 
 DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
-GUIDE = ep.LimbGuide(40.0, 30.0)
-SOFT_JOINTS = ep.LimbGuide(40.0, 30.0, joint_stiffness=2e5, joint_twist_stiffness=3e3)
-RNG = np.random.default_rng(3)
-STIFFNESS = (lambda m: m @ m.T)(RNG.normal(size=(3, 3)) * 100) + 1e4 * np.eye(3)
-
-
-def guided(exo, guide=GUIDE, stiffness=STIFFNESS):
-    limbs = tuple(ep.Limb(limb.kind, guide=guide) for limb in exo.limbs)
-    return exo.replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=stiffness))
 
 
 @pytest.fixture(scope="module")

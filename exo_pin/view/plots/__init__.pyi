@@ -1,0 +1,14 @@
+from .charts import force_history as force_history
+from .charts import method_bars as method_bars
+from .charts import tension_history as tension_history
+from .force_plots import draw_mechanism as draw_mechanism
+from .force_plots import overview as overview
+from .force_plots import shoulder_force_map as shoulder_force_map
+from .force_plots import use_file_backend as use_file_backend
+from .muscle_plots import plot_force_map as plot_force_map
+from .muscle_plots import plot_measured as plot_measured
+from .muscle_plots import plot_responses as plot_responses
+from .singularity_plots import determinant_map as determinant_map
+from .singularity_plots import locus_picture as locus_picture
+from .singularity_plots import locus_surface as locus_surface
+from .singularity_plots import tilt_torsion_map as tilt_torsion_map

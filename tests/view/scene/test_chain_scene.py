@@ -13,6 +13,7 @@ from exo_pin.chain import ClosedChain, write_closures
 from exo_pin.cli import main
 from exo_pin.core import errors
 from exo_pin.view import ChainScene, Scene
+from exo_pin.wrist_chain import mechanism_urdf
 
 ROBOTS = {"four-bar": four_bar, "five-bar": five_bar, "delta": delta, "stewart": stewart, "3rrr": planar_3rrr}
 
@@ -29,7 +30,7 @@ VISUAL = pin.GeometryType.VISUAL
 def bare(exo):
     """Model and XML of the wrist with the same points that are on no circles."""
     geometry = ep.WristGeometry(exo.geometry.base_points, exo.geometry.platform_points)
-    xml, _ = ep.chain.mechanism_urdf(exo.replace(geometry=geometry).mechanism)
+    xml, _ = mechanism_urdf(exo.replace(geometry=geometry).mechanism)
     return pin.buildModelFromXML(xml), xml
 
 

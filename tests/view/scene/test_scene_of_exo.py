@@ -12,12 +12,13 @@ from exo_pin.reaction import GlenoidCone
 from exo_pin.view import Scene, Sliders, find_browser
 from exo_pin.view.colours import scale_colours
 from exo_pin.view.scene.force_arrows import LONGEST, nice_step
+from exo_pin.wrist_chain import mechanism_urdf
 
 
 def test_the_scene_uses_the_mechanisms_own_visuals(exo):
     scene = Scene(exo, human=False)
     scene.show(pose(60, 30, 0))
-    xml, _ = ep.chain.mechanism_urdf(exo.mechanism)
+    xml, _ = mechanism_urdf(exo.mechanism)
     model = exo.chain.model
     visuals = pin.buildGeomFromUrdfString(model, xml, pin.GeometryType.VISUAL)
     drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}

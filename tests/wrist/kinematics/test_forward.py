@@ -8,7 +8,7 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.core.conventions import thesis_angles, thesis_rotation
+from exo_pin.core.conventions import mirrored, thesis_angles, thesis_rotation
 from exo_pin.core.errors import InvalidInput
 from exo_pin.design import WristGeometry, preset, presets
 from exo_pin.numerics.polynomial import roots_and_touches
@@ -183,7 +183,7 @@ def test_following_a_path_keeps_the_mode_and_flags_the_crossing():
 def test_the_other_shoulder():
     left, right = preset("prototype").geometry, preset("prototype").mirrored().geometry
     poses = Rotation.random(50, np.random.default_rng(12))
-    image = ep.conventions.mirrored(poses)
+    image = mirrored(poses)
     for solve, name in (
         (wrist.forward_kinematics, "lengths"),
         (wrist.forward_kinematics_from_base_angles, "base_theta_x"),
@@ -191,7 +191,7 @@ def test_the_other_shoulder():
         a, b = (solve(g, getattr(wrist.inverse_kinematics(g, p), name)) for g, p in ((left, poses), (right, image)))
         np.testing.assert_array_equal(a.count, b.count)
         assert distance_to_closest(b, image).max() < 1e-8
-        assert distance_to_closest(a, ep.conventions.mirrored(image)).max() < 1e-8
+        assert distance_to_closest(a, mirrored(image)).max() < 1e-8
 
 
 def test_near_picks_row_by_row_and_single():

@@ -10,12 +10,28 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, LoopNotClosed, SingularConfiguration, UnknownName
+from ...core.errors import (
+    InvalidInput,
+    LoopNotClosed,
+    NearSingularConfiguration,
+    SingularConfiguration,
+    UnknownName,
+)
 from ...core.validation import FloatArray, as_finite, as_mapping
+from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, Structure
 from .equation_kernels import equations, wrenches_of
 
-__all__ = ["Balance", "Wrench", "axes_and_point", "balance_of", "put_on", "refuse_missing", "refuse_opening"]
+__all__ = [
+    "Balance",
+    "Wrench",
+    "axes_and_point",
+    "balance_of",
+    "put_on",
+    "refuse_missing",
+    "refuse_near_singular",
+    "refuse_opening",
+]
 
 #: A motion may open the loops by so much of its own size: what dependent_motion and projections leave, and typing.
 _OPENING = 1e-6
@@ -241,6 +257,35 @@ def refuse_missing(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray
     speed = float(np.abs(v / top.column).max(initial=0.0))
     if not opening <= _OPENING * max(float(np.abs(a / top.column).max(initial=0.0)) + speed**2, _REST):
         raise SingularConfiguration(q, v, opening)
+
+
+def refuse_near_singular(balance: Balance, weakest: float | None = None) -> None:
+    """Raise if forces or accelerations would depend on how well the loops happen to be closed.
+
+    Parameters
+    ----------
+    balance : Balance
+        Equations of motion at a closed configuration.
+    weakest : float, optional
+        The smallest singular value that is not zero of the equations that were solved, metres divided by the
+        characteristic length; that of the constraint Jacobian if left out.
+
+    Raises
+    ------
+    NearSingularConfiguration
+        If it is known to no better than a thousandth of itself.
+    """
+    top, joints = balance.chain._topology, balance.chain.model.njoints
+    # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
+    if not balance.jacobian.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
+        return
+    scaled = balance.jacobian * top.row_scale[:, None] * top.column
+    values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
+    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, balance.gap)
+    error = configuration_error(values, tolerance, joints, balance.gap) * float(values[0])
+    least = float(values[np.count_nonzero(values > tolerance) - 1]) if weakest is None else weakest
+    if error > RESOLVED * least:
+        raise NearSingularConfiguration(balance.q, least, error)
 
 
 def put_on(chain: Structure, external: Mapping[str, ArrayLike] | None) -> None:

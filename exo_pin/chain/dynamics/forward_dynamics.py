@@ -16,11 +16,11 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_real, frozen
 from ..kinematics.rank import rank_tolerance
 from ..structure.chain_state import CLOSED, PINOCCHIO_TYPES, Structure
-from .equations_of_motion import Balance, balance_of, put_on, refuse_missing, refuse_opening
+from .equations_of_motion import Balance, balance_of, put_on, refuse_missing, refuse_near_singular, refuse_opening
 from .inverse_dynamics import solved
 from .reactions import ClosedForces
 
-__all__ = ["METHODS", "ClosedMotion", "ForwardDynamics"]
+__all__ = ["METHODS", "ClosedMotion", "ForwardDynamics", "inertia_matrix"]
 
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
@@ -60,7 +60,8 @@ class ClosedMotion(Record):
         Where closures are redundant the multipliers are those of least norm in the metric "reactions" of
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
-        return solved(self._balance, self._balance.chain._drive(()), applied=self.tau)
+        # Nearness to a singular configuration was checked with the acceleration.
+        return solved(self._balance, self._balance.chain._drive(()), applied=self.tau, resolved=False)
 
 
 class ForwardDynamics(Structure):
@@ -107,6 +108,9 @@ class ForwardDynamics(Structure):
             If some motion moves no mass.
         SingularConfiguration
             If no acceleration keeps the loops closed, without stabilisation.
+        NearSingularConfiguration
+            If q is so near a singular configuration that the acceleration would depend on rounding, without
+            stabilisation.
         InvalidInput
             If v opens the loops, without stabilisation, or "proximal" does not fit the closures.
         UnknownName
@@ -130,7 +134,12 @@ class ForwardDynamics(Structure):
             if method == "proximal":
                 raise MasslessMotion(_massless(self, q, np.eye(self._model.nv)))
             chosen = "projected"
-        a = acceleration(self, q, v, efforts, external, chosen, stabilisation)
+        try:
+            a = acceleration(self, q, v, efforts, external, chosen, stabilisation)
+        except SolverFailed:
+            if chosen != "proximal" or method != "auto":
+                raise
+            return self.forward_dynamics(q, v, efforts, external=external, method="projected")
         # At once, not when forces are asked for: gravity and the caller's arrays may be others by then.
         balance = balance_of(self, q, v, a, external, keeps_closed=False)
         # Loops that stand open on purpose say nothing about rounding: the same rank as in the acceleration.
@@ -140,7 +149,11 @@ class ForwardDynamics(Structure):
             self._workspace.linearise(q)
             missed += _stabilising(self, v, stabilisation)
         else:
+            if chosen == "proximal" and method == "auto" and not _keeps(self, a, v, missed):
+                # Pinocchio's tolerances have units, so that very small or light robots miss them.
+                return self.forward_dynamics(q, v, efforts, external=external, method="projected")
             refuse_missing(self, q, v, a, missed)
+            refuse_near_singular(balance)
         return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(missed).max(initial=0.0)), balance)
 
 
@@ -205,7 +218,7 @@ def acceleration(
     right = -_stabilising(chain, v, stabilisation) - work.drift_of(q, v)
     column = top.column
     forces = column * (efforts - _bias(chain, q, v, external))
-    M = _inertia(chain, q) * column[:, None] * column
+    M = inertia_matrix(chain, q) * column[:, None] * column
     # a = column x: metres in characteristic lengths, as the rows.
     start, basis = np.zeros(model.nv), np.eye(model.nv)
     if J.size:
@@ -221,6 +234,13 @@ def acceleration(
         raise MasslessMotion(_massless(chain, q, basis))
     push = ways.T @ (basis.T @ (forces - M @ start))
     return column * (start + basis @ (ways @ (push / sizes)))
+
+
+def _keeps(chain: Structure, a: FloatArray, v: FloatArray, missed: FloatArray) -> bool:
+    """Whether an acceleration misses the closures' rows by no more than rounding and a proximal step leave."""
+    top = chain._topology
+    size = float(np.abs(a / top.column).max(initial=0.0)) + float(np.square(v / top.column).max(initial=0.0))
+    return bool(np.abs(top.row_scale * missed).max(initial=0.0) <= 1e-9 * size)
 
 
 def _stabilising(chain: Structure, v: FloatArray, rate: float) -> FloatArray:
@@ -241,7 +261,7 @@ def _bias(chain: Structure, q: FloatArray, v: FloatArray, external: Mapping[str,
     return bare - chain._passive.force(q, v) if chain._passive.act else bare
 
 
-def _inertia(chain: Structure, q: FloatArray) -> FloatArray:
+def inertia_matrix(chain: Structure, q: FloatArray) -> FloatArray:
     """M, symmetric: Pinocchio fills the upper half."""
     nv = chain.model.nv
     upper = np.triu(np.reshape(pin.crba(chain.model, chain._workspace.data, q), (nv, nv)))
@@ -255,14 +275,14 @@ def _heaviest(M: FloatArray) -> float:
 def _has_inertia(chain: Structure, q: FloatArray) -> bool:
     """Whether every motion of the open tree has inertia, as Pinocchio needs it."""
     column = chain._topology.column
-    sizes = np.linalg.eigvalsh(_inertia(chain, q) * column[:, None] * column)
+    sizes = np.linalg.eigvalsh(inertia_matrix(chain, q) * column[:, None] * column)
     return bool(sizes[0] > _MASSLESS * sizes[-1])
 
 
 def _massless(chain: Structure, q: FloatArray, basis: FloatArray) -> list[str]:
     """Joints that move in the motion of least inertia among those of a basis, the most moved first."""
     column = chain._topology.column
-    M = _inertia(chain, q) * column[:, None] * column
+    M = inertia_matrix(chain, q) * column[:, None] * column
     way = np.abs(basis @ np.linalg.eigh(basis.T @ M @ basis)[1][:, 0])
     names = [str(name) for name in list(chain.model.names)[1:]]
     moved = {name: float(way[chain.velocity_slice(name)].max(initial=0.0)) for name in names}

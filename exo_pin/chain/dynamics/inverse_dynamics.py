@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import UndrivenMotion, UnknownName
 from ...core.validation import FloatArray, frozen
 from ..structure.chain_state import Drive, Structure
-from .equations_of_motion import Balance, balance_of
+from .equations_of_motion import Balance, balance_of, refuse_near_singular
 from .force_distribution import METRICS, Bound, Space, share
 from .objectives import Objective, Range, effort_bounds_of, objective_of, reaction_bounds_of
 from .reactions import ClosedForces, JointReaction
@@ -95,6 +95,8 @@ class InverseDynamics(Structure):
             If the optimality conditions hold to no better than 1e-8.
         UnsupportedDynamics
             If a joint has dry friction.
+        NearSingularConfiguration
+            If q is so near a singular configuration that the forces would depend on rounding.
         """
         balance = balance_of(
             self,
@@ -138,6 +140,7 @@ def solved(
     objective: Objective | None = None,
     metric: Literal["reactions", "closures"] = "reactions",
     applied: FloatArray | None = None,
+    resolved: bool = True,
 ) -> ClosedForces:
     """:meth:`InverseDynamics.inverse_dynamics` from the equations of motion.
 
@@ -149,6 +152,8 @@ def solved(
         Coordinates with and without actuator.
     applied : ndarray, optional
         Shape (nv,), generalised forces that are known to act.
+    resolved : bool
+        Whether to refuse configurations too near a singular one; not for those that stand open on purpose.
 
     Raises
     ------
@@ -160,7 +165,7 @@ def solved(
     top = balance.chain._topology
     if applied is not None:
         balance = replace(balance, tau=balance.tau - applied)
-    start, stresses, sharpness, missing, share_of_largest = solutions(
+    start, stresses, sharpness, missing, share_of_largest, weakest = solutions(
         balance.jacobian,
         balance.tau,
         balance.tree,
@@ -173,6 +178,8 @@ def solved(
     )
     if not share_of_largest <= _MISSING:
         _refuse_undriven(balance, drive.passive, missing)
+    if resolved:
+        refuse_near_singular(balance, weakest)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None:
         multipliers = start

@@ -162,7 +162,7 @@ class ClosedForces(Record):
         """Total wrench that all joints and closures put on a body.
 
         It is what carries and accelerates the body against weight and external forces. On the world it is the
-        mechanism's whole load on its base.
+        mechanism's whole load on its base, without the weight of links that are fixed to the world.
 
         Parameters
         ----------

@@ -46,7 +46,8 @@ def solutions(
     tuple
         The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
         orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
-        the passive coordinates, N and N m; the same, scaled, as a share of the largest force.
+        the passive coordinates, N and N m; the same, scaled, as a share of the largest force; the smallest singular
+        value of the equations that is not zero, infinite if there is none.
     """
     count, height = len(passive), len(row_scale)
     A, right = np.empty((count, height)), np.empty(count)
@@ -56,7 +57,7 @@ def solutions(
         for r in range(height):
             A[i, r] = J[r, k] * row_scale[r] * column[k]
     found, left = np.zeros(height), right.copy()
-    null, sharpness = np.eye(height), _SHARPEST
+    null, sharpness, weakest = np.eye(height), _SHARPEST, np.inf
     if count and height:
         U, values, Vt = np.linalg.svd(A)
         tolerance = rank_tolerance(A.shape, values[0], joints, gap)
@@ -79,6 +80,7 @@ def solutions(
                 left[i] = total
         null = Vt[rank:].T.copy()
         if rank:
+            weakest = values[rank - 1]
             sharpness = min(max(10.0 * tolerance / values[rank - 1], _SHARPEST), _BLUNTEST)
     size, worst = 0.0, 0.0
     for i in range(count):
@@ -93,7 +95,7 @@ def solutions(
         found[r] *= row_scale[r]
         for s in range(null.shape[1]):
             null[r, s] *= row_scale[r] * length
-    return found, null, sharpness, left, worst / size if size > 0.0 else 0.0
+    return found, null, sharpness, left, worst / size if size > 0.0 else 0.0, weakest
 
 
 @_compile

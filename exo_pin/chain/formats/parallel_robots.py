@@ -148,6 +148,8 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
             refuse_data(f"the joint type {changes[model.names[joint]]}", model.names[joint], lost)
     new = pin.Model()
     new.name, new.gravity = model.name, model.gravity
+    # A root link that is fixed to the world moves if the chain is hung otherwise.
+    new.inertias[0] = model.inertias[0]
     carriers, welded = {0: 0}, []
     for joint in range(1, model.njoints):
         name, place = model.names[joint], model.jointPlacements[joint]

@@ -15,7 +15,7 @@ from ...core.errors import InvalidInput, LoopNotClosed, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from .margins import PARTS_OF_POSE, Margins, Output, margins
-from .rank import rank_tolerance
+from .rank import configuration_error, rank_tolerance
 from .reduced_kinematics import Kinematics
 
 __all__ = ["Mobility", "MobilityQueries"]
@@ -201,6 +201,7 @@ class MobilityQueries(Kinematics):
         top, nv = self._topology, self._model.nv
         gap = float(np.abs(self._workspace.gap * top.row_scale).max(initial=0.0))
         columns = top.column
+        error = self._configuration_error(J, gap)
         unit = np.eye(nv)
         free = np.concatenate([J, unit[held]])
         locked = np.concatenate([free, unit[driven]])
@@ -210,20 +211,21 @@ class MobilityQueries(Kinematics):
                 return 0, np.zeros(0), 0.0, np.eye(nv)
             _, values, Vt = np.linalg.svd(matrix)
             tolerance = rank_tolerance(matrix.shape, float(values[0]), self._model.njoints, gap)
+            tolerance = max(tolerance, error * float(values[0]))
             rank = int(np.count_nonzero(values > tolerance))
             return rank, values, tolerance, Vt[rank:].T
 
         rank, values, tolerance, null_space = ranked(free)
         left = nv - ranked(locked)[0]
         if output is None:
-            return _Ranks(free, rank, values, tolerance, null_space, locked, left, 0, 0)
+            return _Ranks(free, rank, values, tolerance, null_space, locked, left, 0, 0, error)
         motion = self._tree_frame_jacobian(q, output[0]) * columns
         motion[:3] /= top.length
         motion = motion[output[1]]
         still = np.concatenate([free, motion])
         idle = nv - ranked(np.concatenate([locked, motion]))[0]
         return _Ranks(
-            free, rank, values, tolerance, null_space, locked, left - idle, nv - ranked(still)[0] - idle, idle
+            free, rank, values, tolerance, null_space, locked, left - idle, nv - ranked(still)[0] - idle, idle, error
         )
 
     def _neighbourhood(
@@ -265,11 +267,26 @@ class MobilityQueries(Kinematics):
                 found[closure.name] = count
         return found
 
+    def _configuration_error(self, J: FloatArray, gap: float) -> float:
+        """How far the configuration may be off, where singular values no larger than their own error count as zero."""
+        if not J.size:
+            return 0.0
+        values = np.asarray(np.linalg.svd(J, compute_uv=False), dtype=np.float64)
+        joints, largest = self._model.njoints, float(values[0])
+        tolerance = rank_tolerance(J.shape, largest, joints, gap)
+        while error := configuration_error(values, tolerance, joints, gap):
+            least = float(values[np.count_nonzero(values > tolerance) - 1])
+            if least > error * largest:
+                break
+            tolerance = least
+        return max(error, tolerance / largest)
+
     def _with_locked(self, here: _Ranks) -> Mobility:
         matrix = here.locked_matrix
-        values = np.linalg.svd(matrix, compute_uv=False)
+        values = np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64)
         gap = float(np.abs(self._workspace.gap * self._topology.row_scale).max(initial=0.0))
         tolerance = rank_tolerance(matrix.shape, float(values[0]), self._model.njoints, gap)
+        tolerance = max(tolerance, here.error * float(values[0]))
         rank = int(np.count_nonzero(values > tolerance))
         return Mobility(
             matrix.shape[0],
@@ -294,3 +311,4 @@ class _Ranks(NamedTuple):
     output_lost: int
     input_lost: int
     idle: int
+    error: float

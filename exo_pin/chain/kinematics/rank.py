@@ -1,4 +1,9 @@
-"""When a singular value of a constraint Jacobian counts as zero."""
+"""When a singular value of a constraint Jacobian counts as zero, and how well the configuration itself is known.
+
+Closed to a residual r, a configuration is known to about r/σ, with σ the smallest singular value of the constraint
+Jacobian that is not zero. Singular values are known no better, so next to a singular configuration, where σ² is no
+longer large against r, forces and accelerations depend on rounding.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +12,13 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-__all__ = ["rank_tolerance"]
+from ...core.validation import FloatArray
+
+__all__ = ["RESOLVED", "configuration_error", "rank_tolerance"]
 
 _ROUNDING = float(np.finfo(float).eps)
+#: Relative error of a singular value up to which forces and accelerations are computed.
+RESOLVED = 1e-3
 
 
 @njit(cache=True, error_model="numpy")
@@ -32,3 +41,21 @@ def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> 
         Largest scaled residual of the loops.
     """
     return max(shape[0], shape[1]) * largest * (joints * _ROUNDING + residual)
+
+
+def configuration_error(values: FloatArray, tolerance: float, joints: int, residual: float) -> float:
+    """How far a closed configuration may be off, characteristic lengths and rad.
+
+    Parameters
+    ----------
+    values : ndarray
+        Singular values of the scaled constraint Jacobian, descending.
+    tolerance : float
+        Those at or below it count as zero.
+    joints : int
+        Number of joints of the tree.
+    residual : float
+        Largest scaled residual of the loops.
+    """
+    count = int(np.count_nonzero(values > tolerance))
+    return max(residual, joints * _ROUNDING) / float(values[count - 1]) if count else 0.0

@@ -12,6 +12,7 @@ __all__ = [
     "InfeasibleForces",
     "LoopNotClosed",
     "MasslessMotion",
+    "NearSingularConfiguration",
     "SimulationStopped",
     "SingularConfiguration",
     "UndeterminedMotion",
@@ -159,6 +160,30 @@ class SingularConfiguration(ExoPinError, RuntimeError):
         super().__init__(
             f"the chain stands in a singular configuration with a velocity that no acceleration follows: the loops "
             f"would part by {self.opening:.3g} (lengths and rad a second squared)"
+        )
+
+
+class NearSingularConfiguration(ExoPinError, RuntimeError):
+    """A configuration is so near a singular one that forces or accelerations would depend on rounding.
+
+    Attributes
+    ----------
+    q : ndarray
+        Shape (nq,).
+    singular_value : float
+        The smallest singular value that is not zero, of a matrix whose entries are of order one.
+    error : float
+        How well it is known, given how well the loops are closed.
+    """
+
+    def __init__(self, q: Any, singular_value: float, error: float) -> None:
+        self.q = q
+        self.singular_value = float(singular_value)
+        self.error = float(error)
+        super().__init__(
+            f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, is "
+            f"known to {self.error:.1e} only, so forces and accelerations would depend on rounding; close the loops "
+            "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration"
         )
 
 

@@ -24,6 +24,16 @@ _VERSION = "4"
 _HANDLER = threading.Lock()
 
 
+def _renew_lock() -> None:
+    """A child of a fork has no thread that could give the lock back."""
+    global _HANDLER
+    _HANDLER = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
+
+
 @dataclass(frozen=True, eq=False)
 class Compiled(OneProcess):
     """What MuJoCo compiled of a file.
@@ -90,6 +100,8 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
         raise MissingExtra("robots", f"mujoco {_VERSION} (version {mujoco.__version__} is installed)")
     if not isinstance(source, (str, PathLike)):
         raise InvalidInput(f"expected the path of an MJCF file, or the XML itself, got {source!r}")
+    if isinstance(source, str):
+        source = source.removeprefix("\ufeff")
     is_text = isinstance(source, str) and source.lstrip().startswith("<")
     path = None if is_text else os.fsdecode(source)
     if path is not None and not os.path.isfile(path):

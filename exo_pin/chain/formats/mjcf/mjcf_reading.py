@@ -58,7 +58,8 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
         The tree. Hinges and slides have MuJoCo's coordinates, ``ref`` included; quaternions are (x, y, z, w), and the
         linear velocity of a free joint is in the body's axes (in MuJoCo: the world's). Its ``damping``, ``armature``
         and ``upperDryFrictionLimit`` are the joints'; ``upperEffortLimit`` and ``lowerEffortLimit`` are infinite where
-        the file limits no effort. ``referenceConfigurations`` has "qpos0", where MuJoCo starts, and the keyframes.
+        the file limits no effort. ``referenceConfigurations`` has "qpos0", where MuJoCo starts, and the keyframes; one
+        without a name, or called "qpos0", is "key_0" and so on.
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
         point only and is spherical. Springs are in ``joints``. Joints with an actuator are actuated.
@@ -166,16 +167,18 @@ def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:
 def _effort_range(source: Compiled, index: int) -> FloatArray:
     """What an actuator can put on its joint, shape (2,), N or N m.
 
-    A control range limits the force of a motor (a constant gain, no dynamics); otherwise a force range alone does.
+    A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
+    actuator with dynamics and a constant gain; a force range limits every one.
     """
     theirs, mujoco = source.model, source.mujoco
     limits = np.array([-np.inf, np.inf])
-    is_motor = int(theirs.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED) and int(
-        theirs.actuator_dyntype[index]
-    ) == int(mujoco.mjtDyn.mjDYN_NONE)
+    constant = int(theirs.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED)
+    dynamic = int(theirs.actuator_dyntype[index]) != int(mujoco.mjtDyn.mjDYN_NONE)
     control = int(theirs.actuator_ctrladr[index])
-    if is_motor and theirs.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
+    if constant and not dynamic and theirs.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
         limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_ctrlrange[control]
+    if constant and dynamic and theirs.actuator_actlimited[index]:
+        limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_actrange[index]
     if theirs.actuator_forcelimited[index]:
         limits = np.clip(np.sort(limits), *theirs.actuator_forcerange[index])
     return np.sort(limits * theirs.actuator_gear[theirs.actuator_outadr[index], 0])

@@ -26,13 +26,13 @@ READ = (
     *("nq", "nv", "nbody", "njnt", "nsite", "neq", "nactuator", "nkey", "names", "qpos0", "qpos_spring", "key_qpos"),
     *("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia"),
     *("body_jntnum", "body_jntadr", "jnt_type", "jnt_qposadr", "jnt_dofadr", "jnt_bodyid", "jnt_limited", "jnt_range"),
-    *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange", "jnt_actuatorid"),
+    *("jnt_margin", "jnt_pos", "jnt_axis", "jnt_stiffness", "jnt_actfrclimited", "jnt_actfrcrange"),
     *("dof_frictionloss", "dof_armature", "dof_damping", "site_bodyid", "site_pos", "site_quat"),
     *("eq_type", "eq_obj1id", "eq_obj2id", "eq_objtype", "eq_active0", "eq_data"),
     *("actuator_trntype", "actuator_trnid", "actuator_outadr", "actuator_gear", "actuator_dyntype"),
     *("actuator_gaintype", "actuator_gainprm", "actuator_biastype", "actuator_biasprm", "actuator_group"),
     *("actuator_ctrladr", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_forcelimited"),
-    *("actuator_forcerange", "actuator_damping", "actuator_armature"),
+    *("actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actlimited", "actuator_actrange"),
     *("opt.gravity", "opt.density", "opt.viscosity", "opt.disableflags", "opt.disableactuator"),
 )
 
@@ -44,7 +44,17 @@ IRRELEVANT = (
     *("body_rootid", "body_weldid", "body_dofnum", "body_dofadr", "body_treeid", "body_simple", "body_sameframe"),
     *("body_subtreemass", "body_invweight0", "dof_bodyid", "dof_jntid", "dof_parentid", "dof_treeid", "dof_Madr"),
     *("dof_simplenum", "dof_invweight0", "dof_M0", "dof_length", "site_sameframe", "tree_*", "flg_*", "B_*", "M_*"),
-    *("D_*", "mapM2M", "mapM2D", "mapD2M", "actuator_acc0", "actuator_length0", "actuator_lengthrange", "stat"),
+    *(
+        "D_*",
+        "mapM2M",
+        "mapM2D",
+        "mapD2M",
+        "jnt_actuatorid",
+        "actuator_acc0",
+        "actuator_length0",
+        "actuator_lengthrange",
+        "stat",
+    ),
     # Contact and collision, which are not read.
     *("geom_*", "bvh_*", "oct_*", "mesh_*", "hfield_*", "pair_*", "exclude_*", "body_geomnum", "body_geomadr"),
     *("body_margin", "body_contype", "body_conaffinity", "body_bvhadr", "body_bvhnum"),
@@ -56,7 +66,7 @@ IRRELEVANT = (
     *("jnt_solref", "jnt_solimp", "dof_solref", "dof_solimp", "eq_solref", "eq_solimp", "opt.*"),
     # How a control becomes a force: the efforts of a chain are given as forces.
     *("actuator_ctrlnum", "actuator_ctrlspec", "actuator_outnum", "actuator_actadr", "actuator_actnum"),
-    *("actuator_cranklength", "actuator_dynprm", "actuator_actlimited", "actuator_actrange", "actuator_actearly"),
+    *("actuator_cranklength", "actuator_dynprm", "actuator_actearly"),
     *("actuator_history", "actuator_historyadr", "actuator_delay"),
     # Of gravity compensation, which is refused.
     "jnt_actgravcomp",
@@ -135,11 +145,11 @@ def _joints(source: Compiled) -> Iterator[str]:
             yield f"the spring of joint {name} is not linear (polynomial or plastic): use one stiffness"
         if model.dof_dampingpoly[dofs].any():
             yield f"the damping of joint {name} is not linear: use one coefficient"
-        for field in ("armature", "frictionloss"):
+        for field in ("armature", "frictionloss", "damping"):
             values = getattr(model, f"dof_{field}")[dofs]
             if (values < 0.0).any():
                 yield f"expected a {field} of zero or more for joint {name}, got {values.min():g}"
-            if kind == int(kinds.mjJNT_FREE) and values.any():
+            if kind == int(kinds.mjJNT_FREE) and values.any() and field != "damping":
                 yield f"the {field} of free joint {name} {_FREE}"
         if model.jnt_limited[joint] and kind in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL)):
             yield f"joint {name} is a ball (or free) joint with a range, which is not read: remove the range"
@@ -193,6 +203,9 @@ def _actuators(source: Compiled) -> Iterator[str]:
             yield f"actuator {name} has a gear of 0 and moves nothing: remove it"
         if 0 <= group < 31 and model.opt.disableactuator >> group & 1:
             yield f"actuator {name} is in group {group}, which is disabled: remove it, or enable the group"
+        gain = model.actuator_gainprm[index]
+        if int(model.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED) and gain[0] == 0.0:
+            yield f"actuator {name} has a gain of 0 and exerts nothing: remove it"
         if own := _own_force(source, index):
             yield f"actuator {name} {own}, which is not read: make it a <motor>"
         for field, values in _ranges(source, index).items():
@@ -231,4 +244,6 @@ def _ranges(source: Compiled, index: int) -> dict[str, FloatArray]:
         found["ctrlrange"] = model.actuator_ctrlrange[control]
     if model.actuator_forcelimited[index]:
         found["forcerange"] = model.actuator_forcerange[index]
+    if model.actuator_actlimited[index] and int(model.actuator_dyntype[index]):
+        found["actrange"] = model.actuator_actrange[index]
     return found

@@ -206,8 +206,8 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
         own = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
         dofs = slice(int(theirs.jnt_dofadr[joint]), int(theirs.jnt_dofadr[joint]) + model.nvs[index])
         armature[own], damping[own] = theirs.dof_armature[dofs], theirs.dof_damping[dofs]
-        if (actuator := int(theirs.jnt_actuatorid[joint])) >= 0:
-            # A motor's rotor and its friction, before the gear.
+        # Motors' rotors and their friction, before the gear.
+        for actuator in np.flatnonzero(theirs.actuator_trnid[:, 0] == joint).tolist():
             ratio = float(theirs.actuator_gear[theirs.actuator_outadr[actuator], 0]) ** 2
             armature[own] += ratio * theirs.actuator_armature[actuator]
             damping[own] += ratio * theirs.actuator_damping[actuator]
@@ -221,8 +221,13 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
     model.lowerPositionLimit, model.upperPositionLimit = lower, upper
     model.damping, model.armature = damping, armature
     model.upperDryFrictionLimit, model.lowerDryFrictionLimit = friction, -friction
+    given = {source.name("KEY", key) for key in range(theirs.nkey)}
+    taken = {"qpos0", *given}
     for key in range(theirs.nkey):
-        name = source.name("KEY", key) or f"key_{key}"
+        name = source.name("KEY", key)
+        if not name or name == "qpos0":
+            name = free_name(f"key_{key}", taken)
+            taken.add(name)
         model.referenceConfigurations[name] = own_configuration(source, tree, theirs.key_qpos[key])
     model.referenceConfigurations["qpos0"] = own_configuration(source, tree, theirs.qpos0)
 

@@ -6,6 +6,7 @@ Pinocchio's reader reads it correctly, whatever the file's encoding, line ends a
 
 from __future__ import annotations
 
+import warnings
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -14,7 +15,7 @@ from ....core.validation import FloatArray
 from .urdf_elements import Element, parse_xml
 from .urdf_grammar import check_grammar, is_extension
 from .urdf_numbers import number, vector
-from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of
+from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
 __all__ = ["DEEPEST", "checked_urdf"]
 
@@ -38,6 +39,11 @@ def checked_urdf(source: str | bytes) -> str:
     str
         A URDF with the same links, inertias and joints, in the same order, and nothing else.
 
+    Warns
+    -----
+    RuntimeWarning
+        If it has something that is not URDF's own and may change the motion, such as ``<dynamics K="50"/>``.
+
     Raises
     ------
     FileFormatError
@@ -60,6 +66,8 @@ def checked_urdf(source: str | bytes) -> str:
         check_joint(joint, version)
         lines += _joint_lines(joint)
     _check_tree(root, links, joints)
+    for element, name in unread_physics(root):
+        warnings.warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning, stacklevel=2)
     return "\n".join([*lines, "</robot>"])
 
 
@@ -127,7 +135,7 @@ def _joint_lines(joint: Element) -> list[str]:
         keys = _READ[tag]
         if element is not None:
             given = {key: _spelt(number(element, key)) for key in keys if key in element.attributes}
-            lines.append(_element(tag, **given))
+            lines += [_element(tag, **given)] if given else []
     return [*lines, "</joint>"]
 
 

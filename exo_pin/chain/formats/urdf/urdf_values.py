@@ -10,13 +10,15 @@ moments below the mass times a micrometre squared count as zero.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from ....core.validation import FloatArray
 from .urdf_elements import Element
 from .urdf_numbers import half_unit, number, vector
 
-__all__ = ["check_joint", "check_origin", "check_picture", "inertia_of"]
+__all__ = ["check_joint", "check_origin", "check_picture", "inertia_of", "unread_physics"]
 
 #: Radius of gyration, m, below which an inertia is rounding noise.
 _NOISE = 1e-6
@@ -114,6 +116,28 @@ def check_joint(joint: Element, version: tuple[int, int]) -> None:
         for attribute in () if element is None else element.attributes:
             if ":" not in attribute and attribute != "reference_position":
                 number(element, attribute)  # type: ignore[arg-type]
+
+
+def unread_physics(root: Element) -> Iterator[tuple[Element, str]]:
+    """What other programs have added to a URDF that may change the motion, with the element that holds it.
+
+    Raises
+    ------
+    FileFormatError
+        If a link is to be ignored by another program, which leaves open what the robot is.
+    """
+    for link in root.all("link"):
+        if link.attributes.get("drake_ignore", "false").lower() not in ("false", "0"):
+            raise link.error("drake_ignore makes two robots of this file: remove the link, or the attribute")
+        for tag in ("gravity", "kinematic"):
+            element = link.first(tag)
+            if element is not None:
+                yield element, f"<{tag}>{element.text}</{tag}>"
+    for joint in root.all("joint"):
+        dynamics = joint.first("dynamics")
+        for key, value in () if dynamics is None else dynamics.attributes.items():
+            if key not in ("damping", "friction") and ":" not in key and value.strip() not in ("0", "0.0"):
+                yield dynamics, f'{key}="{value}"'  # type: ignore[misc]
 
 
 def _check_dynamics(joint: Element, kind: str) -> None:

@@ -48,11 +48,9 @@ def urdf_text(chain: Structure) -> tuple[str, Closures]:
         root = Root(_ROOTS[hung.kind], hung.joint, gravity)
     else:
         links[0] = world_link(chain)
-        document.link(links[0], None)
+        document.link(links[0], _body(model.inertias[0]))
     for body in bodies:
-        inertia = body.inertia
-        held = None if inertia.mass <= 0.0 else Body(inertia.mass, np.array(inertia.lever), np.array(inertia.inertia))
-        document.link(body.name, held)
+        document.link(body.name, _body(body.inertia))
         if body is hung or body.axis is None:
             lost = [what for what in body.data.present if what not in ("spring", "armature")]
             refuse_data("URDF", body.joint, lost)
@@ -79,6 +77,11 @@ def urdf_text(chain: Structure) -> tuple[str, Closures]:
         document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength)
     _more_frames(chain, document, links)
     return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
+
+
+def _body(inertia: pin.Inertia) -> Body | None:
+    """Mass properties as the document wants them; none without mass."""
+    return None if inertia.mass <= 0.0 else Body(inertia.mass, np.array(inertia.lever), np.array(inertia.inertia))
 
 
 def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> tuple[JointProperties, ...]:

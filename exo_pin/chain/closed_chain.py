@@ -23,7 +23,7 @@ from .formats.urdf.urdf_writing import urdf_text
 from .kinematics.dependent_motion import Motions
 from .kinematics.mobility import MobilityQueries
 from .kinematics.paths import Paths
-from .structure.closures import Closures
+from .structure.description import Closures
 
 __all__ = ["ClosedChain"]
 

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 
 from ..chain.formats.closures_file import closures_text, write_files
-from ..chain.structure.closures import Closures
+from ..chain.structure.description import Closures
 from ..core.errors import InvalidInput
 from ..design.io.mechanism_files import preset, presets
 from ..design.mechanism import Mechanism

@@ -37,7 +37,8 @@ from typing import Literal
 import numpy as np
 
 from ..chain.formats.urdf.urdf_document import Body, Document
-from ..chain.structure.closures import Closure, Closures, LimbRole, Placement, Roles, Root
+from ..chain.structure.closures import Closure, Placement
+from ..chain.structure.description import Closures, LimbRole, Roles, Root
 from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import FloatArray
 from ..design.arm import Arm

@@ -5,7 +5,7 @@ import numpy as np
 import exo_pin as ep
 from exo_pin import muscle
 from exo_pin.chain.dynamics.force_distribution import Bound, Space
-from exo_pin.chain.structure.closures import JointProperties
+from exo_pin.chain.structure.description import JointProperties
 from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.muscle.io.muscle_toml import Reader

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..kinematics import closure_kernels as kernels
+from ..kinematics.closure_wrench_kernels import closure_wrench_rates
 from ..structure.chain_state import Structure
 from .state_changes import Change, State, open_change, rates_along
 
@@ -43,7 +43,7 @@ def closure_change(state: State, index: int, change: Change, multipliers: FloatA
     work = chain._workspace
     work.linearise(state.q)
     out = np.zeros((6, change.q.shape[1]))
-    kernels.closure_wrench_rates(
+    closure_wrench_rates(
         work.poses, work.J, np.ascontiguousarray(change.q.T), top.joints, top.local, top.kinds, top.distances, top.rows,
         top.supports, index, state.multipliers, np.ascontiguousarray(multipliers.T), out,
     )  # fmt: skip

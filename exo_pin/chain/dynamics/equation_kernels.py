@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian, unit_wrenches
+from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian
+from ..kinematics.closure_wrench_kernels import unit_wrenches
 
 __all__ = ["equations", "wrenches_of"]
 

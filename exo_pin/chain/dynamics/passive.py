@@ -18,7 +18,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput, UnknownName, UnsupportedDynamics
 from ...core.validation import FloatArray
-from ..structure.closures import JointProperties
+from ..structure.description import JointProperties
 
 __all__ = ["PassiveForces"]
 

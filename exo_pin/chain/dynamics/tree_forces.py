@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_finite
-from ..kinematics import closure_kernels as kernels
+from ..kinematics.closure_wrench_kernels import closure_wrenches
 from ..structure.chain_state import Structure
 from .equations_of_motion import put_on
 
@@ -180,7 +180,7 @@ def _rnea(
     work.external[:] = 0.0
     work.wrenches[:] = 0.0
     if multipliers is not None:
-        kernels.closure_wrenches(
+        closure_wrenches(
             work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
         )
     put_on(chain, external)

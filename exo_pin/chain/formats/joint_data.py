@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray
-from ..structure.closures import JointProperties
+from ..structure.description import JointProperties
 from ..structure.motion_axes import motion_axes
 
 __all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite, frozen
-from ..structure.closures import Closure, Closures
+from ..structure.closures import Closure
+from ..structure.description import Closures
 from .closing import Closing
 
 __all__ = ["Paths"]

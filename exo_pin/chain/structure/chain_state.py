@@ -16,8 +16,9 @@ from ...core.errors import InvalidInput, LoopNotClosed, UnknownName
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray, as_finite, frozen
 from ..dynamics.passive import PassiveForces
-from .closures import Closure, Closures, Roles
+from .closures import Closure
 from .constant_axes import ConstantAxes
+from .description import Closures, Roles
 from .topology import frame_table, make_topology, refuse_model
 from .workspace import ProximalProblem, Workspace
 

@@ -12,7 +12,8 @@ from scipy.spatial.distance import pdist
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from .closures import TYPES, Closures, Placement
+from .closures import TYPES, Placement
+from .description import Closures
 
 __all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
 

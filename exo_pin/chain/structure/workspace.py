@@ -12,6 +12,7 @@ from ...core.errors import ExoPinError
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from ..kinematics import closure_kernels as kernels
+from ..kinematics.closure_wrench_kernels import unit_wrenches
 from .constant_axes import ConstantAxes
 from .topology import Topology
 
@@ -90,7 +91,7 @@ class Workspace(OneProcess):
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, what multipliers of one put on the bodies of frames a; the poses must be there."""
         top = self._topology
-        kernels.unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:

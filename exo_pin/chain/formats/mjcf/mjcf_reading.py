@@ -35,7 +35,8 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
-from ...structure.closures import Closure, Closures, Placement, Roles, Root
+from ...structure.closures import Closure, Placement
+from ...structure.description import Closures, Roles, Root
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
 from .mjcf_refusals import refuse_unreadable

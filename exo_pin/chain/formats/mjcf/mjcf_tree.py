@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
-from ...structure.closures import JointProperties
+from ...structure.description import JointProperties
 from .mjcf_compiling import Compiled
 
 __all__ = ["Tree", "build_tree", "free_name", "own_configuration", "pose"]

@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from ....core.errors import InvalidInput
 from ...structure.chain_state import Structure
-from ...structure.closures import Closures, JointProperties, Root
+from ...structure.description import Closures, JointProperties, Root
 from ..bodies import TreeBody, tree_bodies, world_link
 from ..joint_data import NO_LIMIT, refuse_data
 from .urdf_document import Body, Document, JointStrength

@@ -4,7 +4,7 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin import muscle
-from exo_pin.chain.dynamics.force_distribution import Bound, Space
+from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
 from exo_pin.chain.structure.description import JointProperties
 from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
@@ -96,7 +96,7 @@ def rare_examples():
     return [
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
         bound,
-        Space(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
+        ForceDistribution(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
         Choice(*[0.0] * len(Choice._fields)),
         workspace(3),
         modes,

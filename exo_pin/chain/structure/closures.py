@@ -25,8 +25,8 @@ class ClosureType:
     name : str
         As in the file.
     translations, rotations : int
-        Number of constraint rows in metres, which come first, and in radians: what the closure forbids of the motion
-        of frame a against frame b.
+        Number of constraint rows in metres, which come first, and in radians, on the motion of frame a against
+        frame b.
     has_axis : bool
         Whether it turns or slides about an axis that can be stated.
     """
@@ -38,7 +38,7 @@ class ClosureType:
 
     @property
     def code(self) -> int:
-        """Number by which the compiled functions know it."""
+        """Its number in the compiled functions."""
         return CODES[self.name]
 
     @property
@@ -60,13 +60,13 @@ _ALL_TYPES = (
 #: The closure types by name; "point" is another name for "spherical".
 TYPES: dict[str, ClosureType] = {kind.name: kind for kind in _ALL_TYPES} | {"point": _ALL_TYPES[1]}
 
-#: Swaps x and y, and turns z around: the frames of a universal closure seen from its other side.
+#: Swaps x and y, and turns z around: the frames of a universal closure with its bodies exchanged.
 _SWAP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a closure's frame stands in the frame that carries it.
+    """Pose of a closure's frame in the frame that carries it.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Closure:
         frame, of length 1; by default its z axis. A universal closure turns about the y axis of frame b and the x
         axis of frame a.
     distance : float or None
-        What a distance closure keeps between the origins of its two frames, m; other types have none.
+        Constant distance between the origins of the two frames of a distance closure, m; None for other types.
 
     Raises
     ------
@@ -141,10 +141,13 @@ class Closure:
         if self.axis is not None:
             if not kind.has_axis:
                 having = ", ".join(name for name, other in TYPES.items() if other.has_axis)
-                raise InvalidInput(f"closure {self.name!r}: a {kind.name} closure has no axis, only {having} have")
+                raise InvalidInput(
+                    f"closure {self.name!r}: a {kind.name} closure has no axis, got {self.axis}: leave it out, or "
+                    f"use a closure of type {having}"
+                )
             axis = as_finite(f"axis of closure {self.name!r}", self.axis, (3,))
             if abs(float(np.linalg.norm(axis)) - 1.0) > 1e-12:
-                # An axis of length 1 is kept as it is, so that a file loads back bit for bit.
+                # An axis of length 1 is not normalised again, so that a file loads back bit for bit.
                 axis = as_unit_vector(f"axis of closure {self.name!r}", axis)
             object.__setattr__(self, "axis", tuple(axis.tolist()))
         if (self.distance is None) != (kind.name != "distance"):
@@ -156,7 +159,7 @@ class Closure:
             object.__setattr__(self, "distance", as_positive(f"distance of closure {self.name!r}", self.distance))
 
     def reversed(self) -> Closure:
-        """The same closure with a and b exchanged: what it allows is the same, its rows are told by the other body."""
+        """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body."""
         a, b = self.placement_a, self.placement_b
         if self.type == "universal":
             a, b = a.turned(_SWAP), b.turned(_SWAP)

@@ -1,4 +1,4 @@
-"""What a URDF cannot say of a robot, as data: its loops, its root, the roles of its parts, springs and armatures."""
+"""Data of a robot that a URDF cannot hold: its loops, its root, the roles of its parts, springs and armatures."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .closures import Closure, require_name
 
 __all__ = ["ROOT_JOINTS", "Closures", "JointProperties", "LimbRole", "Roles", "Root"]
 
-#: How the root link can hang in the world. A hinged root is a joint of the URDF itself.
+#: Joints between world and root link. A hinged root is a joint of the URDF itself.
 ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
 
 
 @dataclass(frozen=True)
 class Root:
-    """How the root link of the URDF hangs in the world.
+    """Joint between the world and the root link of the URDF, and gravity.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Root:
 
 @dataclass(frozen=True)
 class JointProperties:
-    """What a URDF cannot say about a joint.
+    """Data of a joint that a URDF cannot hold.
 
     Attributes
     ----------
@@ -57,11 +57,11 @@ class JointProperties:
         Shape (nq of the joint,), where the spring is slack, m, rad or unit quaternion (x, y, z, w); the joint's
         neutral configuration where left out.
     armature : tuple of float or None
-        Shape (nv of the joint,), inertia of the actuator's rotor seen from the joint, kg or kg m², not negative. It is
+        Shape (nv of the joint,), inertia of the actuator's rotor reduced to the joint, kg or kg m², not negative. It is
         put into the model when the file is loaded; None leaves the model's own.
     unit : {"m", "rad"} or None
-        What the joint has to move in for these values, which is checked when a model is loaded; None for a joint that
-        moves in both, or without a check.
+        Unit of the joint's coordinates for these values, checked when a model is loaded; None for a joint that moves in
+        both, or for no check.
     """
 
     joint: str
@@ -98,7 +98,7 @@ class LimbRole:
     slide : str
         The actuated joint.
     platform_joint : str
-        The limb's first joint after the arm: what it transmits is what the arm puts on the limb.
+        The limb's first joint after the arm; it transmits the wrench of the arm on the limb.
     closure : str
         The closure that holds the limb to the torso.
     """
@@ -118,14 +118,14 @@ class LimbRole:
 
 @dataclass(frozen=True)
 class Roles:
-    """What the parts of the model are for. All of it is optional.
+    """Roles of the parts of the model. All of them are optional.
 
     Attributes
     ----------
     actuated : tuple of str
         Joints that carry an actuator.
     shoulder : str or None
-        The joint or closure whose reaction is asked for.
+        The joint or closure whose reaction is the result.
     arm : str or None
         The link that it carries.
     reference_point : str or None
@@ -149,18 +149,18 @@ class Roles:
 
 @dataclass(frozen=True)
 class Closures:
-    """Everything that a URDF leaves out: its loops, its root, its roles.
+    """All data of a robot beside its URDF: its loops, its root, its roles.
 
     Attributes
     ----------
     name : str
         Of the robot.
     root : Root
-        How the tree hangs in the world.
+        Joint between world and tree, and gravity.
     closures : tuple of Closure
         In the order of the constraint rows.
     roles : Roles
-        What the parts are for.
+        Roles of the parts.
     joints : tuple of JointProperties
         Springs and armatures of joints, which a URDF cannot hold.
 
@@ -196,4 +196,4 @@ class Closures:
 def _require_distinct(what: str, names: Any) -> None:
     twice = sorted({name for name in names if list(names).count(name) > 1})
     if twice:
-        raise InvalidInput(f"{what} {twice[0]!r} is given twice")
+        raise InvalidInput(f"{what} {twice[0]!r} is given twice: expected every name once")

@@ -39,6 +39,7 @@ def error_examples():
         errors.MasslessMotion(["knee"]),
         errors.SingularConfiguration(q, -q, 0.1),
         errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),
+        errors.NearSingularConfiguration(q, 1e-6, 1e-8),
         errors.SimulationStopped(0.2, q, frozen([1.0]), "it folds"),
         noted,
         errors.UnknownName("preset", "protoype", ["prototype", "scenario"], where="a file"),

@@ -191,8 +191,8 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
         self.singular_value = float(singular_value)
         self.error = float(error)
         super().__init__(
-            f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, has "
-            f"an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
+            f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, "
+            f"has an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
             "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration"
         )
 

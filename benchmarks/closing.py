@@ -62,6 +62,7 @@ def problem(name, urdf, chain, q):
 
 def ours(name, chain, starts):
     """Close every start."""
+    from exo_pin.chain.kinematics.closing import nearest_closed
     from exo_pin.core.errors import LoopNotClosed
 
     times, residuals, steps = [], [], []
@@ -77,7 +78,7 @@ def ours(name, chain, starts):
             best = min(best, time.perf_counter() - begun)
         times.append(best)
         residuals.append(float(np.abs(chain.residual(q)).max()))
-        steps.append(chain._close(q0, np.zeros(0, dtype=int), 1e-12, 60)[1])
+        steps.append(nearest_closed(chain.state, q0, np.zeros(0, dtype=int), 1e-12, 60)[1])
     return {"robot": name, "solver": "exo_pin", "times": times, "residuals": residuals, "steps": steps}
 
 

@@ -1,4 +1,4 @@
-"""Does a mechanism do what its description says? Checks for any design."""
+"""Checks that a mechanism, its closed forms and its chain are consistent, for any design."""
 
 import lazy_loader
 

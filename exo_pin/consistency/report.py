@@ -1,4 +1,4 @@
-"""What checks find, and what those of wrists and of other robots share."""
+"""Findings and reports of checks, and the check of closure Jacobians."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The checks of a closed chain that is no wrist."""
+"""Checks of a closed chain that is not a wrist."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
 __all__ = ["CHAIN_CHECKS", "check_chain"]
 
-#: How far around its first closed configuration a robot that is no wrist is checked, rad, characteristic lengths.
+#: Largest distance of the checked configurations from the first closed one, rad and characteristic lengths.
 _AROUND = 0.3
 
 
@@ -43,7 +43,7 @@ def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
 
 
 def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
-    """Freedoms, and whether the actuators rule them."""
+    """Freedoms, and whether the actuators determine them."""
     answers = [chain.mobility(q) for q in found]
     freedoms = [answer.degrees_of_freedom for answer in answers]
     usual = answers[freedoms.index(max(freedoms, key=freedoms.count))]
@@ -78,7 +78,7 @@ def _chain_inertia(chain: ClosedChain, _: list[FloatArray]) -> Finding:
         if model.inertias[joint].mass < 0.0 or principal[0] < -slack or principal[2] > principal[:2].sum() + slack:
             return Finding("inertia", "fail", f"no body has the mass or inertia of the link after {model.names[joint]}")
     if light:
-        return Finding("inertia", "note", f"no mass after {', '.join(light)}: motion there is not ruled by forces")
+        return Finding("inertia", "note", f"no mass after {', '.join(light)}: forces do not determine the motion there")
     return Finding("inertia", "pass", f"{sum(item.mass for item in model.inertias):.4g} kg in all")
 
 

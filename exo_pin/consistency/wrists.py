@@ -18,7 +18,7 @@ from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Outcome, Report, clo
 
 __all__ = ["CHECKS", "check", "run_check"]
 
-#: Their largest angle from the neutral pose, rad.
+#: Largest angle of the poses from the neutral pose, rad.
 _SPREAD = 1.0
 
 
@@ -53,7 +53,7 @@ def _loops(subject: _Subject) -> Finding:
 
 
 def _lengths(subject: _Subject) -> Finding:
-    """The chain's slides move as far as the closed form says."""
+    """The chain's slides have the lengths of the closed form."""
     chain, worst = subject.model.chain, 0.0
     neutral = inverse_kinematics(subject.geometry, subject.geometry.neutral).lengths
     slides = [chain.model.joints[chain.model.getJointId(f"limb_{i + 1}_slide")].idx_q for i in range(len(neutral))]
@@ -140,9 +140,9 @@ def _inertia(subject: _Subject) -> Finding:
     """A mass and an inertia that a body can have."""
     arm = subject.mechanism.arm
     if arm is None:
-        return Finding("inertia", "note", "no arm is given: reaction forces cannot be asked")
+        return Finding("inertia", "note", "no arm is given: reaction forces need one")
     if arm.inertia is None:
-        return Finding("inertia", "note", f"{arm.mass:.4g} kg without inertia: no motion can be asked")
+        return Finding("inertia", "note", f"{arm.mass:.4g} kg without inertia: reaction forces in motion need one")
     principal = np.linalg.eigvalsh(arm.inertia)
     shown = ", ".join(f"{value:.3g}" for value in principal)
     slack = 1e-9 * principal[2]
@@ -151,7 +151,7 @@ def _inertia(subject: _Subject) -> Finding:
 
 
 def _neutral_pose(subject: _Subject) -> Finding:
-    """Limbs of some length, not folded, and how near the neutral pose is to singular."""
+    """Limbs of some length, not folded, and the distance of the neutral pose from singularity."""
     state = inverse_kinematics(subject.geometry, subject.geometry.neutral)
     margin = singularity(subject.geometry, subject.geometry.neutral, subject.mechanism.is_upu)
     lengths = ", ".join(f"{length * 1e3:.1f}" for length in state.lengths)

@@ -1,4 +1,4 @@
-"""Masses that no source gives, for simulators that cannot do without. The only place that makes them up."""
+"""Assumed masses, for simulators that need some where no source gives them. They are assumed nowhere else."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class AssumedMasses:
 
     @property
     def statement(self) -> str:
-        """What a file with these masses says of them."""
+        """Statement of the assumption for files that contain it."""
         return (
             "Masses of limb halves, crosses and anchors, and of arm parts that the source does not give, are assumed: "
             f"base half {self.base_half_mass:g} kg, platform half {self.platform_half_mass:g} kg, "

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..chain import ClosedChain
-from ..chain.dynamics.equations_of_motion import Balance, balance_of
+from ..chain.dynamics.equations_of_motion import EquationsOfMotion, equations_of_motion
 from ..core.validation import FloatArray
 from ..design import Arm, Limb, Mechanism
 from ..wrist.kernels import limb_vectors
@@ -229,7 +229,7 @@ class EquilibriumModel:
         """
         v, a = self._motion(R, q, velocity, acceleration)
         # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
-        balance = balance_of(self.chain, q, v, a, keeps_closed=False)
+        balance = equations_of_motion(self.chain.state, q, v, a, check_closed=False)
         n = self.mechanism.limb_count
         share = np.zeros((n, 6)) if self._massless else balance.tree[self._first_joint]
         closure, of_f, of_g = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
@@ -261,7 +261,7 @@ class EquilibriumModel:
 
     def _close_upu(
         self,
-        balance: Balance,
+        balance: EquationsOfMotion,
         share: FloatArray,
         closure: FloatArray,
         of_f: FloatArray,

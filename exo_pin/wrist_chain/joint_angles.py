@@ -18,7 +18,7 @@ _compile = njit(cache=True, error_model="numpy")
 
 
 class NeutralLimbs:
-    """The limbs in the neutral pose, where every joint of the chain reads zero, seen from the arm.
+    """The limbs in the neutral pose, where every joint of the chain is zero, in the axes of the arm.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ def _angle(axis: Any, u: Any, v: Any) -> float:
 
 @_compile
 def side_couples(b: Any, X: Any, out: Any) -> None:
-    """Fill what tells the couple in the universal joint at B_i from a wrench about O.
+    """Fill the rows that give the couple in the universal joint at B_i from a wrench about O.
 
     Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·(M - b × F) = n·M - |b| X·F.
 

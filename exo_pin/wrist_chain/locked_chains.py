@@ -1,10 +1,9 @@
-"""Singularity of the wrist as Pinocchio sees it: rank and inverse of the closures' Jacobians.
+"""Singularity of the wrist from Pinocchio: rank and inverse of the closures' Jacobians.
 
-An independent way to what :mod:`exo_pin.wrist.singularities.measures` says in closed form. The chain with the ball
-joint has
-closures of rank 15 of 18 in every pose, also where det X = 0, because the ball joint holds O; what is lost shows in two
-other questions. With the actuators locked, 18 closure rows and 3 locks are of rank 18, and 17 in a singular pose: the
-arm can turn. Without the ball joint 18 rows of 21 coordinates are of rank 18, and 17: O can move.
+An independent check of the closed forms in :mod:`exo_pin.wrist.singularities.measures`. The closures of the chain with
+the ball joint have rank 15 of 18 in every pose, also where det X = 0, because the ball joint fixes O. Two other ranks
+show the singularity. With the actuators locked, 18 closure rows and 3 locks are of rank 18, and 17 in a singular pose:
+the arm can turn. Without the ball joint 18 rows of 21 coordinates are of rank 18, and there of rank 17: O can move.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ __all__ = ["ChainSingularity", "LockedChains"]
 
 @dataclass(frozen=True, eq=False)
 class ChainSingularity:
-    """What the closures hold in one pose, from Pinocchio's constraint Jacobians.
+    """Ranks of the closures and freedoms in one pose, from Pinocchio's constraint Jacobians.
 
     Attributes
     ----------
@@ -46,10 +45,10 @@ class ChainSingularity:
     amplification : float
         Its inverse, N of limb force per N m.
     lost_direction : ndarray
-        Shape (3,), base frame, the axis about which the limbs hold worst.
+        Shape (3,), base frame, the axis about which the limbs resist a moment least.
     centre_shift : float
-        How far O moves at most if the closure of each limb gives way by a unit to either side along X_i, actuators
-        locked and no ball joint, m per m; inf where it is not held.
+        Largest shift of O if the closure of each limb is displaced by a unit to either side along X_i, actuators locked
+        and no ball joint, m per m; inf where O is not fixed.
     """
 
     rank: int
@@ -79,7 +78,10 @@ class LockedChains:
 
     def __init__(self, mechanism: Mechanism) -> None:
         if mechanism.limb_count != 3 or not mechanism.is_upu.all():
-            raise InvalidInput("expected three UPU limbs")
+            raise InvalidInput(
+                f"expected three UPU limbs, got {', '.join(limb.kind for limb in mechanism.limbs)}: use mobility of "
+                "the chain for other limbs"
+            )
         arm = Arm(1.0, np.array([0.0, 0.0, -0.2])) if mechanism.arm is None else mechanism.arm
         self._whole = EquilibriumModel(mechanism.replace(arm=arm))
         self._alone = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
@@ -138,7 +140,7 @@ class LockedChains:
         return np.asarray(follow[np.searchsorted(limbs, slides)])
 
     def _centre_shift(self, q: FloatArray, R: FloatArray) -> float:
-        """Farthest O goes if closure i gives way by ±1 along X_i, the axis of its joint base_x, slides locked."""
+        """Largest shift of O if closure i is displaced by ±1 along X_i, the axis of its joint base_x, slides locked."""
         chain, model = self._alone, self._alone.model
         J = chain.constraint_jacobian(q)
         held = np.setdiff1d(np.arange(model.nv), chain.velocity_indices(self._slides))

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 
 from ..chain.formats.closures_file import closures_text, write_files
-from ..chain.structure.closures import Closures
+from ..chain.structure.description import Closures
 from ..core.errors import InvalidInput
 from ..design.io.mechanism_files import preset, presets
 from ..design.mechanism import Mechanism
@@ -26,8 +26,8 @@ def write_urdf(
 ) -> Path:
     """Write a mechanism's URDF and the closures file beside it.
 
-    Each file appears whole or not at all, first the URDF, then the closures: if writing stops between the two, a new
-    URDF may stand beside the old closures.
+    Each file appears whole or not at all, first the URDF, then the closures: if writing stops between the two, the
+    URDF is new and the closures file is old.
 
     Parameters
     ----------

@@ -8,9 +8,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
+from ..chain import ClosedChain
 from ..chain.formats.joint_data import joint_data
 from ..chain.formats.urdf.urdf_loading import load_model
-from ..chain.structure.chain_state import Structure
+from ..chain.structure.chain_state import ChainState
 from ..chain.structure.motion_axes import motion_axes
 from ..core.conventions import Side
 from ..core.errors import ExoPinError, NotAWrist
@@ -27,12 +28,12 @@ _SAME = 1e-9
 
 
 class Recognised(NamedTuple):
-    """What a chain is as a wrist.
+    """A chain as a wrist.
 
     Attributes
     ----------
     mechanism : Mechanism
-        Geometry, limbs' kinds, and the masses as far as a mechanism's record can hold them.
+        Geometry, limbs' kinds, and the masses as far as a mechanism's record holds them.
     heavier : tuple of str
         Joints whose links have mass that the record cannot hold (crosses, anchors): kinematics is the chain's,
         statics is not.
@@ -46,48 +47,49 @@ class Recognised(NamedTuple):
     unheld: tuple[str, ...] = ()
 
 
-def wrist_of(chain: Structure, side: Side = "left") -> Recognised:
+def wrist_of(chain: ClosedChain, side: Side = "left") -> Recognised:
     """Read a chain as a wrist, and check it against the chain that this wrist would be written as.
 
     Parameters
     ----------
-    chain : Structure
+    chain : ClosedChain
         The chain, with limbs among its roles.
     side : {"left", "right"}
-        Side of the body that it is for; a chain does not tell.
+        Side of the body; a chain does not contain it.
 
     Raises
     ------
     NotAWrist
-        If it has no limbs among its roles, or its tree is laid out otherwise; the error says why.
+        If it has no limbs among its roles, or its tree has another layout; the error names the reason.
     """
-    roles, name = chain.roles, chain.description.name
+    state = chain.state
+    roles, name = state.roles, state.description.name
     if len(roles.limbs) < 3 or roles.arm is None:
         raise NotAWrist(name, "its closures file names no arm with three limbs or more among its roles")
     try:
-        mechanism = _read(chain, side)
-        part = _part(chain)
+        mechanism = _read(state, side)
+        part = _part(state)
         written, closures = load_model(*mechanism_urdf(mechanism, part), None)
-        same = Structure(written, closures)
+        same = ChainState(written, closures)
     except NotAWrist:
         raise
     except ExoPinError as error:
         raise NotAWrist(name, str(error)) from error
-    _compare(name, chain, same)
-    arm = chain.model.inertias[1]
+    _compare(name, state, same)
+    arm = state.model.inertias[1]
     scale = arm.mass if arm.mass > 0.0 else 1.0
     heavier = tuple(
-        chain.model.names[joint]
-        for joint in range(1, chain.model.njoints)
-        if np.abs(_ten(chain.model.inertias[joint]) - _ten(written.inertias[joint])).max() > _SAME * scale
+        state.model.names[joint]
+        for joint in range(1, state.model.njoints)
+        if np.abs(_ten(state.model.inertias[joint]) - _ten(written.inertias[joint])).max() > _SAME * scale
     )
     try:
-        return Recognised(mechanism, heavier, _unheld(chain))
+        return Recognised(mechanism, heavier, _unheld(state))
     except ExoPinError as error:
         raise NotAWrist(name, str(error)) from error
 
 
-def _unheld(chain: Structure) -> tuple[str, ...]:
+def _unheld(chain: ChainState) -> tuple[str, ...]:
     data = joint_data(chain.model, chain.description.joints)
     return tuple(
         f"{what} of {chain.model.names[joint]}"
@@ -97,15 +99,15 @@ def _unheld(chain: Structure) -> tuple[str, ...]:
     )
 
 
-def _part(chain: Structure) -> str:
+def _part(chain: ChainState) -> str:
     kind = chain.model.joints[1].shortname() if chain.model.njoints > 1 else "none"
     if kind == "JointModelSpherical":
         return "whole"
     return "floating" if chain.roles.shoulder in {closure.name for closure in chain.closures} else "wrist"
 
 
-def _read(chain: Structure, side: Side) -> Mechanism:
-    """The mechanism that the roles point at."""
+def _read(chain: ChainState, side: Side) -> Mechanism:
+    """The mechanism that the roles describe."""
     model, roles, name = chain.model, chain.roles, chain.description.name
     closures = {closure.name: closure for closure in chain.closures}
     base, platform, limbs = [], [], []
@@ -139,8 +141,8 @@ def _half(model: pin.Model, joint: int) -> LimbBody | None:
     return LimbBody(inertia.mass, centre, float((np.trace(inertia.inertia) - axial) / 2), axial)
 
 
-def _compare(name: str, given: Structure, written: Structure) -> None:
-    """Every joint of the one chain stands and points as in the other."""
+def _compare(name: str, given: ChainState, written: ChainState) -> None:
+    """Raise NotAWrist unless every joint has the same place and axes in both chains."""
     model, other = given.model, written.model
     if model.njoints != other.njoints or len(given.closures) != len(written.closures):
         raise NotAWrist(name, f"a wrist of its limbs has {other.njoints - 1} joints, it has {model.njoints - 1}")
@@ -154,15 +156,15 @@ def _compare(name: str, given: Structure, written: Structure) -> None:
             or not places[0].isApprox(places[1], _SAME)
             or np.abs(axes[0][joint] - axes[1][joint]).max() > _SAME
         ):
-            raise NotAWrist(name, f"joint {model.names[joint]!r} stands or points otherwise than in a wrist")
-    here, there = (chain._topology for chain in (given, written))
+            raise NotAWrist(name, f"joint {model.names[joint]!r} is placed or directed otherwise than in a wrist")
+    here, there = (chain.topology for chain in (given, written))
     order = [[item.name for item in given.closures].index(item.name) for item in written.closures]
     if (
         not np.array_equal(here.joints[order], there.joints)
         or not np.array_equal(here.kinds[order], there.kinds)
         or np.abs(here.local[order] - there.local).max() > _SAME
     ):
-        raise NotAWrist(name, "its closures hold the limbs otherwise than a wrist's")
+        raise NotAWrist(name, "its closures join the limbs to the world otherwise than in a wrist")
 
 
 def _ten(inertia: pin.Inertia) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What the mechanism looks like: cylinders and balls, so that a URDF needs no mesh files."""
+"""Pictures of the mechanism: cylinders and balls, so that a URDF needs no mesh files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _point(values: FloatArray) -> tuple[float, ...]:
 def _ring(points: Sequence[FloatArray], axis: FloatArray | None, origin: FloatArray, colour: str) -> list[Picture]:
     """Rods through the points, seen from ``origin``: round ``axis`` through zero, or straight where there is none.
 
-    A wide gap between neighbours on the ring stays open, so that it can be put on from the side.
+    A wide gap between neighbours on the ring has no rod, so that the ring can be put on from the side.
     """
     corners = [np.asarray(point) for point in points]
     closed = True

@@ -2,7 +2,7 @@
 
 The tree hangs from the arm, because URDF has no ball joint and a chain of three hinges locks inside the daily
 range: the root link is ``arm``, its frame is {O_B} with the origin at O, and the shoulder is a root joint that the
-closures file asks for. From the arm each limb i (from 1) runs to the torso and is closed onto the world at A_i:
+closures file names. From the arm each limb i (from 1) runs to the torso and is closed onto the world at A_i:
 
 ========================= ================= ==================== =========================================
 joint                     type              axis                 child link
@@ -19,15 +19,15 @@ limb ends in a rigid closure of ``limb_i_base``; an SPS limb ends in a spherical
 idle spin about its own line is left out). Every link frame is parallel to {O_B} in the neutral pose, where all
 joint angles are zero and all loops are closed. A positive slide lengthens the limb: q = l_i - l_i(neutral).
 
-``part`` says what is written:
+``part`` selects what is written:
 
 * "whole": spherical root at O, with the arm's inertia; three UPU limbs give 18 coordinates, 18 rows, rank 15;
 * "wrist": the same tree without the shoulder, free-flyer root; 21 coordinates, rank 18;
 * "floating": free-flyer root and the shoulder as a spherical closure at O; 21 coordinates, 21 rows, rank 18;
 * "shoulder": the arm alone on a spherical root.
 
-A link whose mass is not known has no ``<inertial>``; an arm of unknown inertia is written as a point mass. Asking
-for motion of such an arm is the caller's mistake. Files meant for simulators get stated, assumed masses instead.
+A link whose mass is not known has no ``<inertial>``; an arm of unknown inertia is written as a point mass. Callers
+have to refuse motions of such an arm. Files for simulators have assumed masses, which they state.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ from typing import Literal
 import numpy as np
 
 from ..chain.formats.urdf.urdf_document import Body, Document
-from ..chain.structure.closures import Closure, Closures, LimbRole, Placement, Roles, Root
+from ..chain.structure.closures import Closure, Placement
+from ..chain.structure.description import Closures, LimbRole, Roles, Root
 from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import FloatArray
 from ..design.arm import Arm
@@ -50,7 +51,7 @@ __all__ = ["PARTS", "Part", "dummy_shoulder_urdf", "mechanism_urdf"]
 
 Part = Literal["whole", "wrist", "shoulder", "floating"]
 
-#: What can be written of a mechanism.
+#: Parts of a mechanism that can be written.
 PARTS: tuple[Part, ...] = ("whole", "wrist", "shoulder", "floating")
 
 #: Sine of the angle A_i O B_i below which the limb's plane has no direction.
@@ -70,7 +71,7 @@ def mechanism_urdf(
     part : {"whole", "wrist", "shoulder", "floating"}
         How much of it, and how it hangs.
     assumed : AssumedMasses, optional
-        Masses for links that have none, for simulators; the file says in comments that they are assumed.
+        Masses for links that have none, for simulators; comments in the file state that they are assumed.
 
     Returns
     -------
@@ -96,7 +97,7 @@ def mechanism_urdf(
     closures = [Closure("shoulder", "spherical", "arm", "universe")] if part == "floating" else []
     first_upu = next((limb.name for limb in limbs if limb.is_upu), None)
     for limb in limbs:
-        # The base ring stands still, so the one link that a closed loop holds still may carry its picture.
+        # The base ring does not move, so its picture belongs to the link that the closed loop fixes.
         ring = [other.a for other in limbs] if limb.name == first_upu else []
         limb.write(document, assumed, ring)
         closures.append(limb.closure())

@@ -41,7 +41,7 @@ def test_a_singular_neutral_pose_is_noted():
     assert "singular" in finding.detail
 
 
-def test_what_is_not_known_is_a_note():
+def test_missing_data_is_a_note():
     report = ep.load("scenario-one").check()
     assert outcome(report, "inertia").outcome == "note"
     assert outcome(ep.load("appendix-d").check(), "inertia").outcome == "note"

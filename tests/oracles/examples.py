@@ -4,8 +4,8 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin import muscle
-from exo_pin.chain.dynamics.force_distribution import Bound, Space
-from exo_pin.chain.structure.closures import JointProperties
+from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
+from exo_pin.chain.structure.description import JointProperties
 from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.muscle.io.muscle_toml import Reader
@@ -39,6 +39,7 @@ def error_examples():
         errors.MasslessMotion(["knee"]),
         errors.SingularConfiguration(q, -q, 0.1),
         errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),
+        errors.NearSingularConfiguration(q, 1e-6, 1e-8),
         errors.SimulationStopped(0.2, q, frozen([1.0]), "it folds"),
         noted,
         errors.UnknownName("preset", "protoype", ["prototype", "scenario"], where="a file"),
@@ -96,7 +97,7 @@ def rare_examples():
     return [
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
         bound,
-        Space(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
+        ForceDistribution(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
         Choice(*[0.0] * len(Choice._fields)),
         workspace(3),
         modes,

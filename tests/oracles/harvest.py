@@ -170,7 +170,7 @@ def _chains(folder):
         chain.simulate(q, v, times=np.linspace(0, 0.01, 3))
     found = chain.inverse_dynamics_derivatives(q, v, a)
     found.joint_reaction(chain.model.names[1])
-    sdf_writing.sdf_text(chain, q)
+    sdf_writing.sdf_text(chain.state, q)
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
         path = made(folder)
     ep.ClosedChain.from_mjcf(path)

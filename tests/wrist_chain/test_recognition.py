@@ -75,7 +75,7 @@ def test_masses_that_the_record_cannot_hold_leave_the_kinematics(tmp_path):
         exo.reaction(POSE)
 
 
-def test_the_side_of_a_urdf_is_what_is_said(tmp_path):
+def test_the_side_of_a_urdf_is_the_given_one(tmp_path):
     path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
     assert ep.load(path).side == "left"
     assert ep.load(path, side="right").side == "right"

@@ -40,7 +40,7 @@ MECHANISMS = {name: preset(name) for name in presets()} | {
 }
 
 
-def test_the_folder_is_what_is_written_now(tmp_path):
+def test_the_folder_is_up_to_date(tmp_path):
     assert {path.name for path in FOLDER.iterdir()} == set(PUBLISHED)
     write_published_urdf(tmp_path)
     for name in PUBLISHED:
@@ -156,7 +156,7 @@ def test_slides_are_the_limbs_lengths(name):
         assert (q <= chain.model.upperPositionLimit + 1e-12).all()
 
 
-def test_the_arm_keeps_every_digit():
+def test_the_arm_is_written_exactly():
     mechanism = preset("prototype")
     chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism))
     inertia = chain.model.inertias[1]
@@ -188,7 +188,7 @@ def test_limb_halves_carry_their_mass_on_the_limbs_line():
             np.testing.assert_allclose(inertia.inertia @ across, half.transverse_inertia * across, atol=1e-15)
 
 
-def test_nothing_is_made_up_unless_it_is_asked_for():
+def test_no_mass_is_assumed_by_default():
     for name in ("scenario-one", "appendix-d", "prototype"):
         xml, _ = mechanism_urdf(preset(name), "wrist")
         masses = {link.get("name") for link in ET.fromstring(xml).findall("link") if link.find("inertial") is not None}
@@ -206,7 +206,7 @@ def test_given_masses_are_not_overruled_by_assumed_ones():
     assert chain.model.inertias[index].mass == mechanism.limbs[0].base_body.mass
 
 
-def test_an_arm_of_unknown_inertia_is_a_point_mass_that_says_so():
+def test_an_arm_of_unknown_inertia_is_a_stated_point_mass():
     xml, closures = mechanism_urdf(preset("appendix-d"))
     assert "inertia of the arm about its centre of mass is not known" in xml
     inertia = ClosedChain.from_urdf(xml, closures).model.inertias[1]

@@ -1,12 +1,12 @@
 """Derivatives of inverse dynamics and of reactions along the closed loops.
 
 A closed chain has as many freedoms as independent coordinates, and a motion of it is q_i, v_i and a_i of these: all
-other coordinates follow. The derivatives are with respect to them, the others following: total derivatives on the
-constraint manifold, which is what an optimiser over closed motions needs.
+other coordinates follow. The derivatives are total derivatives on the constraint manifold with respect to them, as an
+optimiser over closed motions needs.
 
 The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
-J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of the same joint set free, so its
-derivatives are those of RNEA on a tree with that joint replaced by a free flight. Only how J̇ v changes with q comes
+J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of a free flight in its place, so its
+derivatives are those of RNEA on a tree with that joint replaced by a free flight. Only the change of J̇ v with q comes
 from differences, of fourth order and exact to about 1e-11.
 """
 
@@ -22,14 +22,16 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from ..dynamics.equations_of_motion import balance_of
-from ..dynamics.inverse_dynamics import InverseDynamics, solved
+from ..dynamics.equations_of_motion import equations_of_motion
+from ..dynamics.inverse_dynamics import solved
 from ..dynamics.reactions import ClosedForces
-from ..kinematics.reduced_kinematics import Kinematics
+from ..kinematics.loops import closed_configuration
+from ..kinematics.reduced_kinematics import split
+from ..structure.chain_state import ChainState
 from .reaction_derivatives import closure_change, joint_change, own_axes
-from .state_changes import Change, State, change_of, force_change
+from .state_changes import Change, OperatingPoint, change_of, force_change
 
-__all__ = ["Derivatives", "DynamicsDerivatives", "ReactionDerivatives"]
+__all__ = ["Derivatives", "ReactionDerivatives", "inverse_dynamics_derivatives"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +41,10 @@ class ReactionDerivatives(Record):
     Attributes
     ----------
     q, v, a : ndarray
-        Shape (6, d), of the wrench (force and moment, N and N m, in the axes that were asked for) with respect to the
+        Shape (6, d), of the wrench (force and moment, N and N m, in the axes ``in_frame``) with respect to the
         independent coordinates (m, rad), velocities (m/s, rad/s) and accelerations (m/s², rad/s²).
     unique : ndarray of bool
-        Shape (6,), which components every solution shares; the others are those of the least multipliers.
+        Shape (6,), which components are the same in every solution; the others are those of the least multipliers.
     """
 
     q: FloatArray
@@ -81,11 +83,11 @@ class Derivatives(Record):
     a_q: FloatArray
     a_v: FloatArray
     forces: ClosedForces
-    _state: State = field(repr=False)
+    _point: OperatingPoint = field(repr=False)
     _change: Change = field(repr=False)
 
     def joint_reaction(self, joint: str, in_frame: str = "world") -> ReactionDerivatives:
-        """Derivatives of what a joint or closure transmits, about its own, moving origin.
+        """Derivatives of the wrench that a joint or closure transmits, about its own, moving origin.
 
         Parameters
         ----------
@@ -106,14 +108,14 @@ class Derivatives(Record):
             raise UnknownName("frame", in_frame, ("world", "local"))
         here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
         change = np.hstack([self.multipliers_q, self.multipliers_v, self.multipliers_a])
-        chain = self._state.chain
-        closures = [closure.name for closure in chain.closures]
+        state = self._point.state
+        closures = [closure.name for closure in state.closures]
         if joint in closures:
-            local, turning = closure_change(self._state, closures.index(joint), self._change, change)
+            local, turning = closure_change(self._point, closures.index(joint), self._change, change)
         else:
-            local, turning = joint_change(self._state, chain.joint_index(joint), self._change, change)
+            local, turning = joint_change(self._point, state.joint_index(joint), self._change, change)
         if in_frame == "world":
-            axes = own_axes(self._state, joint, closures)
+            axes = own_axes(self._point, joint, closures)
             local = np.vstack([axes.T @ local[:3], axes.T @ local[3:]])
             local[:3] += np.cross(turning, here.force[:, None], axis=0)
             local[3:] += np.cross(turning, here.moment[:, None], axis=0)
@@ -126,72 +128,70 @@ class Derivatives(Record):
         )
 
 
-class DynamicsDerivatives(InverseDynamics, Kinematics):
-    """Derivatives of a closed chain's inverse dynamics."""
+def inverse_dynamics_derivatives(
+    state: ChainState,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    independent: Iterable[str] | None = None,
+    external: Mapping[str, ArrayLike] | None = None,
+    actuated: Iterable[str] | None = None,
+) -> Derivatives:
+    """Derivatives of efforts, multipliers and reactions along the closed loops.
 
-    def inverse_dynamics_derivatives(
-        self,
-        q: ArrayLike,
-        v: ArrayLike | None = None,
-        a: ArrayLike | None = None,
-        *,
-        independent: Iterable[str] | None = None,
-        external: Mapping[str, ArrayLike] | None = None,
-        actuated: Iterable[str] | None = None,
-    ) -> Derivatives:
-        """Derivatives of efforts, multipliers and reactions along the closed loops.
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q, v, a, external, actuated
+        As for :meth:`ClosedChain.inverse_dynamics`; the components of external wrenches in world axes are constant.
+    independent : iterable of str, optional
+        Joints whose coordinates are independent, as for :meth:`ClosedChain.split`, which chooses them otherwise.
 
-        Parameters
-        ----------
-        q, v, a, external, actuated
-            As for :meth:`inverse_dynamics`; external wrenches keep their components in the world's axes.
-        independent : iterable of str, optional
-            Joints whose coordinates are independent, as for :meth:`split`, which chooses them otherwise.
+    Returns
+    -------
+    Derivatives
 
-        Returns
-        -------
-        Derivatives
-
-        Raises
-        ------
-        UndeterminedMotion
-            If the given joints leave others free.
-        LoopNotClosed, InvalidInput, UnknownName, UndrivenMotion
-            As for :meth:`inverse_dynamics`.
-        """
-        q = self._closed(q).copy()
-        v = np.zeros(self._model.nv) if v is None else self._tangent("v", v).copy()
-        a = np.zeros(self._model.nv) if a is None else self._tangent("a", a).copy()
-        balance = balance_of(self, q, v, a, external)
-        drive = self._drive(actuated)
-        forces = solved(balance, drive, metric="closures")
-        split = self.split(q, independent)
-        # Copies: reactions are asked for later, when gravity and the caller's arrays may be others.
-        wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
-        gravity = pin.Motion(self._model.gravity)
-        state = State(self, q, v, a, np.array(forces.multipliers), balance, wrenches, gravity)
-        change, rates = change_of(self, state, split)
-        tau, multipliers = force_change(state, change, rates, drive.passive)
-        d = len(split.independent)
-        tau_q, tau_v, tau_a = _parts(tau, d)
-        multipliers_q, multipliers_v, multipliers_a = _parts(multipliers, d)
-        v_q, _, _ = _parts(change.v, d)
-        a_q, a_v, _ = _parts(change.a, d)
-        return Derivatives(
-            split.independent,
-            tau_q,
-            tau_v,
-            tau_a,
-            multipliers_q,
-            multipliers_v,
-            multipliers_a,
-            v_q,
-            a_q,
-            a_v,
-            forces,
-            state,
-            change,
-        )
+    Raises
+    ------
+    UndeterminedMotion
+        If the given joints do not determine the others.
+    LoopNotClosed, InvalidInput, UnknownName, UndrivenMotion
+        As for :meth:`ClosedChain.inverse_dynamics`.
+    """
+    q = closed_configuration(state, q).copy()
+    v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()
+    a = np.zeros(state.model.nv) if a is None else state.tangent("a", a).copy()
+    equations = equations_of_motion(state, q, v, a, external)
+    drive = state.drive(actuated)
+    forces = solved(equations, drive, metric="closures")
+    parts = split(state, q, independent)
+    # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
+    wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
+    gravity = pin.Motion(state.model.gravity)
+    point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), equations, wrenches, gravity)
+    change, rates = change_of(state, point, parts)
+    tau, multipliers = force_change(point, change, rates, drive.passive)
+    d = len(parts.independent)
+    tau_q, tau_v, tau_a = _parts(tau, d)
+    multipliers_q, multipliers_v, multipliers_a = _parts(multipliers, d)
+    v_q, _, _ = _parts(change.v, d)
+    a_q, a_v, _ = _parts(change.a, d)
+    return Derivatives(
+        parts.independent,
+        tau_q,
+        tau_v,
+        tau_a,
+        multipliers_q,
+        multipliers_v,
+        multipliers_a,
+        v_q,
+        a_q,
+        a_v,
+        forces,
+        point,
+        change,
+    )
 
 
 def _parts(columns: FloatArray, d: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""Derivatives of what joints and closures transmit; see :mod:`exo_pin.chain.derivatives.dynamics_derivatives`."""
+"""Derivatives of the wrenches of joints and closures; see :mod:`exo_pin.chain.derivatives.dynamics_derivatives`."""
 
 from __future__ import annotations
 
@@ -9,100 +9,107 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..kinematics import closure_kernels as kernels
-from ..structure.chain_state import Structure
-from .state_changes import Change, State, open_change, rates_along
+from ..kinematics.closure_wrench_kernels import closure_wrench_rates
+from ..structure.chain_state import ChainState
+from .state_changes import Change, OperatingPoint, open_change, rates_along
 
 __all__ = ["closure_change", "joint_change", "own_axes"]
 
 
-def own_axes(state: State, joint: str, closures: list[str]) -> FloatArray:
+def own_axes(point: OperatingPoint, joint: str, closures: list[str]) -> FloatArray:
     """Own axes of a joint or closure, as rows."""
     if joint in closures:
-        return state.balance.closure_frame(closures.index(joint))[1]
-    return state.balance.poses[state.chain.joint_index(joint), :3]
+        return point.equations.closure_frame(closures.index(joint))[1]
+    return point.equations.poses[point.state.joint_index(joint), :3]
 
 
-def _turning(state: State, body: int, directions: FloatArray) -> FloatArray:
-    """How a body turns along each direction, world axes, shape (3, columns)."""
+def _turning(point: OperatingPoint, body: int, directions: FloatArray) -> FloatArray:
+    """Rotation of a body along each direction, world axes, shape (3, columns)."""
     if body == 0:
         return np.zeros((3, directions.shape[1]))
-    chain = state.chain
-    chain._workspace.linearise(state.q)
-    J = chain._workspace.J.T
-    moved = np.zeros(chain.model.nv, dtype=bool)
+    state = point.state
+    state.workspace.linearise(point.q)
+    J = state.workspace.J.T
+    moved = np.zeros(state.model.nv, dtype=bool)
     while body:
-        moved[chain.model.idx_vs[body] : chain.model.idx_vs[body] + chain.model.nvs[body]] = True
-        body = chain.model.parents[body]
+        moved[state.model.idx_vs[body] : state.model.idx_vs[body] + state.model.nvs[body]] = True
+        body = state.model.parents[body]
     return np.asarray(J[3:] * moved @ directions)
 
 
-def closure_change(state: State, index: int, change: Change, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+def closure_change(
+    point: OperatingPoint, index: int, change: Change, multipliers: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Change of a closure's wrench in the axes of frame a, and the turning of these axes."""
-    chain, top = state.chain, state.chain._topology
-    work = chain._workspace
-    work.linearise(state.q)
+    state, top = point.state, point.state.topology
+    work = state.workspace
+    work.linearise(point.q)
     out = np.zeros((6, change.q.shape[1]))
-    kernels.closure_wrench_rates(
+    closure_wrench_rates(
         work.poses, work.J, np.ascontiguousarray(change.q.T), top.joints, top.local, top.kinds, top.distances, top.rows,
-        top.supports, index, state.multipliers, np.ascontiguousarray(multipliers.T), out,
+        top.supports, index, point.multipliers, np.ascontiguousarray(multipliers.T), out,
     )  # fmt: skip
-    return out, _turning(state, int(top.joints[index, 0]), change.q)
+    return out, _turning(point, int(top.joints[index, 0]), change.q)
 
 
-def joint_change(state: State, index: int, change: Change, multipliers: FloatArray) -> tuple[FloatArray, FloatArray]:
+def joint_change(
+    point: OperatingPoint, index: int, change: Change, multipliers: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Change of a tree joint's wrench in its child link's axes, and the turning of these axes."""
-    chain = state.chain
+    state = point.state
     if index == 0:
-        raise InvalidInput("the world hangs on no joint")
-    freed, into = _freed(chain, index)
-    freed.model.gravity = state.gravity
-    for body in range(1, chain.model.njoints):
-        freed.model.inertias[body] = chain.model.inertias[body]
-    pose = _local_pose(state, index)
+        raise InvalidInput("the world has no joint: expected the name of a joint of the tree or of a closure")
+    freed, into = _freed(state, index)
+    freed.model.gravity = point.gravity
+    for body in range(1, state.model.njoints):
+        freed.model.inertias[body] = state.model.inertias[body]
+    pose = _local_pose(point, index)
     q = freed.neutral()
-    for joint, name in enumerate(chain.model.names):
+    for joint, name in enumerate(state.model.names):
         if joint:
-            here = state.q[chain.configuration_slice(name)]
+            here = point.q[state.configuration_slice(name)]
             q[freed.configuration_slice(name)] = pose if joint == index else here
     moved = Change(into @ change.q, into @ change.v, into @ change.a)
-    beyond = state._replace(chain=freed, q=q, v=into @ state.v, a=into @ state.a)
-    found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), state.multipliers)
-    freed._workspace.linearise(q)
-    found -= freed._workspace.jacobian.T @ multipliers
-    own = freed.velocity_slice(chain.model.names[index])
-    return found[own], _turning(state, index, change.q)
+    beyond = point._replace(state=freed, q=q, v=into @ point.v, a=into @ point.a)
+    found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), point.multipliers)
+    freed.workspace.linearise(q)
+    found -= freed.workspace.jacobian.T @ multipliers
+    own = freed.velocity_slice(state.model.names[index])
+    return found[own], _turning(point, index, change.q)
 
 
-def _local_pose(state: State, index: int) -> FloatArray:
-    """Configuration of the free flight that stands for a joint, shape (7,)."""
-    model, data = state.chain.model, state.chain._workspace.data
-    pin.forwardKinematics(model, data, state.q)
+def _local_pose(point: OperatingPoint, index: int) -> FloatArray:
+    """Configuration of the free flight that replaces a joint, shape (7,)."""
+    model, data = point.state.model, point.state.workspace.data
+    pin.forwardKinematics(model, data, point.q)
     local = model.jointPlacements[index].actInv(data.liMi[index])
     return pin.SE3ToXYZQUAT(local)
 
 
-def _freed(chain: Structure, index: int) -> tuple[Structure, FloatArray]:
-    """The chain with one joint replaced by a free flight, and what takes velocities there, shape (nv', nv).
+def _freed(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
+    """The chain with one joint replaced by a free flight, and the map of velocities to it, shape (nv', nv).
 
     Raises
     ------
     InvalidInput
         If the joint's axes move in its child link.
     """
-    known = chain._freed_chains
+    known = state.freed_chains
     if index not in known:
-        known[index] = _set_free(chain, index)
+        known[index] = _set_free(state, index)
     return known[index]
 
 
-def _set_free(chain: Structure, index: int) -> tuple[Structure, FloatArray]:
-    model = chain.model
+def _set_free(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
+    model = state.model
     still = pin.neutral(model)
     moved = pin.integrate(model, still, np.linspace(0.3, 0.9, model.nv))
     axes = [_subspace(model, index, q) for q in (still, moved)]
     if np.abs(axes[0] - axes[1]).max(initial=0.0) > 1e-9:
-        raise InvalidInput(f"the axes of joint {model.names[index]!r} move in its child link: use simpler joints")
+        raise InvalidInput(
+            f"the axes of joint {model.names[index]!r} move in its child link: expected constant axes, replace it by "
+            "several simpler joints"
+        )
     other = pin.Model()
     for joint in range(1, model.njoints):
         kind = pin.JointModelFreeFlyer() if joint == index else model.joints[joint]
@@ -110,11 +117,11 @@ def _set_free(chain: Structure, index: int) -> tuple[Structure, FloatArray]:
         other.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
     for frame in list(model.frames)[1:]:
         other.addFrame(frame, False)
-    # Without springs: a free flight transmits the whole wrench, whatever makes it.
-    freed = Structure(other, replace(chain.description, joints=()))
+    # Without springs: a free flight transmits the whole wrench.
+    freed = ChainState(other, replace(state.description, joints=()))
     into = np.zeros((other.nv, model.nv))
     for name in list(model.names)[1:]:
-        here, there = chain.velocity_slice(name), freed.velocity_slice(name)
+        here, there = state.velocity_slice(name), freed.velocity_slice(name)
         into[there, here] = axes[0] if name == model.names[index] else np.eye(here.stop - here.start)
     return freed, into
 

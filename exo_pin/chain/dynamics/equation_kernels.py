@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian, unit_wrenches
+from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian
+from ..kinematics.closure_wrench_kernels import unit_wrenches
 
 __all__ = ["equations", "wrenches_of"]
 
@@ -16,7 +17,7 @@ _compile = njit(cache=True, error_model="numpy")
 
 @_compile
 def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
-    """Tell joints' wrenches in world axes about the world's origin.
+    """Express joints' wrenches in world axes about the world's origin.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def equations(
     row_scale: Any,
     column: Any,
 ) -> Any:
-    """What the closures add to the open tree's equations of motion, and how far state and motion open the loops.
+    """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
-"""Equations of motion of a closed chain at one state: the open tree's forces, and what multipliers add to them."""
+"""Equations of motion of a closed chain at one state: forces of the open tree and the effect of the multipliers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import pinocchio as pin
@@ -19,24 +18,24 @@ from ...core.errors import (
 )
 from ...core.validation import FloatArray, as_finite, as_mapping
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
-from ..structure.chain_state import CLOSED, Structure
+from ..structure.chain_state import CLOSED, ChainState
 from .equation_kernels import equations, wrenches_of
 
 __all__ = [
-    "Balance",
+    "EquationsOfMotion",
     "Wrench",
-    "axes_and_point",
-    "balance_of",
+    "equations_of_motion",
     "put_on",
     "refuse_missing",
     "refuse_near_singular",
     "refuse_opening",
 ]
 
-#: A motion may open the loops by so much of its own size: what dependent_motion and projections leave, and typing.
+#: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
+#: of typed numbers.
 _OPENING = 1e-6
-#: Motions slower than this, characteristic lengths and rad a second (and squared), count as this fast there: what
-#: rounding leaves of a chain at rest is no motion that could open anything.
+#: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
+#: at rest does not count as a motion that opens the loops.
 _REST = 1e-3
 
 
@@ -55,10 +54,10 @@ class Wrench:
     constant: FloatArray
     effect: FloatArray
 
-    def told(self, point: FloatArray, axes: FloatArray) -> Wrench:
-        """The wrench about a point, shape (3,), in given axes, shape (3, 3) with the axes as rows.
+    def expressed_in(self, point: FloatArray, axes: FloatArray) -> Wrench:
+        """The wrench about a point, shape (3,), m, in given axes, shape (3, 3) with the axes as rows.
 
-        Only of a wrench that is told about the world's origin in the world's axes.
+        The wrench itself must be about the world's origin, in world axes.
         """
         both = np.column_stack([self.constant, self.effect])
         x, y, z = point
@@ -72,18 +71,18 @@ class Wrench:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Balance:
+class EquationsOfMotion:
     """M a + h - passive - external = τ + Jᵀλ at one state; passive are the forces of springs and damping.
 
     Attributes
     ----------
-    chain : Structure
+    state : ChainState
         The chain.
     q : ndarray
         Shape (nq,).
     tau : ndarray
-        Shape (nv,), the left side: generalised forces of the open tree less those of its springs and dampers, N and
-        N m.
+        Shape (nv,), the left side: generalised forces of the open tree minus those of its springs and dampers,
+        N and N m.
     jacobian : ndarray
         J, shape (rows, nv).
     gap : float
@@ -91,12 +90,12 @@ class Balance:
     poses : ndarray
         Shape (njoints, 4, 3), as in :class:`exo_pin.chain.structure.workspace.Workspace`.
     tree : ndarray
-        Shape (njoints, 6), what every joint transmits to its child's side at λ = 0, about the world's origin.
+        Shape (njoints, 6), the wrench that every joint transmits to its child at λ = 0, about the world's origin.
     unit : ndarray
-        Shape (rows, 6), what the body of frame a receives for a multiplier of one, about the world's origin.
+        Shape (rows, 6), the wrench on the body of frame a for a multiplier of one, about the world's origin.
     """
 
-    chain: Structure
+    state: ChainState
     q: FloatArray
     tau: FloatArray
     jacobian: FloatArray
@@ -106,13 +105,13 @@ class Balance:
     unit: FloatArray
 
     def joint(self, index: int) -> Wrench:
-        """What a tree joint transmits to its child's side, about the world's origin."""
-        carried = np.repeat(self.chain._topology.carried[index], np.diff(self.chain._topology.rows))
+        """Wrench that a tree joint transmits to its child, about the world's origin."""
+        carried = np.repeat(self.state.topology.carried[index], np.diff(self.state.topology.rows))
         return Wrench(self.tree[index], -carried * self.unit.T)
 
     def closure(self, index: int) -> Wrench:
-        """What a closure transmits to the body of frame a, about the world's origin."""
-        rows = self.chain._topology.rows
+        """Wrench that a closure transmits to the body of frame a, about the world's origin."""
+        rows = self.state.topology.rows
         effect = np.zeros((6, len(self.unit)))
         own = slice(rows[index], rows[index + 1])
         effect[:, own] = self.unit[own].T
@@ -120,7 +119,7 @@ class Balance:
 
     def closure_frame(self, index: int) -> tuple[FloatArray, FloatArray]:
         """A closure's point p_b and the axes of frame a, as rows."""
-        top = self.chain._topology
+        top = self.state.topology
         (joint_a, joint_b), (local_a, local_b) = top.joints[index], top.local[index]
         point = local_b[3] @ self.poses[joint_b, :3] + self.poses[joint_b, 3]
         return point, local_a[:3] @ self.poses[joint_a, :3]
@@ -131,27 +130,27 @@ class Balance:
         Parameters
         ----------
         multipliers : ndarray
-            Shape (rows, sets). To the first set belong the forces of the open tree, the others are told without.
+            Shape (rows, sets). The forces of the open tree count in the first set only.
 
         Returns
         -------
         ndarray
             Shape (6 (njoints - 1 + m), sets), joints but the world's first, then closures.
         """
-        top = self.chain._topology
+        top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
         wrenches_of(self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out)
         return out
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
-        """What a metric makes least, all in N, for λ = start + stresses z.
+        """The forces whose sum of squares a metric minimises, N, for λ = start + stresses z.
 
         Returns
         -------
         ndarray
             Shape (p, 1 + k): at z = 0 in the first column, its change per unit of z in the others.
         """
-        top = self.chain._topology
+        top = self.state.topology
         columns = np.column_stack([start, stresses])
         if metric == "closures":
             return np.where(top.row_metres, 1.0, 1.0 / top.length)[:, None] * columns
@@ -160,31 +159,31 @@ class Balance:
         return wrenches.reshape(-1, columns.shape[1])
 
 
-def balance_of(
-    chain: Structure,
+def equations_of_motion(
+    state: ChainState,
     q: FloatArray,
     v: FloatArray | None,
     a: FloatArray | None,
     external: Mapping[str, ArrayLike] | None = None,
-    keeps_closed: bool = True,
-) -> Balance:
+    check_closed: bool = True,
+) -> EquationsOfMotion:
     """Equations of motion at a state.
 
     Parameters
     ----------
-    chain : Structure
+    state : ChainState
         The chain.
     q, v, a : ndarray
         Shapes (nq,), (nv,), (nv,), checked; None counts as zero.
     external : mapping, optional
         As for :meth:`exo_pin.chain.ClosedChain.rnea`.
-    keeps_closed : bool
-        Whether to refuse open loops and a motion that opens them.
+    check_closed : bool
+        Whether to raise if the loops are open or the motion opens them.
 
     Raises
     ------
     LoopNotClosed
-        If the loops stand open by more than 1e-8.
+        If the residual of the loops exceeds 1e-8.
     InvalidInput
         If the motion opens the loops.
     UnknownName
@@ -192,49 +191,35 @@ def balance_of(
     UnsupportedDynamics
         If a joint has dry friction.
     """
-    work, top, model = chain._workspace, chain._topology, chain.model
+    work, top, model = state.workspace, state.topology, state.model
     moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
     v, a = work.still if v is None else v, work.still if a is None else a
-    if moves and keeps_closed:
+    if moves and check_closed:
         work.jacobian_rates(q, v)
     else:
         pin.computeJointJacobians(model, work.data, q)
     work.external[:] = 0.0
     if external is not None:
-        put_on(chain, external)
-    chain._passive.refuse_friction()
+        put_on(state, external)
+    state.passive.refuse_friction()
     tau = np.array(pin.rnea(model, work.data, q, v, a, work.external_vector))
-    if chain._passive.act:
-        tau -= chain._passive.force(q, v)
+    if state.passive.act:
+        tau -= state.passive.force(q, v)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
-        work.poses,
-        work.J,
-        work.dJ,
-        work.forces,
-        v,
-        a,
-        moves and keeps_closed,
-        top.joints,
-        top.local,
-        top.kinds,
-        top.distances,
-        top.rows,
-        top.signs,
-        top.supports,
-        top.row_scale,
-        top.column,
-    )
-    if keeps_closed:
+        work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
+        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column,
+    )  # fmt: skip
+    if check_closed:
         if not worst <= CLOSED:
             raise LoopNotClosed(q.copy(), worst, 0)
         _refuse("velocity", opening_v, speed)
         _refuse("acceleration", opening_a, size)
-    return Balance(chain, q, tau, jacobian, gap, poses, tree, unit)
+    return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 
-def refuse_opening(chain: Structure, v: FloatArray) -> None:
-    """Raise if a velocity opens the loops; the chain must be linearised."""
-    work, top = chain._workspace, chain._topology
+def refuse_opening(state: ChainState, v: FloatArray) -> None:
+    """Raise InvalidInput if a velocity opens the loops; the workspace must be linearised."""
+    work, top = state.workspace, state.topology
     opening = float(np.abs(top.row_scale * (work.jacobian @ v)).max(initial=0.0))
     _refuse("velocity", opening, float(np.abs(v / top.column).max(initial=0.0)))
 
@@ -246,26 +231,27 @@ def _refuse(what: str, opening: float, size: float) -> None:
             "acceleration": ("a second squared", "project_acceleration"),
         }[what]
         raise InvalidInput(
-            f"the {what} opens the loops by {opening:.3g} (lengths and rad {unit}): use {advice} or dependent_motion"
+            f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected J v = 0 "
+            f"and J a + J̇ v = 0, use {advice} or dependent_motion"
         )
 
 
-def refuse_missing(chain: Structure, q: FloatArray, v: FloatArray, a: FloatArray, missed: FloatArray) -> None:
-    """Raise if an acceleration misses the closures' rows by ``missed``, shape (rows,)."""
-    top = chain._topology
+def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, missed: FloatArray) -> None:
+    """Raise SingularConfiguration if the error of an acceleration in the closures' rows, shape (rows,), is large."""
+    top = state.topology
     opening = float(np.abs(top.row_scale * missed).max(initial=0.0))
     speed = float(np.abs(v / top.column).max(initial=0.0))
     if not opening <= _OPENING * max(float(np.abs(a / top.column).max(initial=0.0)) + speed**2, _REST):
         raise SingularConfiguration(q, v, opening)
 
 
-def refuse_near_singular(balance: Balance, weakest: float | None = None) -> None:
-    """Raise if forces or accelerations would depend on how well the loops happen to be closed.
+def refuse_near_singular(equations: EquationsOfMotion, weakest: float | None = None) -> None:
+    """Raise if forces or accelerations depend on the rounding and the residual of the loops.
 
     Parameters
     ----------
-    balance : Balance
-        Equations of motion at a closed configuration.
+    equations : EquationsOfMotion
+        At a closed configuration.
     weakest : float, optional
         The smallest singular value that is not zero of the equations that were solved, metres divided by the
         characteristic length; that of the constraint Jacobian if left out.
@@ -273,70 +259,30 @@ def refuse_near_singular(balance: Balance, weakest: float | None = None) -> None
     Raises
     ------
     NearSingularConfiguration
-        If it is known to no better than a thousandth of itself.
+        If the error of that singular value is more than a thousandth of it.
     """
-    top, joints = balance.chain._topology, balance.chain.model.njoints
+    top, joints, J = equations.state.topology, equations.state.model.njoints, equations.jacobian
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
-    if not balance.jacobian.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
+    if not J.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
         return
-    scaled = balance.jacobian * top.row_scale[:, None] * top.column
+    scaled = J * top.row_scale[:, None] * top.column
     values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
-    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, balance.gap)
-    error = configuration_error(values, tolerance, joints, balance.gap) * float(values[0])
+    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, equations.gap)
+    error = configuration_error(values, tolerance, joints, equations.gap) * float(values[0])
     least = float(values[np.count_nonzero(values > tolerance) - 1]) if weakest is None else weakest
     if error > RESOLVED * least:
-        raise NearSingularConfiguration(balance.q, least, error)
+        raise NearSingularConfiguration(equations.q, least, error)
 
 
-def put_on(chain: Structure, external: Mapping[str, ArrayLike] | None) -> None:
-    """Add wrenches on frames to the workspace's external forces; the poses must be there."""
-    work, frames = chain._workspace, chain.model.frames
+def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:
+    """Add wrenches on frames to the workspace's external forces; its poses must be up to date."""
+    work, frames = state.workspace, state.model.frames
     for name, value in as_mapping("external", external, "frames to wrenches").items():
-        if name not in chain._frames:
-            raise UnknownName("frame", name, chain._frames)
+        if name not in state.frames:
+            raise UnknownName("frame", name, state.frames)
         given = as_finite(f"external[{name!r}]", value, (6,))
-        frame = frames[chain._frames[name]]
+        frame = frames[state.frames[name]]
         to_local = work.poses[frame.parentJoint, :3]
         force = to_local @ given[:3]
         work.external[frame.parentJoint, :3] += force
         work.external[frame.parentJoint, 3:] += to_local @ given[3:] + np.cross(frame.placement.translation, force)
-
-
-def axes_and_point(
-    balance: Balance, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
-) -> tuple[FloatArray, FloatArray]:
-    """Point and axes that a question names, given its joint's own.
-
-    Parameters
-    ----------
-    own : tuple of ndarray
-        Point (3,) and axes (3, 3), as rows.
-    at : str or array_like
-        "origin" for the own point, a frame's name for its origin, or a point (3,), m, world frame.
-    in_frame : str
-        "world", "local" for the own axes, or a frame's name.
-
-    Raises
-    ------
-    UnknownName
-        If a frame is not known.
-    """
-    names: tuple[Literal["origin", "world", "local"], ...] = ("origin", "world", "local")
-    point, axes = own
-    if isinstance(at, str):
-        if at != "origin":
-            point = _frame_pose(balance, at, "point or frame", names[:1])[0]
-    else:
-        point = as_finite("at", at, (3,))
-    if in_frame == "world":
-        return point, np.eye(3)
-    return point, axes if in_frame == "local" else _frame_pose(balance, in_frame, "frame", names[1:])[1]
-
-
-def _frame_pose(balance: Balance, name: str, what: str, others: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-    frames = balance.chain._frames
-    if not isinstance(name, str) or name not in frames:
-        raise UnknownName(what, name, (*others, *frames))
-    frame = balance.chain.model.frames[frames[name]]
-    pose = balance.poses[frame.parentJoint]
-    return frame.placement.translation @ pose[:3] + pose[3], frame.placement.rotation.T @ pose[:3]

@@ -1,8 +1,8 @@
-"""What equilibrium leaves open of the multipliers, and how it is shared: least norm, an objective, bounds.
+"""Distribution of the forces that equilibrium does not determine: least norm, an objective, bounds.
 
-With λ = λ_0 + N z every solution of the equations of motion is met once. The variables of the programs below are not z
-but y, in which the stated metric is ½|y|² and a constant: so "the least norm among the best" is the shortest y, and
-the programs are well scaled whatever the units.
+Every solution of the equations of motion is λ = λ_0 + N z for exactly one z. The variables of the programs below are
+y, in which the metric is ½|y|² plus a constant. So the solution of least norm is the shortest y, and the programs are
+well scaled in any units.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_real
 from ...numerics import KKT_TOLERANCE, LeastSquares, solve
 
-__all__ = ["METRICS", "Bound", "Space", "bounds_of", "interval", "settled", "share"]
+__all__ = ["METRICS", "Bound", "ForceDistribution", "bounds_of", "interval", "self_stress_within", "without_rounding"]
 
-#: What may be least where nothing else decides: the wrenches of all joints and closures, or the closures' alone.
+#: Metrics: the wrenches of all joints and closures, or those of the closures alone.
 METRICS = ("reactions", "closures")
-#: Bounds may be missed by so much of the largest force.
-_MISS = 1e-8
+#: Largest violation of a bound, as a share of the largest force.
+_VIOLATION = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Bound(Record):
     constant : float
         Its value at z = 0, N or N m.
     effect : ndarray
-        Shape (k,), its change per unit of z, zero where that is rounding.
+        Shape (k,), its change per unit of z, zero where that is only rounding.
     lower, upper : float
         Infinite where there is none.
     """
@@ -52,16 +52,16 @@ class Bound(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Space(Record):
-    """The variables y of a problem: z = centre + basis y, forces in units of ``scale``.
+class ForceDistribution(Record):
+    """A program for the self-stresses z: its metric, bounds and variables y, with z = centre + basis y.
 
     Attributes
     ----------
     metric : ndarray
-        Shape (p, 1 + k): what is to be least, at z = 0 in the first column and its change per unit of z in the
-        others, N. The others have full column rank.
+        Shape (p, 1 + k), N: the forces whose sum of squares is minimised, at z = 0 in the first column and their
+        change per unit of z in the others, which have full column rank.
     bounds : sequence of Bound
-        To be kept.
+        Bounds on components of forces.
     sharpness : float
         Change per unit of z, N or N m, that is rounding.
     """
@@ -79,7 +79,7 @@ class Space(Record):
 
     @cached_property
     def scale(self) -> float:
-        """A force of the problem, N."""
+        """A force of the problem, N, the unit of its variables."""
         bounded = max((abs(bound.constant) for bound in self.bounds), default=0.0)
         return max(float(np.abs(self.metric[:, 0]).max(initial=0.0)), bounded) or 1.0
 
@@ -90,10 +90,11 @@ class Space(Record):
         return np.asarray(np.linalg.inv(triangle) * self.scale, dtype=np.float64)
 
     @cached_property
-    def felt(self) -> FloatArray:
-        """Shape (k, r): an orthonormal basis of the ways in z that the bounds feel; the others change them by rounding.
+    def bounded_directions(self) -> FloatArray:
+        """Shape (k, r): an orthonormal basis of the directions in z that change bounded components.
 
-        Programs must not see that rounding: along a way that nothing else holds, it would be worth any force.
+        The other directions change them by rounding only. Programs must not contain that rounding: along a direction
+        that is free otherwise, it would allow any force.
         """
         effects = np.reshape([bound.effect for bound in self.bounds], (len(self.bounds), len(self.centre)))
         _, sizes, ways = np.linalg.svd(effects, full_matrices=False)
@@ -101,30 +102,34 @@ class Space(Record):
 
     @cached_property
     def limits(self) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-        """The bounds as C u <= c with z = centre + scale felt u, in units of ``scale``, and what each row says."""
+        """The bounds as C u <= c, in units of ``scale``, and a name of each row; z = centre + scale directions u."""
         rows, sides, names = [], [], []
         for bound in self.bounds:
-            here, slope = bound.constant + bound.effect @ self.centre, bound.effect @ self.felt
+            here, slope = bound.constant + bound.effect @ self.centre, bound.effect @ self.bounded_directions
             for side, sign, word in ((bound.upper, 1.0, "at most"), (-bound.lower, -1.0, "at least")):
                 if np.isfinite(side):
                     rows.append(sign * slope)
                     sides.append((side - sign * here) / self.scale)
                     names.append(f"{bound.name} {word} {sign * side:.6g}")
-        return np.reshape(rows, (len(rows), self.felt.shape[1])), np.array(sides, dtype=np.float64), tuple(names)
+        return (
+            np.reshape(rows, (len(rows), self.bounded_directions.shape[1])),
+            np.array(sides, dtype=np.float64),
+            tuple(names),
+        )
 
     @cached_property
     def limits_of_y(self) -> tuple[FloatArray, FloatArray]:
         """The bounds as C y <= c, in units of ``scale``."""
         C, c, _ = self.limits
-        return C @ (self.felt.T @ self.basis) / self.scale, c
+        return C @ (self.bounded_directions.T @ self.basis) / self.scale, c
 
 
-def settled(effect: FloatArray, sharpness: float) -> FloatArray:
-    """Effects of z, shape (p, k), without what is rounding of each and of all together."""
+def without_rounding(effect: FloatArray, sharpness: float) -> FloatArray:
+    """Effects of z, shape (p, k), with rounding set to zero, row by row and in the singular values."""
     each = np.where(np.abs(effect).max(axis=1, keepdims=True, initial=0.0) > sharpness, effect, 0.0)
     U, sizes, ways = np.linalg.svd(each, full_matrices=False)
-    kept = sizes > sharpness
-    return np.asarray((U[:, kept] * sizes[kept]) @ ways[kept], dtype=np.float64)
+    significant = sizes > sharpness
+    return np.asarray((U[:, significant] * sizes[significant]) @ ways[significant], dtype=np.float64)
 
 
 def bounds_of(
@@ -146,7 +151,7 @@ def bounds_of(
     Raises
     ------
     InvalidInput
-        If the limits do not fit, are NaN, or cross.
+        If the limits have a wrong shape, are NaN, or a lower one exceeds the upper one.
     """
     try:
         pair = [as_real(what, side) for side in limits]
@@ -159,7 +164,7 @@ def bounds_of(
         )
     lower, upper = (np.broadcast_to(side, constant.shape) for side in pair)
     if not (lower <= upper).all() or (lower == np.inf).any() or (upper == -np.inf).any():
-        raise InvalidInput(f"expected lower bounds below upper ones for {what}, got {limits!r}")
+        raise InvalidInput(f"expected lower bounds at most the upper ones for {what}, got {limits!r}")
     return [
         Bound(name, float(constant[i]), effect[i], float(lower[i]), float(upper[i]))
         for i, name in enumerate(names)
@@ -167,15 +172,15 @@ def bounds_of(
     ]
 
 
-def share(space: Space, objective: tuple[FloatArray, FloatArray] | None) -> FloatArray:
-    """The z that is best in the objective within the bounds and, among equals, least in the metric.
+def self_stress_within(distribution: ForceDistribution, objective: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    """The z within the bounds that is least in the objective and, among equals, in the metric.
 
     Parameters
     ----------
-    space : Space
+    distribution : ForceDistribution
         Metric and bounds.
     objective : tuple of ndarray or None
-        (constant, effect) of what is to be small first, shapes (p,) and (p, k), N.
+        (constant, effect) of the forces whose sum of squares is minimised first, shapes (p,) and (p, k), N.
 
     Returns
     -------
@@ -185,68 +190,68 @@ def share(space: Space, objective: tuple[FloatArray, FloatArray] | None) -> Floa
     Raises
     ------
     InfeasibleForces
-        If no z keeps the bounds.
+        If no z is within the bounds.
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
     """
-    size = space.metric.shape[1] - 1
+    size = distribution.metric.shape[1] - 1
     if not size:
-        _refuse_missed(space, np.zeros(0))
-        return space.centre
-    if objective is None and not space.bounds:
-        return space.centre
+        _refuse_infeasible(distribution, np.zeros(0))
+        return distribution.centre
+    if objective is None and not distribution.bounds:
+        return distribution.centre
     E, d = np.eye(size), np.zeros(size)
     if objective is not None:
         constant, effect = objective
-        E = effect @ space.basis / space.scale
-        d = -(constant + effect @ space.centre) / space.scale
-    open_end = np.full(size, np.inf)
-    C, c = space.limits_of_y
-    answer = solve(LeastSquares(E, d, np.zeros((0, size)), np.zeros(0), -open_end, open_end, C, c))
+        E = effect @ distribution.basis / distribution.scale
+        d = -(constant + effect @ distribution.centre) / distribution.scale
+    unbounded = np.full(size, np.inf)
+    C, c = distribution.limits_of_y
+    answer = solve(LeastSquares(E, d, np.zeros((0, size)), np.zeros(0), -unbounded, unbounded, C, c))
     if not answer.is_optimal:
-        _refuse_missed(space, answer.z)
-        raise SolverFailed("ProxQP", answer.kkt, "sharing of the undetermined forces")
-    return space.centre + space.basis @ answer.z
+        _refuse_infeasible(distribution, answer.z)
+        raise SolverFailed("ProxQP", answer.kkt, "distribution of the undetermined forces")
+    return distribution.centre + distribution.basis @ answer.z
 
 
-def _refuse_missed(space: Space, y: FloatArray) -> None:
-    """Raise if the bounds cannot be kept, and say which stand in each other's way."""
-    if not space.bounds:
+def _refuse_infeasible(distribution: ForceDistribution, y: FloatArray) -> None:
+    """Raise InfeasibleForces, with the conflicting bounds, if no z is within all bounds."""
+    if not distribution.bounds:
         return
-    of_y, c = space.limits_of_y
-    if (of_y @ y - c).max(initial=0.0) <= _MISS:
+    of_y, c = distribution.limits_of_y
+    if (of_y @ y - c).max(initial=0.0) <= _VIOLATION:
         return
-    C, _, names = space.limits
-    # Least t with C y - t <= c; rows with a multiplier are the ones in the way.
+    C, _, names = distribution.limits
+    # Least t with C y - t <= c; rows with a multiplier are the conflicting ones.
     cost = np.append(np.zeros(C.shape[1]), 1.0)
     rows = np.column_stack([C, -np.ones(len(c))])
     least = linprog(cost, A_ub=rows, b_ub=c, bounds=(None, None), method="highs")
-    if least.status == 0 and least.fun > _MISS:
-        blocking = [name for name, dual in zip(names, least.ineqlin.marginals, strict=True) if dual < -1e-9]
-        raise InfeasibleForces(float(least.fun) * space.scale, blocking)
+    if least.status == 0 and least.fun > _VIOLATION:
+        conflicting = [name for name, dual in zip(names, least.ineqlin.marginals, strict=True) if dual < -1e-9]
+        raise InfeasibleForces(float(least.fun) * distribution.scale, conflicting)
 
 
-def interval(space: Space, constant: float, effect: FloatArray) -> tuple[float, float]:
-    """Least and largest value of constant + effect z within the bounds, infinite where they leave it free.
+def interval(distribution: ForceDistribution, constant: float, effect: FloatArray) -> tuple[float, float]:
+    """Least and largest value of constant + effect z within the bounds, infinite where it is not bounded.
 
     Raises
     ------
     SolverFailed
         If the linear programs are not solved.
     """
-    here, slope = constant + float(effect @ space.centre), effect @ space.felt
-    if np.abs(effect - space.felt @ slope).max(initial=0.0) > space.sharpness:
+    here, slope = constant + float(effect @ distribution.centre), effect @ distribution.bounded_directions
+    if np.abs(effect - distribution.bounded_directions @ slope).max(initial=0.0) > distribution.sharpness:
         return -np.inf, np.inf
     if not slope.size:
         return here, here
-    C, c, _ = space.limits
+    C, c, _ = distribution.limits
     ends = []
     for sign in (1.0, -1.0):
         found = linprog(sign * slope, A_ub=C, b_ub=c, bounds=(None, None), method="highs")
         if found.status == 3:
             ends.append(-sign * np.inf)
         elif found.status == 0:
-            ends.append(here + sign * float(found.fun) * space.scale)
+            ends.append(here + sign * float(found.fun) * distribution.scale)
         else:
             raise SolverFailed("HiGHS", KKT_TOLERANCE, f"interval of a force: {found.message}")
     return ends[0], ends[1]

@@ -11,129 +11,128 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import UndrivenMotion, UnknownName
 from ...core.validation import FloatArray, frozen
-from ..structure.chain_state import Drive, Structure
-from .equations_of_motion import Balance, balance_of, refuse_near_singular
-from .force_distribution import METRICS, Bound, Space, share
+from ..structure.chain_state import ChainState, Drive
+from .equations_of_motion import EquationsOfMotion, equations_of_motion, refuse_near_singular
+from .force_distribution import METRICS, Bound, ForceDistribution, self_stress_within
 from .objectives import Objective, Range, effort_bounds_of, objective_of, reaction_bounds_of
 from .reactions import ClosedForces, JointReaction
 from .solution_kernels import efforts_and_residual, least, solutions
 
-__all__ = ["PULL", "PUSH", "InverseDynamics", "Objective", "Range"]
+__all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction", "solved"]
 
-#: A slide that can only pull: its effort shortens the limb.
+#: Effort bounds of a slide that can only pull: its effort shortens the limb.
 PULL: Range = (-np.inf, 0.0)
-#: A slide that can only push.
+#: Effort bounds of a slide that can only push.
 PUSH: Range = (0.0, np.inf)
 
-#: The equations of motion may be missed by so much of the largest force in them.
+#: Largest error of the equations of motion, as a share of the largest force in them.
 _MISSING = 1e-7
 
 
-class InverseDynamics(Structure):
-    """Inverse dynamics of a closed chain."""
+def inverse_dynamics(
+    state: ChainState,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    external: Mapping[str, ArrayLike] | None = None,
+    actuated: Iterable[str] | None = None,
+    effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
+    reaction_bounds: Mapping[str, Range] | None = None,
+    objective: Objective | None = None,
+    metric: Literal["reactions", "closures"] = "reactions",
+) -> ClosedForces:
+    """Efforts of the actuators and multipliers of the closures that make a motion.
 
-    def inverse_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike | None = None,
-        a: ArrayLike | None = None,
-        *,
-        external: Mapping[str, ArrayLike] | None = None,
-        actuated: Iterable[str] | None = None,
-        effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
-        reaction_bounds: Mapping[str, Range] | None = None,
-        objective: Objective | None = None,
-        metric: Literal["reactions", "closures"] = "reactions",
-    ) -> ClosedForces:
-        """Efforts of the actuators and multipliers of the closures that make a motion.
+    All solutions of M a + h - passive - external = τ + Jᵀλ with τ = 0 in the joints without actuator are computed,
+    passive being the forces of springs and damping. They determine τ and λ up to the chain's self-stresses. The result
+    is the solution of least objective within the bounds, by ProxSuite, and among equals the one of least norm in the
+    metric. Without objective and bounds that is a linear least-squares problem and is solved as one.
 
-        All solutions of M a + h - passive - external = τ + Jᵀλ with τ = 0 in the joints without actuator are known,
-        passive being the forces of springs and damping: τ and λ are
-        determined up to the chain's self-stresses. Of these solutions the one with the least objective within the
-        bounds is given, by ProxSuite, and among equals the one of least norm in the metric. Without objective and
-        bounds that is a linear least-squares problem and is solved as one.
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q : array_like
+        Shape (nq,), closed.
+    v, a : array_like, optional
+        Shape (nv,), a motion that does not open the loops; zero if left out.
+    external : mapping, optional
+        Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
+        origin, world axes, N and N m.
+    actuated : iterable of str, optional
+        Joints that carry an actuator, or a brake; those of the roles if left out.
+    effort_bounds : mapping or "model", optional
+        Joint to (lower, upper), N or N m, numbers or one for each of its coordinates, for example :data:`PULL`;
+        "model" takes the effort limits of the URDF.
+    reaction_bounds : mapping, optional
+        Joint or closure to (lower, upper) of its wrench, each a number or shape (6,), about its own origin in
+        its own axes, on the child link or the body of frame a.
+    objective : "efforts" or mapping, optional
+        Minimised first: the sum of squares of all efforts, or of the wrenches of the named joints and closures. The
+        value is a weight, a number for all of the wrench, or shape (6,) for its components about its own origin in
+        its own axes. Moments are divided by the characteristic length.
+    metric : {"reactions", "closures"}
+        Minimised among the remaining solutions: the sum of squares of the wrenches of all joints and
+        closures, each about its own origin, moments divided by the characteristic length, which depends
+        neither on where the loops are cut nor on the root; or that of the multipliers alone.
 
-        Parameters
-        ----------
-        q : array_like
-            Shape (nq,), closed.
-        v, a : array_like, optional
-            Shape (nv,), a motion that keeps the loops closed; zero if left out.
-        external : mapping, optional
-            Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
-            origin, world axes, N and N m.
-        actuated : iterable of str, optional
-            Joints that carry an actuator, or a brake; those of the roles if left out.
-        effort_bounds : mapping or "model", optional
-            Joint to (lower, upper), N or N m, numbers or one for each of its coordinates, for example :data:`PULL`;
-            "model" takes the effort limits of the URDF.
-        reaction_bounds : mapping, optional
-            Joint or closure to (lower, upper) of its wrench, each a number or shape (6,), about its own origin in
-            its own axes, on the child link or the body of frame a.
-        objective : "efforts" or mapping, optional
-            What is to be small before the metric decides: the sum of squares of all efforts, or of the wrenches of
-            the named joints and closures. The value is a weight, a number for all of the wrench, or shape (6,) for
-            its components about its own origin in its own axes. Moments are divided by the characteristic length.
-        metric : {"reactions", "closures"}
-            What is least among the solutions that are left: the sum of squares of the wrenches of all joints and
-            closures, each about its own origin, moments divided by the characteristic length, which depends
-            neither on where the loops are cut nor on the root; or that of the multipliers alone.
+    Raises
+    ------
+    LoopNotClosed
+        If the residual of the loops exceeds 1e-8.
+    InvalidInput
+        If the motion opens the loops, or a bound or weight has a wrong shape.
+    UnknownName
+        If a joint, closure or frame is not known, or a bounded joint is not actuated.
+    UndrivenMotion
+        If no efforts of the actuators make the motion.
+    InfeasibleForces
+        If no efforts within the bounds do.
+    SolverFailed
+        If the optimality conditions hold to no better than 1e-8.
+    UnsupportedDynamics
+        If a joint has dry friction.
+    NearSingularConfiguration
+        If q is so near a singular configuration that the forces depend on rounding.
+    """
+    equations = equations_of_motion(
+        state,
+        state.configuration(q).copy(),
+        None if v is None else state.tangent("v", v),
+        None if a is None else state.tangent("a", a),
+        external,
+    )
+    return solved(equations, state.drive(actuated), effort_bounds, reaction_bounds, objective, metric)
 
-        Raises
-        ------
-        LoopNotClosed
-            If the loops stand open by more than 1e-8.
-        InvalidInput
-            If the motion opens the loops, or a bound or weight does not fit.
-        UnknownName
-            If a joint, closure or frame is not known, or a bounded joint is not actuated.
-        UndrivenMotion
-            If no efforts of the actuators make the motion.
-        InfeasibleForces
-            If none do within the bounds.
-        SolverFailed
-            If the optimality conditions hold to no better than 1e-8.
-        UnsupportedDynamics
-            If a joint has dry friction.
-        NearSingularConfiguration
-            If q is so near a singular configuration that the forces would depend on rounding.
-        """
-        balance = balance_of(
-            self,
-            self._configuration(q).copy(),
-            None if v is None else self._tangent("v", v),
-            None if a is None else self._tangent("a", a),
-            external,
-        )
-        return solved(balance, self._drive(actuated), effort_bounds, reaction_bounds, objective, metric)
 
-    def joint_reaction(
-        self,
-        joint: str,
-        q: ArrayLike,
-        v: ArrayLike | None = None,
-        a: ArrayLike | None = None,
-        *,
-        on: str | None = None,
-        at: str | ArrayLike = "origin",
-        in_frame: str = "world",
-        **problem: object,
-    ) -> JointReaction:
-        """What a joint or closure transmits in a motion, with its certificate.
+def joint_reaction(
+    state: ChainState,
+    joint: str,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    on: str | None = None,
+    at: str | ArrayLike = "origin",
+    in_frame: str = "world",
+    **problem: object,
+) -> JointReaction:
+    """Wrench that a joint or closure transmits in a motion, with its certificate.
 
-        Parameters
-        ----------
-        joint, on, at, in_frame
-            As for :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
-        q, v, a, **problem
-            As for :meth:`inverse_dynamics`, which also says what is raised.
-        """
-        forces = self.inverse_dynamics(q, v, a, **problem)  # type: ignore[arg-type]
-        return forces.joint_reaction(joint, on, at, in_frame)
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    joint, on, at, in_frame
+        As for :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
+    q, v, a, **problem
+        As for :meth:`ClosedChain.inverse_dynamics`, which also lists what is raised.
+    """
+    forces = inverse_dynamics(state, q, v, a, **problem)  # type: ignore[arg-type]
+    return forces.joint_reaction(joint, on, at, in_frame)
 
 
 def solved(
-    balance: Balance,
+    equations: EquationsOfMotion,
     drive: Drive,
     effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
     reaction_bounds: Mapping[str, Range] | None = None,
@@ -142,44 +141,44 @@ def solved(
     applied: FloatArray | None = None,
     resolved: bool = True,
 ) -> ClosedForces:
-    """:meth:`InverseDynamics.inverse_dynamics` from the equations of motion.
+    """:meth:`ClosedChain.inverse_dynamics` from the equations of motion.
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquationsOfMotion
         At the state.
     drive : Drive
         Coordinates with and without actuator.
     applied : ndarray, optional
-        Shape (nv,), generalised forces that are known to act.
+        Shape (nv,), given generalised forces.
     resolved : bool
-        Whether to refuse configurations too near a singular one; not for those that stand open on purpose.
+        Whether to raise too near a singular configuration; not for loops that are open in a stabilised motion.
 
     Raises
     ------
     UndrivenMotion, InfeasibleForces, SolverFailed, UnknownName
-        As for :meth:`InverseDynamics.inverse_dynamics`.
+        As for :meth:`ClosedChain.inverse_dynamics`.
     """
     if metric not in METRICS:
         raise UnknownName("metric", metric, METRICS)
-    top = balance.chain._topology
+    top = equations.state.topology
     if applied is not None:
-        balance = replace(balance, tau=balance.tau - applied)
+        equations = replace(equations, tau=equations.tau - applied)
     start, stresses, sharpness, missing, share_of_largest, weakest = solutions(
-        balance.jacobian,
-        balance.tau,
-        balance.tree,
+        equations.jacobian,
+        equations.tau,
+        equations.tree,
         drive.passive,
         top.row_scale,
         top.column,
         top.length,
-        balance.chain.model.njoints,
-        balance.gap,
+        equations.state.model.njoints,
+        equations.gap,
     )
     if not share_of_largest <= _MISSING:
-        _refuse_undriven(balance, drive.passive, missing)
+        _refuse_undriven(equations, drive.passive, missing)
     if resolved:
-        refuse_near_singular(balance, weakest)
+        refuse_near_singular(equations, weakest)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None:
         multipliers = start
@@ -187,9 +186,9 @@ def solved(
             multipliers = least(
                 start,
                 stresses,
-                balance.poses,
-                balance.tree,
-                balance.unit,
+                equations.poses,
+                equations.tree,
+                equations.unit,
                 top.carried,
                 top.joints,
                 top.local,
@@ -197,10 +196,12 @@ def solved(
                 top.length,
             )
     else:
-        open_part = start, stresses, sharpness
-        bounds, multipliers = _chosen(balance, drive, open_part, (effort_bounds, reaction_bounds), objective, metric)
+        self_stress = start, stresses, sharpness
+        bounds, multipliers = _bounds_and_multipliers(
+            equations, drive, self_stress, (effort_bounds, reaction_bounds), objective, metric
+        )
     tau, residual, unique = efforts_and_residual(
-        balance.jacobian, balance.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
+        equations.jacobian, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
     )
     if applied is not None:
         tau += applied
@@ -211,7 +212,7 @@ def solved(
         stresses.shape[1],
         frozen(unique),
         frozen(stresses),
-        balance,
+        equations,
         start,
         sharpness,
         metric,
@@ -219,35 +220,34 @@ def solved(
     )
 
 
-def _chosen(
-    balance: Balance,
+def _bounds_and_multipliers(
+    equations: EquationsOfMotion,
     drive: Drive,
-    open_part: tuple[FloatArray, FloatArray, float],
+    self_stress: tuple[FloatArray, FloatArray, float],
     given: tuple[Mapping[str, Range] | Literal["model"] | None, Mapping[str, Range] | None],
     objective: Objective | None,
     metric: str,
 ) -> tuple[tuple[Bound, ...], FloatArray]:
-    """Bounds, and the λ that keeps them, is best in the objective, and then least in the metric."""
-    chain = balance.chain
-    start, stresses, sharpness = open_part
-    # Efforts are tau - Jᵀ λ. What is determined must not be moved by the rounding of a self-stress, however far the
-    # program goes along it.
-    effort, slope = balance.tau - balance.jacobian.T @ start, -balance.jacobian.T @ stresses
-    slope[np.abs(slope * chain._topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
+    """Bounds, and the λ within them that is least in the objective, and then in the metric."""
+    state = equations.state
+    start, stresses, sharpness = self_stress
+    # Efforts are tau - Jᵀ λ. Rounding of a self-stress must not change determined efforts, however large z becomes.
+    effort, slope = equations.tau - equations.jacobian.T @ start, -equations.jacobian.T @ stresses
+    slope[np.abs(slope * state.topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
     slope[drive.passive] = 0.0
-    bounds = effort_bounds_of(chain, drive.driven, effort, slope, given[0])
-    bounds += reaction_bounds_of(balance, start, (stresses, sharpness), given[1])
-    aims = objective_of(balance, drive.driven, (effort, slope), open_part, objective)
-    space = Space(balance.metric(start, stresses, metric), bounds, sharpness)
-    return tuple(bounds), start + stresses @ share(space, aims)
+    bounds = effort_bounds_of(state, drive.driven, effort, slope, given[0])
+    bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])
+    least_first = objective_of(equations, drive.driven, (effort, slope), self_stress, objective)
+    distribution = ForceDistribution(equations.metric(start, stresses, metric), bounds, sharpness)
+    return tuple(bounds), start + stresses @ self_stress_within(distribution, least_first)
 
 
-def _refuse_undriven(balance: Balance, passive: np.ndarray, left: FloatArray) -> None:
-    chain = balance.chain
-    missing = np.zeros(chain.model.nv)
+def _refuse_undriven(equations: EquationsOfMotion, passive: np.ndarray, left: FloatArray) -> None:
+    state = equations.state
+    missing = np.zeros(state.model.nv)
     missing[passive] = left
-    names = [str(name) for name in list(chain.model.names)[1:]]
-    sizes = {name: float(np.abs(missing[chain.velocity_slice(name)]).max(initial=0.0)) for name in names}
+    names = [str(name) for name in list(state.model.names)[1:]]
+    sizes = {name: float(np.abs(missing[state.velocity_slice(name)]).max(initial=0.0)) for name in names}
     largest = max(sizes.values())
     worst = sorted((name for name in names if sizes[name] > 1e-3 * largest), key=lambda name: -sizes[name])
-    raise UndrivenMotion(balance.q, missing, worst)
+    raise UndrivenMotion(equations.q, missing, worst)

@@ -1,4 +1,4 @@
-"""What inverse dynamics is asked to keep and to make small, told in the self-stresses that are open."""
+"""Bounds and objective of inverse dynamics as functions of the self-stresses."""
 
 from __future__ import annotations
 
@@ -10,60 +10,60 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real
-from ..structure.chain_state import Structure
-from .equations_of_motion import Balance
-from .force_distribution import Bound, bounds_of, settled
+from ..structure.chain_state import ChainState
+from .equations_of_motion import EquationsOfMotion
+from .force_distribution import Bound, bounds_of, without_rounding
 from .reactions import wrench_of
 
 __all__ = ["Objective", "Range", "effort_bounds_of", "objective_of", "reaction_bounds_of"]
 
 #: Lower and upper bound, numbers or one for each component.
 Range = tuple[ArrayLike, ArrayLike]
-#: What is to be small: all efforts, or joints' and closures' wrenches by name with their weights.
+#: What to minimise: all efforts, or wrenches of joints and closures by name with their weights.
 Objective = Literal["efforts"] | Mapping[str, ArrayLike]
 
 
 def objective_of(
-    balance: Balance,
+    equations: EquationsOfMotion,
     driven: np.ndarray,
     efforts: tuple[FloatArray, FloatArray],
     multipliers: tuple[FloatArray, FloatArray, float],
     objective: Objective | None,
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Constant and effect of z on what the objective makes small, in N.
+    """The forces whose sum of squares is the objective, N: constant and effect of z.
 
     ``efforts`` are those at z = 0 and their change; ``multipliers`` are λ at z = 0, the self-stresses and their
-    sharpness. What is determined is no matter of choice: its rounding is taken out.
+    sharpness. Effects on determined components are rounding and set to zero.
     """
     if objective is None:
         return None
-    chain = balance.chain
+    state = equations.state
     if isinstance(objective, str):
         if objective != "efforts":
             raise UnknownName("objective", objective, ("efforts", "a mapping of joints and closures to weights"))
-        unit = chain._topology.per_newton[driven]
-        return unit * efforts[0][driven], settled(unit[:, None] * efforts[1][driven], multipliers[2])
+        unit = state.topology.per_newton[driven]
+        return unit * efforts[0][driven], without_rounding(unit[:, None] * efforts[1][driven], multipliers[2])
     start, stresses, sharpness = multipliers
     parts = []
     for name, weight in as_mapping("objective", objective, "joints and closures to weights").items():
         array = as_real(f"objective[{name!r}]", weight)
         weights = as_finite(f"objective[{name!r}]", array, array.shape if array.shape == () else (6,))
-        wrench, own, _ = wrench_of(balance, name)
-        told = wrench.told(*own)
-        unit = np.array([1.0] * 3 + [1.0 / chain.characteristic_length] * 3)
-        both = unit * (told.constant + told.effect @ start), unit[:, None] * (told.effect @ stresses)
+        wrench, own, _ = wrench_of(equations, name)
+        local = wrench.expressed_in(*own)
+        unit = np.array([1.0] * 3 + [1.0 / state.characteristic_length] * 3)
+        both = unit * (local.constant + local.effect @ start), unit[:, None] * (local.effect @ stresses)
         parts.append((np.broadcast_to(weights, (6,)), *both))
     if not parts:
         return None
     weights, constant, effect = (np.concatenate(items) for items in zip(*parts, strict=True))
     weighed = weights != 0.0
-    # Rounding goes before the weights come.
-    effect = settled(effect[weighed], sharpness)
+    # Rounding is removed before weights are applied.
+    effect = without_rounding(effect[weighed], sharpness)
     return weights[weighed] * constant[weighed], weights[weighed, None] * effect
 
 
 def effort_bounds_of(
-    chain: Structure,
+    state: ChainState,
     driven: np.ndarray,
     effort: FloatArray,
     slope: FloatArray,
@@ -75,44 +75,44 @@ def effort_bounds_of(
     if isinstance(given, str):
         if given != "model":
             raise UnknownName("effort bounds", given, ("model", "a mapping of joints to (lower, upper)"))
-        given = _effort_limits(chain, driven)
+        given = _effort_limits(state, driven)
     found: list[Bound] = []
     for joint, limits in as_mapping("effort_bounds", given, "joints to (lower, upper)").items():
-        own = chain.velocity_slice(joint)
+        own = state.velocity_slice(joint)
         if not np.isin(np.arange(own.start, own.stop), driven).all():
-            raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated")
+            raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated, expected one of the actuated joints")
         names = _components(f"effort of {joint}", own.stop - own.start)
         found += bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]")
     return found
 
 
-def _effort_limits(chain: Structure, driven: np.ndarray) -> dict[str, Range]:
+def _effort_limits(state: ChainState, driven: np.ndarray) -> dict[str, Range]:
     """Effort limits of the model, of the joints that are actuated."""
     limits: dict[str, Range] = {}
-    for name in list(chain.model.names)[1:]:
-        own = chain.velocity_slice(name)
+    for name in list(state.model.names)[1:]:
+        own = state.velocity_slice(name)
         if own.stop > own.start and np.isin(np.arange(own.start, own.stop), driven).all():
-            limits[name] = (chain.model.lowerEffortLimit[own].copy(), chain.model.upperEffortLimit[own].copy())
+            limits[name] = (state.model.lowerEffortLimit[own].copy(), state.model.upperEffortLimit[own].copy())
     return limits
 
 
 def reaction_bounds_of(
-    balance: Balance,
+    equations: EquationsOfMotion,
     start: FloatArray,
-    open_part: tuple[FloatArray, float],
+    self_stress: tuple[FloatArray, float],
     given: Mapping[str, Range] | None,
 ) -> list[Bound]:
     """Bounds on joints' and closures' wrenches, given λ at z = 0 and the self-stresses with their sharpness."""
-    stresses, sharpness = open_part
-    unit = np.array([1.0] * 3 + [1.0 / balance.chain.characteristic_length] * 3)[:, None]
+    stresses, sharpness = self_stress
+    unit = np.array([1.0] * 3 + [1.0 / equations.state.characteristic_length] * 3)[:, None]
     found: list[Bound] = []
     for name, limits in as_mapping("reaction_bounds", given, "joints and closures to (lower, upper)").items():
-        wrench, own, _ = wrench_of(balance, name)
-        told = wrench.told(*own)
-        effect = told.effect @ stresses
+        wrench, own, _ = wrench_of(equations, name)
+        local = wrench.expressed_in(*own)
+        effect = local.effect @ stresses
         effect[np.abs(effect * unit).max(axis=1, initial=0.0) <= sharpness] = 0.0
         names = [f"{part} of {name}" for part in ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")]
-        found += bounds_of(names, told.constant + told.effect @ start, effect, limits, f"reaction_bounds[{name!r}]")
+        found += bounds_of(names, local.constant + local.effect @ start, effect, limits, f"reaction_bounds[{name!r}]")
     return found
 
 

@@ -1,18 +1,19 @@
-"""Forces in a closed chain: efforts, multipliers, and any joint's or closure's reaction with its certificate."""
+"""Results of dynamics: efforts, multipliers, and the reaction of any joint or closure with its certificate."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
-from ...core.validation import FloatArray, frozen
-from .equations_of_motion import Balance, Wrench, axes_and_point
-from .force_distribution import Bound, Space, interval
+from ...core.validation import FloatArray, as_finite, frozen
+from .equations_of_motion import EquationsOfMotion, Wrench
+from .force_distribution import Bound, ForceDistribution, interval
 
 __all__ = ["ClosedForces", "JointReaction", "wrench_of"]
 
@@ -21,7 +22,7 @@ _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
 @dataclass(frozen=True, eq=False)
 class JointReaction(Record):
-    """What a joint or closure transmits, and what of it equilibrium determines; prints as a table.
+    """Wrench that a joint or closure transmits, and which components equilibrium determines; prints as a table.
 
     Attributes
     ----------
@@ -32,14 +33,14 @@ class JointReaction(Record):
     wrench : ndarray
         Shape (6,), force and moment, N and N m.
     unique : ndarray of bool
-        Shape (6,): which components every solution of the equations of motion shares (Wojtyra's criterion: no
-        self-stress of the chain shows in them).
+        Shape (6,): which components are the same in every solution of the equations of motion (Wojtyra's criterion:
+        no self-stress of the chain changes them).
     directions : ndarray
-        Shape (6, r), the ways in which the wrench may change without any motion: the image of the chain's
-        self-stresses, orthonormal with moments divided by the characteristic length. r = 0 if it is unique.
+        Shape (6, r), the directions in which the wrench may change without any motion: the image of the
+        chain's self-stresses, orthonormal with moments divided by the characteristic length. r = 0 if it is unique.
     interval : ndarray
-        Shape (6, 2), least and largest value of each component that the bounds allow; infinite where they leave it
-        free, twice the value where it is unique.
+        Shape (6, 2), least and largest value of each component within the bounds; infinite where it is not bounded,
+        twice the value where it is unique.
     """
 
     name: str
@@ -56,20 +57,20 @@ class JointReaction(Record):
 
     @property
     def moment(self) -> FloatArray:
-        """Shape (3,), N m, about the point that was asked for."""
+        """Shape (3,), N m, about the point given as ``at``."""
         return self.wrench[3:]
 
     @property
     def undetermined(self) -> int:
-        """In how many independent directions the wrench is undetermined."""
+        """Number of independent directions in which the wrench is undetermined."""
         return self.directions.shape[1]
 
     def __str__(self) -> str:
         lines = [f"{self.name} on {self.on}"]
         for k, name in enumerate(_COMPONENTS):
             low, high = self.interval[k]
-            told = "unique" if self.unique[k] else f"undetermined, from {low:.6g} to {high:.6g}"
-            lines.append(f"{name} {self.wrench[k]:14.6f} {'N' if k < 3 else 'N m':4} {told}")
+            note = "unique" if self.unique[k] else f"undetermined, from {low:.6g} to {high:.6g}"
+            lines.append(f"{name} {self.wrench[k]:14.6f} {'N' if k < 3 else 'N m':4} {note}")
         return "\n".join(lines)
 
 
@@ -80,17 +81,17 @@ class ClosedForces(Record):
     Attributes
     ----------
     tau : ndarray
-        Shape (nv,), what the joints' actuators give, N and N m; zero for joints without one, to rounding.
+        Shape (nv,), efforts of the joints' actuators, N and N m; zero for joints without one.
     multipliers : ndarray
         λ, shape (rows,), as :class:`exo_pin.chain.ClosedChain` describes.
     residual : float
-        Largest generalised force by which M a + h - external = τ + Jᵀλ is missed, N and N m.
+        Largest error of M a + h - passive - external = τ + Jᵀλ, N and N m.
     undetermined : int
-        Dimension of the self-stresses: how many independent sets of multipliers and efforts make no motion.
+        Dimension of the self-stresses, the sets of multipliers and efforts that make no motion.
     effort_is_unique : ndarray of bool
-        Shape (nv,), which efforts every solution shares.
+        Shape (nv,), which efforts are the same in every solution.
     self_stresses : ndarray
-        Shape (rows, undetermined), a basis of what may be added to λ.
+        Shape (rows, undetermined), a basis of the self-stresses: their multiples may be added to λ.
     """
 
     tau: FloatArray
@@ -99,26 +100,26 @@ class ClosedForces(Record):
     undetermined: int
     effort_is_unique: NDArray[np.bool_]
     self_stresses: FloatArray
-    _balance: Balance = field(repr=False)
+    _equations: EquationsOfMotion = field(repr=False)
     _start: FloatArray = field(repr=False)  # λ at z = 0
     _sharpness: float = field(repr=False)  # share of a self-stress that is rounding
     _metric: str = field(repr=False)
     _bounds: tuple[Bound, ...] = field(repr=False, default=())
 
     @cached_property
-    def _space(self) -> Space:
-        metric = self._balance.metric(self._start, self.self_stresses, self._metric)
-        return Space(metric, self._bounds, self._sharpness)
+    def _distribution(self) -> ForceDistribution:
+        metric = self._equations.metric(self._start, self.self_stresses, self._metric)
+        return ForceDistribution(metric, self._bounds, self._sharpness)
 
     def effort(self, joint: str) -> FloatArray:
-        """What a joint's actuator gives, shape (nv of the joint,), N or N m."""
-        return self.tau[self._balance.chain.velocity_slice(joint)].copy()
+        """Effort of a joint's actuator, shape (nv of the joint,), N or N m."""
+        return self.tau[self._equations.state.velocity_slice(joint)].copy()
 
     def effort_interval(self, joint: str) -> FloatArray:
-        """Least and largest effort that the bounds allow, shape (nv of the joint, 2); infinite where they leave it."""
-        own = self._balance.chain.velocity_slice(joint)
-        effect = -self._balance.jacobian[:, own].T
-        return self._intervals(self._balance.tau[own], effect, self.effort_is_unique[own], self.tau[own])
+        """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded."""
+        own = self._equations.state.velocity_slice(joint)
+        effect = -self._equations.jacobian[:, own].T
+        return self._intervals(self._equations.tau[own], effect, self.effort_is_unique[own], self.tau[own])
 
     def joint_reaction(
         self,
@@ -128,7 +129,7 @@ class ClosedForces(Record):
         in_frame: str = "world",
         intervals: bool = True,
     ) -> JointReaction:
-        """What a tree joint or a closure transmits.
+        """Wrench that a tree joint or a closure transmits.
 
         Parameters
         ----------
@@ -138,13 +139,13 @@ class ClosedForces(Record):
             The body that receives it, by the name of one of its frames; by default the child link of a joint and the
             body of frame a of a closure.
         at : str or array_like
-            Point about which the moment is told: "origin" (the joint's, or the closure's point, which is frame b's
+            Point about which the moment is taken: "origin" (the joint's, or the closure's point, which is frame b's
             origin), a frame's name for its origin, or shape (3,), m, world frame.
         in_frame : str
-            Axes of the answer: "world", "local" (the child link's, or those of the closure's frame a), or a frame's
+            Axes of the wrench: "world", "local" (the child link's, or those of the closure's frame a), or a frame's
             name.
         intervals : bool
-            Whether to work out the intervals of undetermined components; without, they are infinite.
+            Whether to compute the intervals of undetermined components; otherwise they are infinite.
 
         Raises
         ------
@@ -153,16 +154,16 @@ class ClosedForces(Record):
         InvalidInput
             If ``on`` is neither of the two bodies, or a joint and a closure share the name.
         """
-        wrench, own, bodies = wrench_of(self._balance, joint)
+        wrench, own, bodies = wrench_of(self._equations, joint)
         return self._answer(joint, wrench, own, bodies, on, at, in_frame, intervals)
 
     def wrench_on(
         self, body: str, at: str | ArrayLike = "origin", in_frame: str = "world", intervals: bool = True
     ) -> JointReaction:
-        """Total wrench that all joints and closures put on a body.
+        """Total wrench of all joints and closures on a body.
 
-        It is what carries and accelerates the body against weight and external forces. On the world it is the
-        mechanism's whole load on its base, without the weight of links that are fixed to the world.
+        With the weight and the external forces it accelerates the body. On the world it is the mechanism's whole load
+        on its base, without the weight of links that are fixed to the world.
 
         Parameters
         ----------
@@ -172,19 +173,21 @@ class ClosedForces(Record):
             As for :meth:`joint_reaction`; "origin" and "local" are the body's first joint's, the world's for the
             world.
         """
-        balance = self._balance
-        chain, model = balance.chain, balance.chain.model
-        index = _body(balance, body)
-        parts = [balance.joint(index)] if index else []
-        parts += [balance.joint(child).reversed() for child in range(1, model.njoints) if model.parents[child] == index]
-        for c, (body_a, body_b) in enumerate(chain._topology.joints):
+        equations = self._equations
+        state, model = equations.state, equations.state.model
+        index = _body(equations, body)
+        parts = [equations.joint(index)] if index else []
+        parts += [
+            equations.joint(child).reversed() for child in range(1, model.njoints) if model.parents[child] == index
+        ]
+        for c, (body_a, body_b) in enumerate(state.topology.joints):
             if index in (body_a, body_b):
-                parts.append(balance.closure(c) if index == body_a else balance.closure(c).reversed())
+                parts.append(equations.closure(c) if index == body_a else equations.closure(c).reversed())
         total = Wrench(
             np.sum([part.constant for part in parts], axis=0) + np.zeros(6),
             np.sum([part.effect for part in parts], axis=0) + np.zeros((6, len(self.multipliers))),
         )
-        pose = balance.poses[index]
+        pose = equations.poses[index]
         own = pose[3], pose[:3]
         return self._answer("all joints and closures", total, own, (index, index), body, at, in_frame, intervals)
 
@@ -199,27 +202,27 @@ class ClosedForces(Record):
         in_frame: str,
         intervals: bool,
     ) -> JointReaction:
-        balance = self._balance
+        equations = self._equations
         receiver = bodies[0]
         if on is not None:
-            receiver = _body(balance, on)
+            receiver = _body(equations, on)
             if receiver not in bodies:
-                one, other = (balance.chain._body_names[body] for body in bodies)
-                raise InvalidInput(f"{name!r} joins {one!r} and {other!r}, not {on!r}")
+                one, other = (equations.state.body_names[body] for body in bodies)
+                raise InvalidInput(f"on={on!r} is not a body of {name!r}: expected {one!r} or {other!r}")
             if receiver != bodies[0]:
                 wrench = wrench.reversed()
-        told = wrench.told(*axes_and_point(balance, own, at, in_frame))
-        value = told.constant + told.effect @ self.multipliers
-        open_part = told.effect @ self.self_stresses
-        unit = np.array([1.0] * 3 + [1.0 / balance.chain.characteristic_length] * 3)[:, None]
-        basis, sizes, _ = np.linalg.svd(open_part * unit, full_matrices=False)
+        expressed = wrench.expressed_in(*_axes_and_point(equations, own, at, in_frame))
+        value = expressed.constant + expressed.effect @ self.multipliers
+        free_part = expressed.effect @ self.self_stresses
+        unit = np.array([1.0] * 3 + [1.0 / equations.state.characteristic_length] * 3)[:, None]
+        basis, sizes, _ = np.linalg.svd(free_part * unit, full_matrices=False)
         directions = (basis / unit)[:, sizes > self._sharpness]
-        unique = np.abs(open_part * unit).max(axis=1, initial=0.0) <= self._sharpness
+        unique = np.abs(free_part * unit).max(axis=1, initial=0.0) <= self._sharpness
         ranges = np.column_stack([value, value])
         ranges[~unique] = -np.inf, np.inf
         if intervals:
-            ranges = self._intervals(told.constant, told.effect, unique, value)
-        label = on if on is not None else balance.chain._body_names[receiver]
+            ranges = self._intervals(expressed.constant, expressed.effect, unique, value)
+        label = on if on is not None else equations.state.body_names[receiver]
         return JointReaction(
             name, label, frozen(value), frozen(unique), frozen(np.ascontiguousarray(directions)), frozen(ranges)
         )
@@ -234,30 +237,72 @@ class ClosedForces(Record):
             return ranges
         start, slope = constant + effect @ self._start, effect @ self.self_stresses
         for k in np.flatnonzero(~unique):
-            ranges[k] = interval(self._space, float(start[k]), slope[k])
+            ranges[k] = interval(self._distribution, float(start[k]), slope[k])
         return ranges
 
 
-def wrench_of(balance: Balance, name: str) -> tuple[Wrench, tuple[FloatArray, FloatArray], tuple[int, int]]:
+def wrench_of(equations: EquationsOfMotion, name: str) -> tuple[Wrench, tuple[FloatArray, FloatArray], tuple[int, int]]:
     """Wrench of a joint or closure about the world's origin; its own point and axes; the bodies, receiver first."""
-    chain = balance.chain
-    closures = [closure.name for closure in chain.closures]
-    joints = list(chain.model.names)[1:]
+    state = equations.state
+    closures = [closure.name for closure in state.closures]
+    joints = list(state.model.names)[1:]
     if name in joints and name in closures:
         raise InvalidInput(f"{name!r} is a joint as well as a closure: rename the closure")
     if name in closures:
         c = closures.index(name)
-        body_a, body_b = chain._topology.joints[c]
-        return balance.closure(c), balance.closure_frame(c), (int(body_a), int(body_b))
+        body_a, body_b = state.topology.joints[c]
+        return equations.closure(c), equations.closure_frame(c), (int(body_a), int(body_b))
     if name not in joints:
         raise UnknownName("joint or closure", name, [*joints, *closures])
-    index = chain.joint_index(name)
-    pose = balance.poses[index]
-    return balance.joint(index), (pose[3], pose[:3]), (index, int(chain.model.parents[index]))
+    index = state.joint_index(name)
+    pose = equations.poses[index]
+    return equations.joint(index), (pose[3], pose[:3]), (index, int(state.model.parents[index]))
 
 
-def _body(balance: Balance, frame: str) -> int:
-    frames = balance.chain._frames
+def _body(equations: EquationsOfMotion, frame: str) -> int:
+    frames = equations.state.frames
     if not isinstance(frame, str) or frame not in frames:
         raise UnknownName("body", frame, frames)
-    return int(balance.chain.model.frames[frames[frame]].parentJoint)
+    return int(equations.state.model.frames[frames[frame]].parentJoint)
+
+
+def _axes_and_point(
+    equations: EquationsOfMotion, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
+) -> tuple[FloatArray, FloatArray]:
+    """Point and axes in which a wrench is to be expressed.
+
+    Parameters
+    ----------
+    own : tuple of ndarray
+        Point (3,) and axes (3, 3), as rows.
+    at : str or array_like
+        "origin" for the own point, a frame's name for its origin, or a point (3,), m, world frame.
+    in_frame : str
+        "world", "local" for the own axes, or a frame's name.
+
+    Raises
+    ------
+    UnknownName
+        If a frame is not known.
+    """
+    names: tuple[Literal["origin", "world", "local"], ...] = ("origin", "world", "local")
+    point, axes = own
+    if isinstance(at, str):
+        if at != "origin":
+            point = _frame_pose(equations, at, "point or frame", names[:1])[0]
+    else:
+        point = as_finite("at", at, (3,))
+    if in_frame == "world":
+        return point, np.eye(3)
+    return point, axes if in_frame == "local" else _frame_pose(equations, in_frame, "frame", names[1:])[1]
+
+
+def _frame_pose(
+    equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
+) -> tuple[FloatArray, FloatArray]:
+    frames = equations.state.frames
+    if not isinstance(name, str) or name not in frames:
+        raise UnknownName(what, name, (*others, *frames))
+    frame = equations.state.model.frames[frames[name]]
+    pose = equations.poses[frame.parentJoint]
+    return frame.placement.translation @ pose[:3] + pose[3], frame.placement.rotation.T @ pose[:3]

@@ -1,4 +1,4 @@
-"""Recursive Newton-Euler on the tree, with the closures' wrenches, and what every joint transmits."""
+"""Recursive Newton-Euler on the tree, with the wrenches of the closures and of every joint."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_finite
-from ..kinematics import closure_kernels as kernels
-from ..structure.chain_state import Structure
+from ..kinematics.closure_wrench_kernels import closure_wrenches
+from ..structure.chain_state import ChainState
 from .equations_of_motion import put_on
 
-__all__ = ["Forces", "TreeForces"]
+__all__ = ["TreeForces", "rnea"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class TreeForces:
     """
 
     tau: FloatArray
-    _chain: Structure = field(repr=False)
+    _state: ChainState = field(repr=False)
     _joint_wrenches: FloatArray = field(repr=False)  # (njoints, 6), local axes and origin
     _closure_wrenches: FloatArray = field(repr=False)  # (m, 6) on a, world axes, about the world's origin
     _poses: FloatArray = field(repr=False)  # (njoints, 4, 3)
@@ -38,60 +38,60 @@ class TreeForces:
     def joint_wrench(
         self, joint: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
     ) -> FloatArray:
-        """Wrench that a joint transmits: what its parent's side puts on the child's side.
+        """Wrench that a joint transmits from its parent to its child.
 
         Parameters
         ----------
         joint : str
             Name of the joint.
         at : "origin" or array_like
-            Point about which the moment is told: the joint's origin, or shape (3,), m, world frame.
+            Point about which the moment is taken: the joint's origin, or shape (3,), m, world frame.
         frame : {"world", "local"}
-            Axes of the answer: the world's or those of the joint's child link.
+            Axes of the wrench: the world's or those of the joint's child link.
 
         Returns
         -------
         ndarray
             Shape (6,), force then moment, N and N m.
         """
-        index = self._chain.joint_index(joint)
+        index = self._state.joint_index(joint)
         if index == 0:
-            raise InvalidInput("the world hangs on no joint")
+            raise InvalidInput(f"{joint!r} is the world, which has no joint: expected the name of a joint of the tree")
         pose = self._poses[index]
         wrench = self._joint_wrenches[index].reshape(2, 3) @ pose[:3]  # R f, because pose[:3] is Rᵀ
-        return _told(wrench, pose[3], at, frame, pose)
+        return _expressed(wrench, pose[3], at, frame, pose)
 
     def closure_wrench(
         self, closure: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
     ) -> FloatArray:
-        """Wrench that a closure transmits: what the body of frame b puts on the body of frame a.
+        """Wrench that a closure transmits from the body of frame b to the body of frame a.
 
         Parameters
         ----------
         closure : str
             Name of the closure.
         at : "origin" or array_like
-            Point about which the moment is told: the closure's point, frame b's origin, or shape (3,), m, world
+            Point about which the moment is taken: the closure's point, frame b's origin, or shape (3,), m, world
             frame.
         frame : {"world", "local"}
-            Axes of the answer: the world's or those of the closure's frame a.
+            Axes of the wrench: the world's or those of the closure's frame a.
 
         Returns
         -------
         ndarray
             Shape (6,), force then moment, N and N m.
         """
-        names = [item.name for item in self._chain.closures]
+        names = [item.name for item in self._state.closures]
         if closure not in names:
             raise UnknownName("closure", closure, names)
         index = names.index(closure)
-        top = self._chain._topology
+        top = self._state.topology
         # The closure's point is frame b's, and its axes are frame a's: a sliding closure parts the two origins.
         carrier_a, carrier_b = self._poses[top.joints[index]]
         pose = top.local[index, 0] @ carrier_a[:3]
         pose[3] = top.local[index, 1, 3] @ carrier_b[:3] + carrier_b[3]
         point = pose[3] if _is_origin(at) else at
-        return _told(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
+        return _expressed(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
 
 
 def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
@@ -102,10 +102,10 @@ def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
     return False
 
 
-def _told(
+def _expressed(
     wrench: FloatArray, point: FloatArray, at: Literal["origin"] | ArrayLike, frame: str, pose: FloatArray
 ) -> FloatArray:
-    """A wrench (rows force, moment, world axes, about ``point``) as it was asked for."""
+    """A wrench (rows force, moment, world axes, about ``point``) about another point, in world or own axes."""
     if frame not in ("world", "local"):
         raise UnknownName("frame", frame, ("world", "local"))
     force, moment = wrench
@@ -115,77 +115,75 @@ def _told(
     return (both @ pose[:3].T if frame == "local" else both).reshape(6)
 
 
-class Forces(Structure):
-    """Recursive Newton-Euler on the tree of a chain."""
+def rnea(
+    state: ChainState,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    multipliers: ArrayLike | None = None,
+    external: Mapping[str, ArrayLike] | None = None,
+) -> TreeForces:
+    """Generalised forces of the tree, and the wrench that every joint transmits.
 
-    def rnea(
-        self,
-        q: ArrayLike,
-        v: ArrayLike | None = None,
-        a: ArrayLike | None = None,
-        multipliers: ArrayLike | None = None,
-        external: Mapping[str, ArrayLike] | None = None,
-    ) -> TreeForces:
-        """Generalised forces of the tree, and the wrench that every joint transmits.
+    τ = M a + h - passive - Jᵀλ - external: the efforts of the actuators that balance the multipliers λ and the
+    passive forces of springs and damping.
 
-        τ = M a + h - passive - Jᵀλ - external: what the joints' actuators have to give when the closures give λ and
-        springs and damping their passive forces.
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q : array_like
+        Shape (nq,).
+    v, a : array_like, optional
+        Shape (nv,); zero if left out.
+    multipliers : array_like, optional
+        λ, shape (rows,), as the class describes; zero if left out.
+    external : mapping, optional
+        Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
+        origin, world axes, N and N m.
 
-        Parameters
-        ----------
-        q : array_like
-            Shape (nq,).
-        v, a : array_like, optional
-            Shape (nv,); zero if left out.
-        multipliers : array_like, optional
-            λ, shape (rows,), as the class describes; zero if left out.
-        external : mapping, optional
-            Frame name to wrench (force, moment), shape (6,), on the body of that frame, moment about the frame's
-            origin, world axes, N and N m.
+    Returns
+    -------
+    TreeForces
+        With ``tau`` and the joints' wrenches; a wrench is the sum of bearing, actuator, spring and damper.
 
-        Returns
-        -------
-        TreeForces
-            With ``tau`` and the joints' wrenches; a wrench is all that the joint transmits, by its bearing, its
-            actuator, its spring and its damper.
-
-        Raises
-        ------
-        UnsupportedDynamics
-            If a joint has dry friction.
-        """
-        zero = np.zeros(self._model.nv)
-        return _rnea(
-            self,
-            self._configuration(q),
-            zero if v is None else self._tangent("v", v),
-            zero if a is None else self._tangent("a", a),
-            None if multipliers is None else self._vector("multipliers", multipliers, self.row_count),
-            external,
-        )
+    Raises
+    ------
+    UnsupportedDynamics
+        If a joint has dry friction.
+    """
+    zero = np.zeros(state.model.nv)
+    return _rnea(
+        state,
+        state.configuration(q),
+        zero if v is None else state.tangent("v", v),
+        zero if a is None else state.tangent("a", a),
+        None if multipliers is None else state.vector("multipliers", multipliers, state.row_count),
+        external,
+    )
 
 
 def _rnea(
-    chain: Structure,
+    state: ChainState,
     q: FloatArray,
     v: FloatArray,
     a: FloatArray,
     multipliers: FloatArray | None,
     external: Mapping[str, ArrayLike] | None,
 ) -> TreeForces:
-    """:meth:`Forces.rnea` after its checks."""
-    work, top, model = chain._workspace, chain._topology, chain.model
+    """:meth:`ClosedChain.rnea` after its checks."""
+    work, top, model = state.workspace, state.topology, state.model
     data = work.data
     pin.forwardKinematics(model, data, q)
     work.external[:] = 0.0
     work.wrenches[:] = 0.0
     if multipliers is not None:
-        kernels.closure_wrenches(
+        closure_wrenches(
             work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
         )
-    put_on(chain, external)
-    chain._passive.refuse_friction()
+    put_on(state, external)
+    state.passive.refuse_friction()
     tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
-    if chain._passive.act:
-        tau -= chain._passive.force(q, v)
-    return TreeForces(tau, chain, work.forces.copy(), work.wrenches.copy(), work.poses.copy())
+    if state.passive.act:
+        tau -= state.passive.force(q, v)
+    return TreeForces(tau, state, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

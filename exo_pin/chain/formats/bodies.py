@@ -1,4 +1,4 @@
-"""The bodies of a chain as every file format wants them."""
+"""The bodies of a chain, as every file format needs them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..structure.chain_state import Structure
+from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data
 
@@ -60,7 +60,7 @@ class TreeBody:
     data: JointData
 
 
-def tree_bodies(chain: Structure) -> list[TreeBody]:
+def tree_bodies(chain: ChainState) -> list[TreeBody]:
     """The bodies in the model's order, parents first.
 
     Raises
@@ -90,7 +90,7 @@ def tree_bodies(chain: Structure) -> list[TreeBody]:
 
 
 def _link_names(model: pin.Model) -> dict[int, str]:
-    """Of every joint, the link that stands in its frame."""
+    """Of every joint, the link in its frame."""
     names: dict[int, str] = {}
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY and frame.placement.isIdentity(1e-12):
@@ -105,7 +105,7 @@ def refuse_massless(bodies: list[TreeBody], what: str) -> None:
     ]
     if light:
         raise InvalidInput(
-            f"{what} wants mass and inertia for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
+            f"{what} needs mass and inertia for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
             "none: give them some in the URDF, or join them to their neighbours"
         )
 
@@ -115,8 +115,8 @@ def link_name(bodies: list[TreeBody], index: int) -> str:
     return "world" if index == 0 else next(body.name for body in bodies if body.index == index)
 
 
-def world_link(chain: Structure) -> str:
-    """A link that stands in the world's frame, or a new name."""
+def world_link(chain: ChainState) -> str:
+    """A link in the world's frame, or a new name."""
     for frame in chain.model.frames:
         at_origin = frame.parentJoint == 0 and frame.placement.isIdentity(1e-12)
         if frame.type == pin.FrameType.BODY and at_origin and frame.name != "universe":

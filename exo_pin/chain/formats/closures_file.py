@@ -72,7 +72,8 @@ from ...core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownNa
 from ...core.files import write_text
 from ...core.files.tables import Table
 from ...core.files.text_files import read_text
-from ..structure.closures import Closure, Closures, JointProperties, LimbRole, Placement, Roles, Root
+from ..structure.closures import Closure, Placement
+from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 
 __all__ = ["closures_text", "read_closures", "write_closures", "write_files"]
 

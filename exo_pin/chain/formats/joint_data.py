@@ -1,4 +1,4 @@
-"""What a joint has besides its motion: damping, dry friction, armature, limits and a spring, for readers and writers.
+"""Data of a joint besides its motion: damping, dry friction, armature, limits and a spring, for readers and writers.
 
 Damping, friction and limits are the Pinocchio model's; springs are the closures file's; an armature is put from the
 closures file into the model. A limit of 1e300 or more, of either sign, means that there is no limit: URDF has no
@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray
-from ..structure.closures import JointProperties
+from ..structure.description import JointProperties
 from ..structure.motion_axes import motion_axes
 
 __all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]
@@ -59,7 +59,7 @@ class JointData:
 
     @property
     def present(self) -> tuple[str, ...]:
-        """What is not zero, and which limits there are, by the names of messages."""
+        """Names of the data that are not zero and of the limits, for messages."""
         position = np.isfinite(self.position) & (np.abs(self.position) != _BEYOND_UNIT)
         there = {
             "damping": self.damping.any(),
@@ -138,7 +138,7 @@ def refuse_data(file_format: str, joint: str, what: Iterable[str]) -> None:
 
 
 def repair_limits(model: pin.Model) -> None:
-    """Make limits infinite that stand for none, and lower limits of velocity negative.
+    """Make limits infinite that mean no limit, and lower limits of velocity negative.
 
     Pinocchio 4.1 reads ``velocity="4"`` of a URDF as limits of 4 to 4 rad/s.
     """

@@ -24,7 +24,8 @@ import pinocchio as pin
 
 from ...core.errors import FileFormatError, MissingExtra, UnknownName
 from ...core.files.text_files import read_text
-from ..structure.closures import Closure, Closures, Roles
+from ..structure.closures import Closure
+from ..structure.description import Closures, Roles
 from .joint_data import joint_data, refuse_data
 from .urdf.urdf_loading import load_model
 

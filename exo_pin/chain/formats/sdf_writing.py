@@ -1,9 +1,9 @@
 """Writing a chain as SDF: every closure is one more joint.
 
-SDF tells where links are, not what their joints read: a joint reads zero as the file stands, so the file stands closed.
+SDF holds poses of links, not positions of joints: all joints are zero in the file's configuration, which is closed.
 Root joints: a free robot is not joined to the world, a ball root is a ball joint on it.
 
-A hinge or slide keeps its damping, friction and spring, and its limits of position, effort and velocity. A joint
+A hinge or slide has its damping, friction and spring, and its limits of position, effort and velocity. A joint
 without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
 armature, and no data of a ball joint.
 """
@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..structure.chain_state import Structure
+from ..structure.chain_state import ChainState
 from .bodies import TreeBody, link_name, refuse_massless, tree_bodies
 from .joint_data import refuse_data
 
@@ -36,15 +36,15 @@ _CLOSURES = {
 }
 
 
-def sdf_text(chain: Structure, q: FloatArray) -> str:
-    """The XML of a chain as it stands at a closed configuration.
+def sdf_text(chain: ChainState, q: FloatArray) -> str:
+    """The XML of a chain at a closed configuration.
 
     Parameters
     ----------
-    chain : Structure
+    chain : ChainState
         The chain; every body needs mass and inertia.
     q : ndarray
-        Shape (nq,), closed: where links stand and joints read zero.
+        Shape (nq,), closed: the poses of the links in the file, where joints are zero.
 
     Raises
     ------
@@ -73,11 +73,11 @@ def sdf_text(chain: Structure, q: FloatArray) -> str:
     for c, closure in enumerate(chain.closures):
         if closure.type not in _CLOSURES:
             raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
-        ends = [link_name(bodies, int(joint)) for joint in chain._topology.joints[c]]
+        ends = [link_name(bodies, int(joint)) for joint in chain.topology.joints[c]]
         element = _joint(model, _free_name(closure.name, "closure", taken), _CLOSURES[closure.type])
-        # A joint's frame stands on its child, and the world can be no child.
+        # A joint's frame is on its child, and the world cannot be a child.
         child = 1 if ends[0] == "world" else 0
-        local = chain._topology.local[c, child]
+        local = chain.topology.local[c, child]
         _pose(element, pin.SE3(local[:3].T.copy(), local[3].copy()))
         ET.SubElement(element, "parent").text = ends[1 - child]
         ET.SubElement(element, "child").text = ends[child]
@@ -94,7 +94,7 @@ _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (
 
 
 def _tree_joint(
-    chain: Structure, model: ET.Element, body: TreeBody, parent: str, q: FloatArray, taken: set[str]
+    chain: ChainState, model: ET.Element, body: TreeBody, parent: str, q: FloatArray, taken: set[str]
 ) -> None:
     held = _HELD if body.axis is not None else ()
     refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
@@ -136,12 +136,12 @@ def _strong_axis(element: ET.Element, body: TreeBody, here: float, actuated: boo
             ET.SubElement(dynamics, key).text = _number(value)
 
 
-def _universal(chain: Structure, c: int, child: int, element: ET.Element, q: FloatArray) -> None:
+def _universal(chain: ChainState, c: int, child: int, element: ET.Element, q: FloatArray) -> None:
     """First the axis on the parent, then the one on the child, both in the joint's frame, which is the child's."""
     data = chain.model.createData()
     pin.forwardKinematics(chain.model, data, q)
     ends = [
-        data.oMi[int(chain._topology.joints[c, end])].rotation @ chain._topology.local[c, end, :3].T for end in (0, 1)
+        data.oMi[int(chain.topology.joints[c, end])].rotation @ chain.topology.local[c, end, :3].T for end in (0, 1)
     ]
     # Frame a turns about its x, frame b about its y.
     axes = [ends[0][:, 0], ends[1][:, 1]]
@@ -156,7 +156,7 @@ def _joint(model: ET.Element, name: str, kind: str) -> ET.Element:
 def _axis(element: ET.Element, name: str, direction: FloatArray) -> None:
     axis = ET.SubElement(element, name)
     ET.SubElement(axis, "xyz").text = " ".join(_number(value) for value in direction)
-    # Passive until a simulator says otherwise.
+    # Passive until a simulator drives it.
     ET.SubElement(ET.SubElement(axis, "limit"), "effort").text = "0"
 
 

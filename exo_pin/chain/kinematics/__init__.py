@@ -1,1 +1,1 @@
-"""Closing loops, motions that keep them closed, mobility and singular configurations."""
+"""Closing loops, motions with closed loops, mobility and singular configurations."""

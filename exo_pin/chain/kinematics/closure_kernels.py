@@ -1,4 +1,4 @@
-"""All closures of a chain at once, compiled: residual, Jacobian, its rate, and the wrenches of the multipliers.
+"""All closures of a chain at once, compiled: residual, Jacobian and its rate.
 
 What a closure type forbids is defined in :mod:`exo_pin.chain.kinematics.projection`; everything here goes through
 its projection.
@@ -14,14 +14,7 @@ from numba import njit
 
 from .projection import project, project_rate, relative_pose
 
-__all__ = [
-    "closure_wrench_rates",
-    "closure_wrenches",
-    "jacobian_rate",
-    "residual",
-    "residual_jacobian",
-    "unit_wrenches",
-]
+__all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
 
 _compile = njit(cache=True, error_model="numpy")
 
@@ -102,7 +95,7 @@ def residual_jacobian(
                 for i in range(count):
                     jacobian[first + i, k] = 0.0
                 continue
-            _twist_at(J[k], b[3], a, sign, V)
+            twist_at(J[k], b[3], a, sign, V)
             for i in range(count):
                 total = 0.0
                 for j in range(6):
@@ -112,7 +105,7 @@ def residual_jacobian(
 
 
 @_compile
-def _twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
+def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
     """A world twist about the origin, referred to the point p, in the axes of a."""
     wx, wy, wz = twist[3], twist[4], twist[5]
     vx = twist[0] + wy * p[2] - wz * p[1]
@@ -124,7 +117,7 @@ def _twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
 
 
 @_compile
-def _add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
+def add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     """Add ± u × v to ``out``."""
     out[0] += sign * (u[1] * v[2] - u[2] * v[1])
     out[1] += sign * (u[2] * v[0] - u[0] * v[2])
@@ -177,11 +170,11 @@ def jacobian_rate(
                 twist_a[i] += J[k, i] * supports[c, 0, k] * v[k]
                 twist_b[i] += J[k, i] * supports[c, 1, k] * v[k]
         p = b[3]
-        _twist_at(twist_a - twist_b, p, a, 1.0, relative)
+        twist_at(twist_a - twist_b, p, a, 1.0, relative)
         project_rate(kinds[c], d, Q, relative, dS[:count])
         # Velocity of the point p_b of frame b, and the turning of a in its own axes.
         point[:] = twist_b[:3]
-        _add_cross(twist_b[3:], p, 1.0, point)
+        add_cross(twist_b[3:], p, 1.0, point)
         for i in range(3):
             omega[i] = a[i, 0] * twist_a[3] + a[i, 1] * twist_a[4] + a[i, 2] * twist_a[5]
         drift[first : first + count] = 0.0
@@ -191,135 +184,17 @@ def jacobian_rate(
                 for i in range(count):
                     out[first + i, k] = 0.0
                 continue
-            _twist_at(J[k], p, a, sign, V)
+            twist_at(J[k], p, a, sign, V)
             # d/dt of R_aᵀ (v + ω × p_b) and R_aᵀ ω: what changes in the world, less the turning of a's axes.
             for i in range(6):
                 moving[i] = dJ[k, i]
-            _add_cross(J[k, 3:], point, 1.0, moving[:3])
-            _twist_at(moving, p, a, sign, W)
-            _add_cross(omega, V[:3], -1.0, W[:3])
-            _add_cross(omega, V[3:], -1.0, W[3:])
+            add_cross(J[k, 3:], point, 1.0, moving[:3])
+            twist_at(moving, p, a, sign, W)
+            add_cross(omega, V[:3], -1.0, W[:3])
+            add_cross(omega, V[3:], -1.0, W[3:])
             for i in range(count):
                 total = 0.0
                 for j in range(6):
                     total += S[i, j] * W[j] + dS[i, j] * V[j]
                 out[first + i, k] = total
                 drift[first + i] += total * v[k]
-
-
-@_compile
-def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> None:
-    """Add a wrench about the world's origin, world axes, to the one of a joint, in its own frame."""
-    p = pose[3]
-    mx = moment[0] - (p[1] * force[2] - p[2] * force[1])
-    my = moment[1] - (p[2] * force[0] - p[0] * force[2])
-    mz = moment[2] - (p[0] * force[1] - p[1] * force[0])
-    for i in range(3):
-        out[i] += sign * (pose[i, 0] * force[0] + pose[i, 1] * force[1] + pose[i, 2] * force[2])
-        out[3 + i] += sign * (pose[i, 0] * mx + pose[i, 1] * my + pose[i, 2] * mz)
-
-
-@_compile
-def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
-    """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
-
-    The force part is also how a shift of frame a against frame b changes the residual.
-
-    Parameters
-    ----------
-    poses, joints, local, kinds, lengths, rows
-        As for :func:`residual`.
-    out : ndarray
-        Shape (rows, 6), filled: force and moment about the world's origin, world axes.
-    """
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    ignored = np.empty(6)
-    for c in range(len(rows) - 1):
-        relative_pose(poses, joints, local, c, a, b, d, Q)
-        first, count = rows[c], rows[c + 1] - rows[c]
-        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
-        for i in range(count):
-            wrench = out[first + i]
-            for k in range(3):
-                wrench[k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]
-                wrench[3 + k] = S[i, 3] * a[0, k] + S[i, 4] * a[1, k] + S[i, 5] * a[2, k]
-            _add_cross(b[3], wrench[:3], 1.0, wrench[3:])
-
-
-@_compile
-def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows: Any, wrenches: Any, out: Any) -> None:
-    """Turn multipliers into wrenches on the bodies that the closures join.
-
-    Parameters
-    ----------
-    poses, joints, rows
-        As for :func:`residual`.
-    multipliers : ndarray
-        Shape (rows,), N and N m.
-    unit : ndarray
-        Shape (rows, 6), what :func:`unit_wrenches` fills.
-    wrenches : ndarray
-        Shape (m, 6), filled: the wrench on the body of frame a, force and moment about the world's origin,
-        world axes.
-    out : ndarray
-        Shape (njoints, 6); both bodies' wrenches are added, each in its joint's own frame.
-    """
-    for c in range(len(rows) - 1):
-        for k in range(6):
-            total = 0.0
-            for i in range(rows[c], rows[c + 1]):
-                total += multipliers[i] * unit[i, k]
-            wrenches[c, k] = total
-        force, moment = wrenches[c, :3], wrenches[c, 3:]
-        _add_wrench(poses[joints[c, 0]], force, moment, 1.0, out[joints[c, 0]])
-        _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
-
-
-@_compile
-def closure_wrench_rates(
-    poses: Any,
-    J: Any,
-    directions: Any,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    supports: Any,
-    c: int,
-    multipliers: Any,
-    rates: Any,
-    out: Any,
-) -> None:
-    """Change of one closure's wrench on the body of frame a, in the axes of a about the closure's point.
-
-    Parameters
-    ----------
-    poses, J, joints, local, kinds, lengths, rows, supports
-        As for :func:`jacobian_rate`.
-    directions : ndarray
-        Shape (columns, nv), how the configuration changes.
-    c : int
-        The closure.
-    multipliers, rates : ndarray
-        λ, shape (rows,), and how it changes, shape (columns, rows).
-    out : ndarray
-        Shape (6, columns), filled.
-    """
-    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    dS, ignored, twist, V = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
-    relative_pose(poses, joints, local, c, a, b, d, Q)
-    first, count = rows[c], rows[c + 1] - rows[c]
-    project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
-    for s in range(len(directions)):
-        twist[:] = 0.0
-        for k in range(directions.shape[1]):
-            for i in range(6):
-                twist[i] += J[k, i] * (supports[c, 0, k] - supports[c, 1, k]) * directions[s, k]
-        _twist_at(twist, b[3], a, 1.0, V)
-        project_rate(kinds[c], d, Q, V, dS[:count])
-        for j in range(6):
-            total = 0.0
-            for i in range(count):
-                total += S[i, j] * rates[s, first + i] + dS[i, j] * multipliers[first + i]
-            out[j, s] = total

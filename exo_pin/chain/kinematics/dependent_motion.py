@@ -1,4 +1,4 @@
-"""Motions that keep the loops closed: the dependent joints' velocity and acceleration from the independent ones'."""
+"""Motions that do not open the loops: velocity and acceleration of dependent joints from independent ones."""
 
 from __future__ import annotations
 
@@ -11,99 +11,102 @@ from scipy.linalg.lapack import dgelsy, dgelsy_lwork
 
 from ...core.errors import InvalidInput, UndeterminedMotion
 from ...core.validation import FloatArray, as_finite
-from ..structure.chain_state import Structure
+from ..structure.chain_state import ChainState
+from .loops import closed_configuration
 from .rank import rank_tolerance
 
-__all__ = ["Motions"]
+__all__ = ["dependent_motion", "root_motion"]
 
 
-class Motions(Structure):
-    """Motions that keep the loops closed."""
+def dependent_motion(
+    state: ChainState,
+    q: ArrayLike,
+    joints: Iterable[str],
+    velocity: ArrayLike,
+    acceleration: ArrayLike | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Velocity and acceleration of all joints from those of some.
 
-    def dependent_motion(
-        self,
-        q: ArrayLike,
-        joints: Iterable[str],
-        velocity: ArrayLike,
-        acceleration: ArrayLike | None = None,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Velocity and acceleration of all joints from those of some.
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q : array_like
+        Shape (nq,), closed.
+    joints : iterable of str
+        Joints whose motion is given; it has to determine those of all others.
+    velocity, acceleration : array_like
+        Shape (k,), the coordinates of ``joints`` in v and a, in the order of ``joints``; the acceleration is
+        zero if left out. :meth:`ClosedChain.root_motion` makes them for the root.
 
-        Parameters
-        ----------
-        q : array_like
-            Shape (nq,), closed.
-        joints : iterable of str
-            Joints whose motion is given; it has to determine all others.
-        velocity, acceleration : array_like
-            Shape (k,), the coordinates of ``joints`` in v and a, in the order of ``joints``; the acceleration is
-            zero if left out. :meth:`root_motion` makes them for the root.
+    Returns
+    -------
+    v, a : ndarray
+        Shape (nv,), with J v = 0 and J a + J̇ v = 0.
 
-        Returns
-        -------
-        v, a : ndarray
-            Shape (nv,), with J v = 0 and J a + J̇ v = 0.
+    Raises
+    ------
+    LoopNotClosed
+        If the residual of the loops exceeds 1e-8.
+    UndeterminedMotion
+        If the given joints do not determine the others, as at a singularity.
+    InvalidInput
+        If the given motion would open the loops.
+    """
+    chosen = state.velocity_indices(joints)
+    v = as_finite("velocity", velocity, (len(chosen),))
+    a = np.zeros(len(chosen)) if acceleration is None else as_finite("acceleration", acceleration, v.shape)
+    return _dependent_motion(state, closed_configuration(state, q), chosen, v, a)
 
-        Raises
-        ------
-        LoopNotClosed
-            If the loops stand open by more than 1e-8.
-        UndeterminedMotion
-            If the given joints leave others free, as at a singularity.
-        InvalidInput
-            If the given motion would open the loops.
-        """
-        chosen = self.velocity_indices(joints)
-        v = as_finite("velocity", velocity, (len(chosen),))
-        a = np.zeros(len(chosen)) if acceleration is None else as_finite("acceleration", acceleration, v.shape)
-        return _dependent_motion(self, self._closed(q), chosen, v, a)
 
-    def root_motion(
-        self,
-        q: ArrayLike,
-        angular_velocity: ArrayLike,
-        angular_acceleration: ArrayLike = (0.0, 0.0, 0.0),
-        linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
-        linear_acceleration: ArrayLike = (0.0, 0.0, 0.0),
-    ) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the root joint's velocity and acceleration from a motion told in world axes.
+def root_motion(
+    state: ChainState,
+    q: ArrayLike,
+    angular_velocity: ArrayLike,
+    angular_acceleration: ArrayLike = (0.0, 0.0, 0.0),
+    linear_velocity: ArrayLike = (0.0, 0.0, 0.0),
+    linear_acceleration: ArrayLike = (0.0, 0.0, 0.0),
+) -> tuple[FloatArray, FloatArray]:
+    """Coordinates of the root joint's velocity and acceleration from a motion in world axes.
 
-        Parameters
-        ----------
-        q : array_like
-            Shape (nq,).
-        angular_velocity, angular_acceleration : array_like
-            Shape (3,), of the root link, rad/s and rad/s².
-        linear_velocity, linear_acceleration : array_like
-            Shape (3,), of the root link's origin, m/s and m/s²; of a spherical root they must be zero.
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    q : array_like
+        Shape (nq,).
+    angular_velocity, angular_acceleration : array_like
+        Shape (3,), of the root link, rad/s and rad/s².
+    linear_velocity, linear_acceleration : array_like
+        Shape (3,), of the root link's origin, m/s and m/s²; of a spherical root they must be zero.
 
-        Returns
-        -------
-        v, a : ndarray
-            Shape (3,) for a spherical root, (6,) for a free-flyer.
+    Returns
+    -------
+    v, a : ndarray
+        Shape (3,) for a spherical root, (6,) for a free-flyer.
 
-        Raises
-        ------
-        InvalidInput
-            If the root is neither, or a spherical root is asked to move its centre.
-        """
-        return _root_motion(
-            self,
-            self._configuration(q),
-            as_finite("angular_velocity", angular_velocity, (3,)),
-            as_finite("angular_acceleration", angular_acceleration, (3,)),
-            as_finite("linear_velocity", linear_velocity, (3,)),
-            as_finite("linear_acceleration", linear_acceleration, (3,)),
-        )
+    Raises
+    ------
+    InvalidInput
+        If the root is neither, or the centre of a spherical root is to move.
+    """
+    return _root_motion(
+        state,
+        state.configuration(q),
+        as_finite("angular_velocity", angular_velocity, (3,)),
+        as_finite("angular_acceleration", angular_acceleration, (3,)),
+        as_finite("linear_velocity", linear_velocity, (3,)),
+        as_finite("linear_acceleration", linear_acceleration, (3,)),
+    )
 
 
 def _dependent_motion(
-    chain: Structure, q: FloatArray, chosen: np.ndarray, velocity: FloatArray, acceleration: FloatArray
+    state: ChainState, q: FloatArray, chosen: np.ndarray, velocity: FloatArray, acceleration: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """:meth:`Motions.dependent_motion` after its checks."""
-    work, top, model = chain._workspace, chain._topology, chain.model
+    """:meth:`ClosedChain.dependent_motion` after its checks."""
+    work, top, model = state.workspace, state.topology, state.model
     if len(set(chosen.tolist())) != len(chosen):
-        raise InvalidInput("a joint is given twice")
+        raise InvalidInput("a joint is given twice: expected every joint once")
     given = np.zeros(model.nv, dtype=bool)
     given[chosen] = True
     others = np.flatnonzero(~given)
@@ -119,17 +122,17 @@ def _dependent_motion(
     scaled = work.jacobian * top.row_scale[:, None]
     dependent = scaled[:, others] * column_scale[others]
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    # What the equations are made of: their right sides may cancel down to rounding, as in a parallelogram.
+    # Size of the terms: the right sides may cancel down to rounding, as in a parallelogram.
     moving = float(np.abs(velocity / column_scale[chosen]).max(initial=0.0))
-    v[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ v, gap, moving)
+    v[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ v, gap, moving)
     drift = work.drift_of(q, v)
     moving = float(np.abs(a / column_scale).max(initial=0.0)) + float(np.square(v / column_scale).max(initial=0.0))
-    a[others] = column_scale[others] * _solve(chain, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
+    a[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
     return v, a
 
 
 def _solve(
-    chain: Structure, q: FloatArray, matrix: FloatArray, right: FloatArray, gap: float, moving: float
+    state: ChainState, q: FloatArray, matrix: FloatArray, right: FloatArray, gap: float, moving: float
 ) -> FloatArray:
     """Solve the redundant but consistent equations for all columns."""
     rows, columns = matrix.shape
@@ -137,7 +140,7 @@ def _solve(
         solution = np.zeros(0)
     else:
         # Relative to the largest singular value; 1 bounds it from below for links as long as the scale.
-        condition = rank_tolerance(matrix.shape, 1.0, chain.model.njoints, gap)
+        condition = rank_tolerance(matrix.shape, 1.0, state.model.njoints, gap)
         padded = np.zeros(max(rows, columns))
         padded[:rows] = right
         pivots = np.zeros(columns, dtype=np.int32)
@@ -146,33 +149,35 @@ def _solve(
         if rank < columns:
             raise UndeterminedMotion(q.copy(), columns - rank)
         solution = answer[:columns].reshape(-1)
-    # Consistent equations leave rounding and the loops' residual (at most 1e-8) times the condition; contradictory
-    # ones leave what was given.
+    # The error of consistent equations is rounding and the loops' residual (at most 1e-8) times the condition; that
+    # of contradictory ones is of the size of the given motion.
     left = matrix @ solution - right
     size = float(np.abs(right).max(initial=0.0)) + float(np.abs(solution).max(initial=0.0))
     if not np.abs(left).max(initial=0.0) <= 1e-6 * size + 1e-9 * moving:
-        raise InvalidInput("the given motion opens the loops: give fewer joints")
+        raise InvalidInput("the given motion opens the loops: give the motion of fewer joints, of independent ones")
     return solution
 
 
 def _root_motion(
-    chain: Structure,
+    state: ChainState,
     q: FloatArray,
     omega: FloatArray,
     eta: FloatArray,
     linear_velocity: FloatArray,
     linear_acceleration: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """:meth:`Motions.root_motion` after its checks."""
-    model = chain.model
+    """:meth:`ClosedChain.root_motion` after its checks."""
+    model = state.model
     kind = model.joints[1].shortname() if model.njoints > 1 else "none"
-    work = chain._workspace
+    work = state.workspace
     pin.forwardKinematics(model, work.data, q)
     to_local = work.poses[1, :3].copy()
     turned = to_local @ omega, to_local @ eta
     if kind == "JointModelSpherical":
         if linear_velocity.any() or linear_acceleration.any():
-            raise InvalidInput("a spherical root does not move its centre")
+            raise InvalidInput(
+                "the centre of a spherical root is fixed: expected a linear velocity and acceleration of zero"
+            )
         # R d/dt(Rᵀ ω) = η - ω × ω.
         return turned
     if kind == "JointModelFreeFlyer":
@@ -180,4 +185,4 @@ def _root_motion(
         # d/dt (Rᵀ v_O) = Rᵀ (a_O - ω × v_O).
         a = np.concatenate([to_local @ (linear_acceleration - np.cross(omega, linear_velocity)), turned[1]])
         return v, a
-    raise InvalidInput(f"expected a spherical or free-flyer root, got {kind}")
+    raise InvalidInput(f"expected a spherical or free-flyer root, got {kind}: use dependent_motion with the root joint")

@@ -1,30 +1,28 @@
-"""How far a closed chain is from singular, in units that mean something."""
+"""Margins of a closed chain to a singularity: effort per load, actuator travel, play from clearance."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...core.records import Record
 from ...core.validation import FloatArray
-
-if TYPE_CHECKING:
-    from .reduced_kinematics import Kinematics
+from ..structure.chain_state import ChainState
+from .loops import tree_frame_jacobian
 
 __all__ = ["PARTS_OF_POSE", "Margins", "Output", "margins"]
 
 #: An output frame, and the rows of its twist that count.
 Output = tuple[str, slice]
-#: What of a frame can be the output.
+#: Parts of a frame's pose that can be the output, as rows of its twist.
 PARTS_OF_POSE = {"pose": slice(0, 6), "position": slice(0, 3), "orientation": slice(3, 6)}
-#: A direction of play that the redundant constraints oppose by more than this share is none.
+#: Play in a direction is impossible if the redundant constraints oppose it by more than this share.
 _OPPOSED = 1e-9
 #: A share of a motion below this is rounding.
-_NOTHING = 1e-9
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,8 @@ class Margins(Record):
     clearance_turn : float
         The same for the output's turn, mrad per mm.
     loosest : str
-        The joint or closure whose clearance matters most to the origin; to the turn, if the origin has no play.
+        The joint or closure whose clearance moves the origin most; if the origin has no play, the one whose clearance
+        turns the output most.
     """
 
     frame: str
@@ -75,12 +74,12 @@ def _listed(ratios: Mapping[str, float]) -> str:
 
 
 def _shown(value: float) -> str:
-    """Four digits, and no rounding errors of zero."""
-    return "0" if abs(value) < _NOTHING else f"{value:.4g}"
+    """Four digits; 0 for rounding."""
+    return "0" if abs(value) < _ROUNDING else f"{value:.4g}"
 
 
 def margins(
-    chain: Kinematics,
+    state: ChainState,
     q: FloatArray,
     null_space: FloatArray,
     locked: FloatArray,
@@ -92,7 +91,7 @@ def margins(
 
     Parameters
     ----------
-    chain : Kinematics
+    state : ChainState
         The chain.
     q : ndarray
         Shape (nq,), closed.
@@ -104,17 +103,17 @@ def margins(
     driven : ndarray of int
         Actuated coordinates.
     output : tuple of str and slice
-        The output's frame, and which rows of its twist count.
+        The output's frame, and the rows of its twist that are the output.
     lost : tuple of int
-        Motions of the output that locked actuators leave, motions of the actuators that a locked output leaves, and
-        motions of neither. They settle what counts as zero here.
+        Number of motions of the output with locked actuators, of the actuators with a locked output, and of neither.
+        They determine the ranks here.
     """
     output_lost, input_lost, idle = lost
     dof = null_space.shape[1]
-    top = chain._topology
+    top = state.topology
     scale = top.column
     frame, counted = output
-    tree = chain._tree_frame_jacobian(q, frame)
+    tree = tree_frame_jacobian(state, q, frame)
     tree[np.setdiff1d(np.arange(6), np.arange(6)[counted])] = 0.0
     out = tree @ (scale[:, None] * null_space)
     drive = null_space[driven]
@@ -134,10 +133,12 @@ def margins(
     for which, force, length, loose in ((slides, "N", "m", free_in[0]), (~slides, "N m", "rad", free_in[1])):
         if which.any():
             parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))
-            for part, load, way, unheld in (each for each in parts if counted.start <= each[0].start < counted.stop):
+            for part, load, travelled, unheld in (
+                each for each in parts if counted.start <= each[0].start < counted.stop
+            ):
                 effort[f"{force} per {load}"] = np.inf if unheld else _norm(gain[part][:, which])
-                travel[f"{length} per {way}"] = np.inf if loose else _norm(back[which][:, part])
-    worst, turn, loosest = _clearance(chain, q, locked, locked.shape[1] - output_lost - idle, tree, output)
+                travel[f"{length} per {travelled}"] = np.inf if loose else _norm(back[which][:, part])
+    worst, turn, loosest = _clearance(state, q, locked, locked.shape[1] - output_lost - idle, tree, output)
     return Margins(
         frame,
         MappingProxyType(effort),
@@ -153,10 +154,10 @@ def _norm(matrix: FloatArray) -> float:
 
 
 def _inverse(matrix: FloatArray, rank: int) -> FloatArray:
-    """Pseudo-inverse of a matrix whose rank is known: a small singular value that counts makes a large answer."""
+    """Pseudo-inverse of a matrix whose rank is known: small singular values up to that rank are inverted."""
     U, values, Vt = np.linalg.svd(matrix, full_matrices=False)
-    kept = np.maximum(values[:rank], np.finfo(float).tiny)
-    return np.asarray((Vt[:rank].T / kept) @ U[:, :rank].T)
+    significant = np.maximum(values[:rank], np.finfo(float).tiny)
+    return np.asarray((Vt[:rank].T / significant) @ U[:, :rank].T)
 
 
 def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray | None = None) -> tuple[bool, bool]:
@@ -165,28 +166,28 @@ def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray |
     left = moving @ Vt[rank:].T
     rows = np.zeros(len(moving), dtype=bool)
     rows[np.arange(3) if first is None else first] = True
-    return _norm(left[rows]) > _NOTHING, _norm(left[~rows]) > _NOTHING
+    return _norm(left[rows]) > _ROUNDING, _norm(left[~rows]) > _ROUNDING
 
 
 def _clearance(
-    chain: Kinematics, q: FloatArray, locked: FloatArray, rank: int, tree: FloatArray, output: Output
+    state: ChainState, q: FloatArray, locked: FloatArray, rank: int, tree: FloatArray, output: Output
 ) -> tuple[float, float, str]:
-    """Greatest travel and turn (rad/m) of the output per clearance, and where.
+    """Greatest travel and turn (rad/m) of the output per clearance, and the joint or closure that makes it.
 
     A joint whose bodies are shifted against each other by ε opens the closures of the loops that it is in; the other
-    joints move to close them. A shift that the redundant constraints cannot follow does not happen. All of this is
-    told by the loop alone: it does not depend on which of its joints is written as the closure.
+    joints move to close them. A shift that the redundant constraints oppose is impossible. The result depends on
+    the loop alone, not on which of its joints is written as the closure.
     """
-    top, model = chain._topology, chain.model
+    top, model = state.topology, state.model
     scale = top.column
-    chain._workspace.linearise(q)
-    opened = chain._workspace.unit_wrenches()[:, :3]
+    state.workspace.linearise(q)
+    opened = state.workspace.unit_wrenches()[:, :3]
     stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)
     frame, counted = output
-    carrier = model.frames[chain._frames[frame]].parentJoint
+    carrier = model.frames[state.frames[frame]].parentJoint
     above = _ancestors(model, carrier)
     worst, turn, loosest, most_turning = 0.0, 0.0, "none", "none"
-    for name, gap, direct in _plays(chain, opened, above):
+    for name, gap, direct in _plays(state, opened, above):
         right = np.zeros((len(locked), 3))
         right[: top.row_count] = top.row_scale[:, None] * gap
         _, opposed, axes = np.linalg.svd(stress.T @ right) if stress.size else (None, np.zeros(0), np.eye(3))
@@ -197,17 +198,17 @@ def _clearance(
         if counted.start == 0:
             motion[:3] += direct * np.eye(3)
         there, turned = _norm((motion @ free)[:3]), _norm((motion @ free)[3:])
-        # The first of equals: what rounding says of joints that play the same part is no news.
-        if there > worst * (1 + _NOTHING) + _NOTHING:
+        # The first of equals: rounding must not decide between joints of equal effect.
+        if there > worst * (1 + _ROUNDING) + _ROUNDING:
             worst, loosest = there, name
-        if turned > turn * (1 + _NOTHING) + _NOTHING:
+        if turned > turn * (1 + _ROUNDING) + _ROUNDING:
             turn, most_turning = turned, name
     return worst, turn, loosest if worst > 0.0 else most_turning
 
 
-def _plays(chain: Kinematics, opened: FloatArray, above: set[int]) -> list[tuple[str, FloatArray, float]]:
+def _plays(state: ChainState, opened: FloatArray, above: set[int]) -> list[tuple[str, FloatArray, float]]:
     """Of every joint and closure: name, rows that a shift of its child opens, and whether that carries the output."""
-    top, model = chain._topology, chain.model
+    top, model = state.topology, state.model
     moved = [_ancestors(model, joint) for joint in range(model.njoints)]
     found = []
     for joint in range(1, model.njoints):
@@ -215,10 +216,10 @@ def _plays(chain: Kinematics, opened: FloatArray, above: set[int]) -> list[tuple
         for c, (a, b) in enumerate(top.joints):
             side = float(joint in moved[a]) - float(joint in moved[b])
             rows = slice(top.rows[c], top.rows[c + 1])
-            # What the shift opens, the other joints have to take back.
+            # The other joints have to close what the shift opens.
             gap[rows] = -side * opened[rows]
         found.append((model.names[joint], gap, float(joint in above)))
-    for c, closure in enumerate(chain.closures):
+    for c, closure in enumerate(state.closures):
         gap = np.zeros_like(opened)
         rows = slice(top.rows[c], top.rows[c + 1])
         gap[rows] = opened[rows]

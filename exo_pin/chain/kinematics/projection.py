@@ -1,8 +1,8 @@
 """The relative motion of closure frames, compiled: one residual, one Jacobian, one drift for every closure type.
 
-A closure joins frame a of one body to frame b of another. Its relative pose is told as a sees it, in the axes of a:
+A closure joins frame a of one body to frame b of another. Its relative pose is expressed in the axes of a:
 
-* displacement ``d = R_aᵀ (p_a - p_b)``, how far a stands from b;
+* displacement ``d = R_aᵀ (p_a - p_b)``, from b to a;
 * turn ``θ = log(R_bᵀ R_a)``, the rotation vector that takes b to a (its components in a and b are the same);
 * tilt ``t``, the x and y of the least rotation that takes b's z axis to a's.
 
@@ -25,7 +25,7 @@ distance    1     abs(d) - length              linear part along d
 S is constant in the axes of a except for universal and distance, whose rate enters the drift. Since θ and t are their
 own images under the derivative of the logarithm, a Newton step on these rows is exact in them however large the turn.
 
-Layout of ``poses``, shape (..., 4, 3): rows 0 to 2 are the columns of R, row 3 is p, as Pinocchio keeps them.
+Layout of ``poses``, shape (..., 4, 3): rows 0 to 2 are the columns of R, row 3 is p, as Pinocchio stores them.
 World Jacobians are transposed, shape (nv, 6), linear part first, about the world's origin.
 """
 
@@ -114,7 +114,7 @@ def relative_pose(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d
 @_compile
 def _tilt(Q: Any, out: Any) -> None:
     """x and y of the least rotation from b's z axis to a's, in the axes of a."""
-    # b's z axis as a sees it is the last row of Q; turning it to (0, 0, 1) is about (y, -x, 0).
+    # b's z axis in the axes of a is the last row of Q; turning it to (0, 0, 1) is about (y, -x, 0).
     x, y, z = Q[2, 0], Q[2, 1], Q[2, 2]
     sine = math.hypot(x, y)
     if sine < 1e-150:
@@ -176,7 +176,7 @@ def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
         size = math.hypot(Q[1, 1], Q[1, 2])
         if size < _NO_DIRECTION:
             return
-        # y_b as a sees it turns with -ω: its rate is y × ω.
+        # y_b in the axes of a turns with -ω: its rate is y × ω.
         y_rate = Q[1, 2] * twist[3] - Q[1, 0] * twist[5]
         z_rate = Q[1, 0] * twist[4] - Q[1, 1] * twist[3]
         # S is (-z, y)/|(y, z)| in the plane across x_a: it turns by the angle's rate.

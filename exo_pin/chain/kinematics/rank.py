@@ -14,7 +14,7 @@ from numba import njit
 
 from ...core.validation import FloatArray
 
-__all__ = ["RESOLVED", "configuration_error", "rank_tolerance"]
+__all__ = ["RESOLVED", "configuration_error", "rank_tolerance", "self_consistent_error"]
 
 _ROUNDING = float(np.finfo(float).eps)
 #: Relative error of a singular value up to which forces and accelerations are computed.
@@ -44,7 +44,7 @@ def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> 
 
 
 def configuration_error(values: FloatArray, tolerance: float, joints: int, residual: float) -> float:
-    """How far a closed configuration may be off, characteristic lengths and rad.
+    """Error of a closed configuration, characteristic lengths and rad.
 
     Parameters
     ----------
@@ -59,3 +59,26 @@ def configuration_error(values: FloatArray, tolerance: float, joints: int, resid
     """
     count = int(np.count_nonzero(values > tolerance))
     return max(residual, joints * _ROUNDING) / float(values[count - 1]) if count else 0.0
+
+
+def self_consistent_error(J: FloatArray, joints: int, residual: float) -> float:
+    """Error of a closed configuration if singular values no larger than their own error count as zero.
+
+    Parameters
+    ----------
+    J : ndarray
+        Shape (rows, nv), the scaled constraint Jacobian.
+    joints, residual
+        As for :func:`configuration_error`.
+    """
+    if not J.size:
+        return 0.0
+    values = np.asarray(np.linalg.svd(J, compute_uv=False), dtype=np.float64)
+    largest = float(values[0])
+    tolerance = rank_tolerance(J.shape, largest, joints, residual)
+    while error := configuration_error(values, tolerance, joints, residual):
+        least = float(values[np.count_nonzero(values > tolerance) - 1])
+        if least > error * largest:
+            break
+        tolerance = least
+    return max(error, tolerance / largest)

@@ -1,1 +1,1 @@
-"""What a closed chain consists of: tree, closures, arrays for the kernels, memory of a thread."""
+"""Structure of a closed chain: its state object, closures, arrays for the kernels, memory of a thread."""

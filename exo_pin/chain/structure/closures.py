@@ -1,4 +1,4 @@
-"""What a URDF cannot say, as data: what closes its loops, how its root hangs, what its parts are for, its springs."""
+"""Loop closures as data: their types, frames and placements."""
 
 from __future__ import annotations
 
@@ -9,26 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite, as_positive, as_unit_vector
 from ..kinematics.projection import CODES
 
-__all__ = [
-    "ROOT_JOINTS",
-    "TYPES",
-    "Closure",
-    "ClosureType",
-    "Closures",
-    "JointProperties",
-    "LimbRole",
-    "Placement",
-    "Roles",
-    "Root",
-]
-
-#: How the root link can hang in the world. A hinged root is a joint of the URDF itself.
-ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
+__all__ = ["TYPES", "Closure", "ClosureType", "Placement", "require_name"]
 
 
 @dataclass(frozen=True)
@@ -40,8 +25,8 @@ class ClosureType:
     name : str
         As in the file.
     translations, rotations : int
-        Number of constraint rows in metres, which come first, and in radians: what the closure forbids of the motion
-        of frame a against frame b.
+        Number of constraint rows in metres, which come first, and in radians, on the motion of frame a against
+        frame b.
     has_axis : bool
         Whether it turns or slides about an axis that can be stated.
     """
@@ -53,7 +38,7 @@ class ClosureType:
 
     @property
     def code(self) -> int:
-        """Number by which the compiled functions know it."""
+        """Its number in the compiled functions."""
         return CODES[self.name]
 
     @property
@@ -75,13 +60,13 @@ _ALL_TYPES = (
 #: The closure types by name; "point" is another name for "spherical".
 TYPES: dict[str, ClosureType] = {kind.name: kind for kind in _ALL_TYPES} | {"point": _ALL_TYPES[1]}
 
-#: Swaps x and y, and turns z around: the frames of a universal closure seen from its other side.
+#: Swaps x and y, and turns z around: the frames of a universal closure with its bodies exchanged.
 _SWAP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a closure's frame stands in the frame that carries it.
+    """Pose of a closure's frame in the frame that carries it.
 
     Attributes
     ----------
@@ -127,7 +112,7 @@ class Closure:
         frame, of length 1; by default its z axis. A universal closure turns about the y axis of frame b and the x
         axis of frame a.
     distance : float or None
-        What a distance closure keeps between the origins of its two frames, m; other types have none.
+        Constant distance between the origins of the two frames of a distance closure, m; None for other types.
 
     Raises
     ------
@@ -148,7 +133,7 @@ class Closure:
 
     def __post_init__(self) -> None:
         for key in ("name", "type", "frame_a", "frame_b"):
-            _require_name(f"closure {key}", getattr(self, key))
+            require_name(f"closure {key}", getattr(self, key))
         if self.type not in TYPES:
             raise UnknownName("closure type", self.type, TYPES, where=f"closure {self.name!r}")
         kind = TYPES[self.type]
@@ -156,10 +141,13 @@ class Closure:
         if self.axis is not None:
             if not kind.has_axis:
                 having = ", ".join(name for name, other in TYPES.items() if other.has_axis)
-                raise InvalidInput(f"closure {self.name!r}: a {kind.name} closure has no axis, only {having} have")
+                raise InvalidInput(
+                    f"closure {self.name!r}: a {kind.name} closure has no axis, got {self.axis}: leave it out, or "
+                    f"use a closure of type {having}"
+                )
             axis = as_finite(f"axis of closure {self.name!r}", self.axis, (3,))
             if abs(float(np.linalg.norm(axis)) - 1.0) > 1e-12:
-                # An axis of length 1 is kept as it is, so that a file loads back bit for bit.
+                # An axis of length 1 is not normalised again, so that a file loads back bit for bit.
                 axis = as_unit_vector(f"axis of closure {self.name!r}", axis)
             object.__setattr__(self, "axis", tuple(axis.tolist()))
         if (self.distance is None) != (kind.name != "distance"):
@@ -171,7 +159,7 @@ class Closure:
             object.__setattr__(self, "distance", as_positive(f"distance of closure {self.name!r}", self.distance))
 
     def reversed(self) -> Closure:
-        """The same closure with a and b exchanged: what it allows is the same, its rows are told by the other body."""
+        """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body."""
         a, b = self.placement_a, self.placement_b
         if self.type == "universal":
             a, b = a.turned(_SWAP), b.turned(_SWAP)
@@ -183,189 +171,7 @@ class Closure:
         return TYPES[self.type].rows
 
 
-@dataclass(frozen=True)
-class Root:
-    """How the root link of the URDF hangs in the world.
-
-    Attributes
-    ----------
-    joint : str
-        One of :data:`ROOT_JOINTS`.
-    name : str
-        Name of that joint in the model; unused for "fixed".
-    gravity : tuple of float
-        (x, y, z), m/s², world frame.
-    """
-
-    joint: str = "fixed"
-    name: str = "root_joint"
-    gravity: tuple[float, float, float] = tuple(GRAVITY.tolist())
-
-    def __post_init__(self) -> None:
-        if self.joint not in ROOT_JOINTS:
-            raise UnknownName("root joint", self.joint, ROOT_JOINTS)
-        _require_name("root name", self.name)
-        object.__setattr__(self, "gravity", tuple(as_finite("gravity", self.gravity, (3,)).tolist()))
-
-
-@dataclass(frozen=True)
-class JointProperties:
-    """What a URDF cannot say about a joint.
-
-    Attributes
-    ----------
-    joint : str
-        A joint of the model.
-    stiffness : float
-        Of the spring in the joint, N/m or N m/rad. The spring's generalised force is -stiffness times the difference
-        (:func:`pinocchio.difference`) that takes the reference to the joint's configuration: the coordinate itself
-        for a hinge or a slide, the rotation vector for a spherical joint.
-    spring_reference : tuple of float or None
-        Shape (nq of the joint,), where the spring is slack, m, rad or unit quaternion (x, y, z, w); the joint's
-        neutral configuration where left out.
-    armature : tuple of float or None
-        Shape (nv of the joint,), inertia of the actuator's rotor seen from the joint, kg or kg m², not negative. It is
-        put into the model when the file is loaded; None leaves the model's own.
-    unit : {"m", "rad"} or None
-        What the joint has to move in for these values, which is checked when a model is loaded; None for a joint that
-        moves in both, or without a check.
-    """
-
-    joint: str
-    stiffness: float = 0.0
-    spring_reference: tuple[float, ...] | None = None
-    armature: tuple[float, ...] | None = None
-    unit: str | None = None
-
-    def __post_init__(self) -> None:
-        _require_name("joint", self.joint)
-        if self.unit not in (None, "m", "rad"):
-            raise UnknownName("unit", self.unit, ("m", "rad"), where=f"joint {self.joint!r}")
-        stiffness = float(as_finite(f"stiffness of joint {self.joint!r}", self.stiffness, ()))
-        object.__setattr__(self, "stiffness", stiffness)
-        for key in ("spring_reference", "armature"):
-            value = getattr(self, key)
-            if value is not None:
-                array = as_finite(f"{key} of joint {self.joint!r}", value, (None,))
-                object.__setattr__(self, key, tuple(array.tolist()))
-        if self.armature is not None and min(self.armature, default=0.0) < 0.0:
-            raise InvalidInput(f"expected an armature of zero or more for joint {self.joint!r}, got {self.armature}")
-
-
-@dataclass(frozen=True)
-class LimbRole:
-    """Which parts of the model make one limb of an exoskeleton.
-
-    Attributes
-    ----------
-    name : str
-        Of the limb.
-    kind : {"UPU", "SPS"}
-        Universal or spherical joints at both ends.
-    slide : str
-        The actuated joint.
-    platform_joint : str
-        The limb's first joint after the arm: what it transmits is what the arm puts on the limb.
-    closure : str
-        The closure that holds the limb to the torso.
-    """
-
-    name: str
-    kind: str
-    slide: str
-    platform_joint: str
-    closure: str
-
-    def __post_init__(self) -> None:
-        if self.kind not in ("UPU", "SPS"):
-            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
-        for key in ("name", "slide", "platform_joint", "closure"):
-            _require_name(f"limb {key}", getattr(self, key))
-
-
-@dataclass(frozen=True)
-class Roles:
-    """What the parts of the model are for. All of it is optional.
-
-    Attributes
-    ----------
-    actuated : tuple of str
-        Joints that carry an actuator.
-    shoulder : str or None
-        The joint or closure whose reaction is asked for.
-    arm : str or None
-        The link that it carries.
-    reference_point : str or None
-        Frame with its origin at the shoulder centre O.
-    limbs : tuple of LimbRole
-        Limbs of an exoskeleton.
-    """
-
-    actuated: tuple[str, ...] = ()
-    shoulder: str | None = None
-    arm: str | None = None
-    reference_point: str | None = None
-    limbs: tuple[LimbRole, ...] = ()
-
-    def __post_init__(self) -> None:
-        for key in ("actuated", "limbs"):
-            object.__setattr__(self, key, tuple(getattr(self, key)))
-        _require_distinct("actuated joint", self.actuated)
-        _require_distinct("limb", [limb.name for limb in self.limbs])
-
-
-@dataclass(frozen=True)
-class Closures:
-    """Everything that a URDF leaves out: its loops, its root, its roles.
-
-    Attributes
-    ----------
-    name : str
-        Of the robot.
-    root : Root
-        How the tree hangs in the world.
-    closures : tuple of Closure
-        In the order of the constraint rows.
-    roles : Roles
-        What the parts are for.
-    joints : tuple of JointProperties
-        Springs and armatures of joints, which a URDF cannot hold.
-
-    Raises
-    ------
-    InvalidInput
-        If two closures have one name, or a limb names a closure that is not there.
-    """
-
-    name: str = "unnamed"
-    root: Root = field(default_factory=Root)
-    closures: tuple[Closure, ...] = ()
-    roles: Roles = field(default_factory=Roles)
-    joints: tuple[JointProperties, ...] = ()
-
-    def __post_init__(self) -> None:
-        _require_name("name", self.name)
-        object.__setattr__(self, "closures", tuple(self.closures))
-        object.__setattr__(self, "joints", tuple(self.joints))
-        _require_distinct("joint", [properties.joint for properties in self.joints])
-        names = [closure.name for closure in self.closures]
-        _require_distinct("closure", names)
-        for limb in self.roles.limbs:
-            if limb.closure not in names:
-                raise UnknownName("closure", limb.closure, names, where=f"limb {limb.name!r}")
-
-    @property
-    def rows(self) -> int:
-        """Number of constraint rows of all closures."""
-        return sum(closure.rows for closure in self.closures)
-
-
-def _require_name(what: str, value: Any) -> None:
+def require_name(what: str, value: Any) -> None:
+    """Raise InvalidInput unless a value is a name, a string that is not empty."""
     if not isinstance(value, str) or not value:
         raise InvalidInput(f"expected {what} to be a name, got {value!r}")
-
-
-def _require_distinct(what: str, names: Any) -> None:
-    twice = sorted({name for name in names if list(names).count(name) > 1})
-    if twice:
-        raise InvalidInput(f"{what} {twice[0]!r} is given twice")

@@ -136,7 +136,10 @@ class ConstantAxes:
         """
         if self.ellipsoids:
             names = ", ".join(self.model.names[joint] for joint in self.ellipsoids)
-            raise InvalidInput(f"no derivatives of forces for ellipsoid joints ({names}): Pinocchio has none for them")
+            raise InvalidInput(
+                f"no derivatives of forces for ellipsoid joints ({names}), because Pinocchio has none: expected other "
+                "joints, use differences of inverse_dynamics"
+            )
         nv = self.model.nv
         parts = pin.computeRNEADerivatives(self.model, data, q, v, a)
         # With a single coordinate the bindings give numbers.

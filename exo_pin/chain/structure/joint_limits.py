@@ -22,7 +22,7 @@ class Limits:
     joints : tuple of str
         The joint of each.
     q_index, v_index : ndarray of int
-        Shape (k,), where they stand in q and v.
+        Shape (k,), their indices in q and v.
     lower, upper : ndarray
         Shape (k,), rad or m.
     """

@@ -1,4 +1,4 @@
-"""Along and about what the joints of a model move."""
+"""Motion subspaces of the joints of a model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What never changes of a chain's loops, as arrays for the kernels."""
+"""Constant data of a chain's loops, as arrays for the kernels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from scipy.spatial.distance import pdist
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
-from .closures import TYPES, Closures, Placement
+from .closures import TYPES, Placement
+from .description import Closures
 
 __all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
 
@@ -46,7 +47,7 @@ class Topology(Record):
     row_scale : ndarray
         Shape (rows,), 1/length for rows in metres, 1 for rows in radians.
     distances : ndarray
-        Shape (m,), what the distance closures keep, m; 0 for the others.
+        Shape (m,), lengths of the distance closures, m; 0 for the others.
     metres : ndarray of bool
         Shape (nv,), which coordinates are in metres.
     column : ndarray
@@ -54,7 +55,7 @@ class Topology(Record):
     per_newton : ndarray
         Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
     weight : ndarray
-        Shape (nv,), mobility of each coordinate where the least movement is asked: length² for metres, 1 for radians.
+        Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
     """
 
     joints: IntArray
@@ -95,7 +96,7 @@ def frame_table(model: pin.Model) -> dict[str, int]:
         known = table.setdefault(frame.name, index)
         other = model.frames[known]
         if frame.parentJoint != other.parentJoint or not frame.placement.isApprox(other.placement, 1e-12):
-            raise InvalidInput(f"two frames in different places are called {frame.name!r}")
+            raise InvalidInput(f"two frames in different places have the name {frame.name!r}: rename one of them")
     return table
 
 
@@ -119,13 +120,16 @@ def refuse_model(model: pin.Model) -> None:
             )
     mimics = [model.names[joint] for joint in model.mimicking_joints]
     if mimics:
-        raise InvalidInput(f"mimic joints ({', '.join(mimics)}) are not supported: say what couples them as a closure")
+        raise InvalidInput(f"mimic joints ({', '.join(mimics)}) are not supported: state the coupling as a closure")
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
         tensor = np.asarray(inertia.inertia)
         numbers = np.concatenate([[inertia.mass], np.asarray(inertia.lever), tensor.reshape(-1)])
         if not np.isfinite(numbers).all() or inertia.mass < 0.0:
-            raise InvalidInput(f"the body of joint {model.names[joint]!r} has mass {inertia.mass} and inertia {tensor}")
+            raise InvalidInput(
+                f"the body of joint {model.names[joint]!r} has mass {inertia.mass} and inertia {tensor}: expected "
+                "finite numbers and a mass of zero or more"
+            )
 
 
 def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) -> Topology:

@@ -12,6 +12,7 @@ from ...core.errors import ExoPinError
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from ..kinematics import closure_kernels as kernels
+from ..kinematics.closure_wrench_kernels import unit_wrenches
 from .constant_axes import ConstantAxes
 from .topology import Topology
 
@@ -88,9 +89,9 @@ class Workspace(OneProcess):
         )
 
     def unit_wrenches(self) -> FloatArray:
-        """Fill ``unit``, what multipliers of one put on the bodies of frames a; the poses must be there."""
+        """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
         top = self._topology
-        kernels.unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
@@ -148,8 +149,8 @@ def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> Floa
     """One array over equal records that lie one after the other in memory.
 
     A record is a C-ordered block ``first[k]`` with ``second[k]`` right behind it. Reading hundreds of poses through
-    the bindings one by one would cost more than the kinematics. The addresses are checked, because the layout is
-    Pinocchio's own affair.
+    the bindings one by one would cost more than the kinematics. The addresses are checked, because Pinocchio does
+    not document the layout.
     """
     size = 8 * shape[0] * shape[1]
     start = _address(first[0])
@@ -157,7 +158,9 @@ def _window(first: list[Any], second: list[Any], shape: tuple[int, int]) -> Floa
         block = _address(one) == start + k * size and one.flags.c_contiguous
         tail = _address(other) == start + k * size + 8 * one.size and other.flags.c_contiguous
         if not (block and tail and 8 * (one.size + other.size) == size):
-            raise ExoPinError(f"pinocchio {pin.__version__} keeps its arrays in an unexpected layout")
+            raise ExoPinError(
+                f"pinocchio {pin.__version__} stores its arrays in an unexpected layout: install pinocchio 4.1"
+            )
     return as_strided(first[0].reshape(-1), (len(first), *shape), (size, 8 * shape[1], 8))
 
 

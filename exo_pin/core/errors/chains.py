@@ -1,4 +1,4 @@
-"""What closed chains cannot do: closing, moving, carrying."""
+"""Errors of closed chains: loops that do not close, motions and forces that do not exist."""
 
 from __future__ import annotations
 
@@ -31,16 +31,23 @@ class LoopNotClosed(ExoPinError, RuntimeError):
     residual : float
         Largest loop residual there, in m and rad.
     iterations : int
-        Iterations spent.
+        Number of iterations.
     """
 
     def __init__(self, q: Any, residual: float, iterations: int) -> None:
         self.q = q
         self.residual = float(residual)
         self.iterations = int(iterations)
-        super().__init__(
-            f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations"
-        )
+        if self.iterations:
+            text = (
+                f"the loops stay open: residual {self.residual:.3e} (m, rad) after {self.iterations} iterations, "
+                "expected closed loops: start from another configuration, or check the lengths of the links"
+            )
+        else:
+            text = (
+                f"the loops are open: residual {self.residual:.3e} (m, rad), expected a closed configuration: close it"
+            )
+        super().__init__(text)
 
 
 class BeyondLimits(ExoPinError, RuntimeError):
@@ -51,46 +58,49 @@ class BeyondLimits(ExoPinError, RuntimeError):
     q : ndarray
         Shape (nq,), the closed configuration.
     joints : tuple of str
-        The joints that stand outside their limits there.
+        The joints that are outside their limits there.
     """
 
     def __init__(self, q: Any, joints: Iterable[str]) -> None:
         self.q = q
         self.joints = tuple(joints)
-        super().__init__(f"the loops close only beyond the limits of {', '.join(self.joints)}")
+        super().__init__(
+            f"the loops close only beyond the limits of {', '.join(self.joints)}: start from another configuration, or "
+            "do not respect the limits"
+        )
 
 
 class UndeterminedMotion(ExoPinError, RuntimeError):
-    """The motion of the given joints leaves others free.
+    """The motion of the given joints does not determine that of all others.
 
     Attributes
     ----------
     q : ndarray
         Shape (nq,), the configuration.
     free : int
-        How many freedoms are left.
+        Number of undetermined freedoms.
     """
 
     def __init__(self, q: Any, free: int) -> None:
         self.q = q
         self.free = int(free)
         super().__init__(
-            f"the given joints leave {self.free} freedom{'s' if self.free > 1 else ''} of the chain open at this "
-            "configuration: give more joints, or keep away from the singularity"
+            f"the given joints do not determine {self.free} freedom{'s' if self.free > 1 else ''} of the chain at this "
+            "configuration: give more joints, or a configuration farther from the singularity"
         )
 
 
 class UndrivenMotion(ExoPinError, RuntimeError):
-    """The actuators and closures cannot make the motion, whatever they give.
+    """No efforts of the actuators make the motion.
 
     Attributes
     ----------
     q : ndarray
         Shape (nq,), the configuration.
     missing : ndarray
-        Shape (nv,), the generalised force that nothing makes, N and N m.
+        Shape (nv,), the generalised force that no actuator or closure makes, N and N m.
     joints : tuple of str
-        Joints of which a generalised force is missing, the largest first.
+        Joints where a generalised force is missing, the largest first.
     """
 
     def __init__(self, q: Any, missing: Any, joints: Iterable[str]) -> None:
@@ -100,7 +110,7 @@ class UndrivenMotion(ExoPinError, RuntimeError):
         super().__init__(
             f"no actuator makes this motion: a generalised force of {float(abs(missing).max()):.3g} (N, N m) is "
             f"missing in {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''}; name more actuators, "
-            "or ask forward_dynamics how the chain moves"
+            "or compute the motion of the chain by forward_dynamics"
         )
 
 
@@ -110,22 +120,22 @@ class InfeasibleForces(ExoPinError, RuntimeError):
     Attributes
     ----------
     excess : float
-        How far, N or N m, the bounds would have to give at least if all gave alike.
+        Least amount, N or N m, by which all bounds would have to be relaxed.
     bounds : tuple of str
-        The bounds that stand in each other's way.
+        The conflicting bounds.
     """
 
     def __init__(self, excess: float, bounds: Iterable[str]) -> None:
         self.excess = float(excess)
         self.bounds = tuple(bounds)
         super().__init__(
-            f"no forces within the bounds make this motion: {', '.join(self.bounds)} would have to give "
-            f"{self.excess:.3g} (N, N m)"
+            f"no forces within the bounds make this motion: {', '.join(self.bounds)} are in conflict, relax them by "
+            f"{self.excess:.3g} (N, N m) or more"
         )
 
 
 class MasslessMotion(ExoPinError, ValueError):
-    """Some motion of the chain moves no mass, so no acceleration follows from forces.
+    """Some motion of the chain has no inertia, so forces do not determine an acceleration.
 
     Attributes
     ----------
@@ -136,21 +146,21 @@ class MasslessMotion(ExoPinError, ValueError):
     def __init__(self, joints: Iterable[str]) -> None:
         self.joints = tuple(joints)
         super().__init__(
-            f"moving {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} moves no mass, so no "
-            "acceleration follows from the forces: give the links mass (of a wrist's limbs, as Limb.base_body and "
+            f"moving {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} moves no mass, so forces "
+            "do not determine the acceleration: give the links mass (of a wrist's limbs, as Limb.base_body and "
             "Limb.platform_body), or take these joints out"
         )
 
 
 class SingularConfiguration(ExoPinError, RuntimeError):
-    """No acceleration keeps the loops closed in this state: its velocity leads where the loops cannot follow.
+    """Every acceleration opens the loops in this state: the configuration is singular for its velocity.
 
     Attributes
     ----------
     q, v : ndarray
         The state, shapes (nq,) and (nv,).
     opening : float
-        Acceleration by which the loops would part at least, characteristic lengths and rad a second squared.
+        Least acceleration by which the loops open, characteristic lengths and rad a second squared.
     """
 
     def __init__(self, q: Any, v: Any, opening: float) -> None:
@@ -158,13 +168,13 @@ class SingularConfiguration(ExoPinError, RuntimeError):
         self.v = v
         self.opening = float(opening)
         super().__init__(
-            f"the chain stands in a singular configuration with a velocity that no acceleration follows: the loops "
-            f"would part by {self.opening:.3g} (lengths and rad a second squared)"
+            f"the configuration is singular and every acceleration opens the loops, by {self.opening:.3g} "
+            "(characteristic lengths and rad a second squared) or more: start from another configuration or velocity"
         )
 
 
 class NearSingularConfiguration(ExoPinError, RuntimeError):
-    """A configuration is so near a singular one that forces or accelerations would depend on rounding.
+    """A configuration is so near a singular one that forces or accelerations depend on rounding.
 
     Attributes
     ----------
@@ -173,7 +183,7 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
     singular_value : float
         The smallest singular value that is not zero, of a matrix whose entries are of order one.
     error : float
-        How well it is known, given how well the loops are closed.
+        Its error, from the residual of the loops and rounding.
     """
 
     def __init__(self, q: Any, singular_value: float, error: float) -> None:
@@ -181,19 +191,19 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
         self.singular_value = float(singular_value)
         self.error = float(error)
         super().__init__(
-            f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, is "
-            f"known to {self.error:.1e} only, so forces and accelerations would depend on rounding; close the loops "
+            f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, "
+            f"has an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
             "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration"
         )
 
 
 class SimulationStopped(ExoPinError, RuntimeError):
-    """A motion cannot be followed any further, as a rule because it has run into a singular configuration.
+    """A motion cannot be integrated any further, usually because it has reached a singular configuration.
 
     Attributes
     ----------
     time : float
-        How far it was followed, s.
+        Time of the last state, s.
     q, v : ndarray
         The state there, shapes (nq,) and (nv,).
     """
@@ -203,18 +213,18 @@ class SimulationStopped(ExoPinError, RuntimeError):
         self.q = q
         self.v = v
         super().__init__(
-            f"the motion was followed to {self.time:.6g} s, where {reason}: as a rule the chain stands in a singular "
-            "configuration there, from which more than one motion goes on"
+            f"the simulation stopped at {self.time:.6g} s: {reason}. Usually the configuration there is singular, and "
+            "more than one motion is possible: stop before it, or start from another state"
         )
 
 
 class UnsupportedDynamics(ExoPinError, ValueError):
-    """Forces of a chain depend on something that is not modelled.
+    """Forces of a chain depend on an effect that is not modelled.
 
     Attributes
     ----------
     effect : str
-        What it is, for example ``"dry friction"``.
+        Its name, for example ``"dry friction"``.
     joints : tuple of str
         The joints that have it.
     """

@@ -275,7 +275,7 @@ class ChainScene(Additions, Pages):
             return None
 
     def _checked(self, q: ArrayLike) -> FloatArray:
-        return self._chain._configuration(q)
+        return self._chain.state.configuration(q)
 
     def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, FloatArray]:
         path = as_finite("configurations", configurations, (None, self._chain.model.nq))

@@ -35,12 +35,12 @@ def test_efforts_multipliers_motions_and_reactions_against_differences(name):
     def everything(q, velocity, acceleration):
         v, a = chain.dependent_motion(q, joints, velocity, acceleration)
         forces = chain.inverse_dynamics(q, v, a, metric="closures", **problem)
-        told = [
+        expressed = [
             forces.joint_reaction(joint, in_frame=frame, intervals=False).wrench
             for joint in names
             for frame in ("world", "local")
         ]
-        return [forces.tau, forces.multipliers, v, a, np.concatenate(told)]
+        return [forces.tau, forces.multipliers, v, a, np.concatenate(expressed)]
 
     def at(kind, k, s):
         unit = s * np.eye(case.dof)[k]
@@ -52,7 +52,7 @@ def test_efforts_multipliers_motions_and_reactions_against_differences(name):
     sizes = [len(part) for part in everything(q, velocity, acceleration)]
     still = np.zeros_like(G)
     for kind, v_change, a_change in (("q", found.v_q, found.a_q), ("v", G, found.a_v), ("a", still, G)):
-        told = np.vstack(
+        expressed = np.vstack(
             [
                 getattr(found, f"tau_{kind}"),
                 getattr(found, f"multipliers_{kind}"),
@@ -67,7 +67,7 @@ def test_efforts_multipliers_motions_and_reactions_against_differences(name):
             for size in sizes:
                 part = slice(first, first + size)
                 largest = np.abs(expected[part]).max()
-                np.testing.assert_allclose(told[part, k], expected[part], atol=TOLERANCE * (1e-3 + largest))
+                np.testing.assert_allclose(expressed[part, k], expected[part], atol=TOLERANCE * (1e-3 + largest))
                 first += size
 
 
@@ -81,7 +81,7 @@ def test_derivatives_by_acceleration_are_the_inertia_of_the_chain():
     np.testing.assert_allclose(found.tau_a[found.independent], G.T @ M @ G, atol=1e-12)
 
 
-def test_a_change_of_gravity_is_seen_by_reactions_asked_for_before():
+def test_reaction_derivatives_follow_a_change_of_gravity():
     case, _ = loaded("five-bar")
     chain = case.chain
     first = chain.inverse_dynamics_derivatives(case.q, independent=case.independent).joint_reaction("left_crank_hinge")
@@ -90,7 +90,7 @@ def test_a_change_of_gravity_is_seen_by_reactions_asked_for_before():
     assert np.abs(first.q[:2]).max() <= 1e-10 < np.abs(then.q[:2]).max()
 
 
-def test_a_change_of_mass_is_seen_by_reactions_asked_for_before():
+def test_reaction_derivatives_follow_a_change_of_mass():
     def reaction(chain, q):
         found = chain.inverse_dynamics_derivatives(q, independent=case.independent)
         return found.joint_reaction("left_crank_hinge").a
@@ -103,7 +103,7 @@ def test_a_change_of_mass_is_seen_by_reactions_asked_for_before():
     np.testing.assert_allclose(reaction(case.chain, case.q), 3 * first, atol=1e-12 * np.abs(first).max())
 
 
-def test_what_changes_after_the_question_does_not_change_the_answer():
+def test_later_changes_of_the_input_do_not_change_the_result():
     case, external = loaded("five-bar")
     chain = case.chain
 

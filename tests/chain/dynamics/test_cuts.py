@@ -1,4 +1,4 @@
-"""Forces do not depend on where a mechanism is cut, what it hangs from, or from which side a closure is told."""
+"""Forces do not depend on the cut of a mechanism, its root, or the order of a closure's bodies."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from exo_pin.core.conventions import thesis_rotation
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 
-#: Ways to cut a four-bar: joints cut, root, closures told from the other side, order.
+#: Ways to cut a four-bar: joints cut, root, closures with their bodies exchanged, order.
 FOUR_BAR = [
     (("C",), "world", (), 1),
     (("C",), "world", ("C",), 1),
@@ -49,7 +49,7 @@ CASES = {
 IDS = [(name, way) for name, (_, _, ways) in CASES.items() for way in range(1, len(ways))]
 
 
-def told_alike(skeleton, _, forces, joint):
+def expressed_alike(skeleton, _, forces, joint):
     """Reaction on the joint's ``other`` body, about its point in world axes."""
     other = skeleton.joints[joint].other
     return forces.joint_reaction(joint, on="universe" if other == "world" else other, at=skeleton.joints[joint].point)
@@ -80,7 +80,7 @@ def solved(skeleton, motors, way, bounds=None, speed=2.0, acceleration=5.0, **pr
     rates = [sign * speed * (1 + 0.3 * k) for k, sign in enumerate(signs)]
     pushes = [sign * acceleration * (1 - 0.4 * k) for k, sign in enumerate(signs)]
     v, a = chain.dependent_motion(q, leading, rates, pushes)
-    # A load about the world's origin, told about the body's frame, which stands elsewhere in every chain.
+    # A load about the world's origin, expressed about the body's frame, which is elsewhere in every chain.
     body, force, moment = list(skeleton.bodies)[-1], np.array([3.0, -2.0, 4.0]), np.array([0.3, 0.2, -0.5])
     load = {body: np.concatenate([force, moment - np.cross(chain.placement(q, body).translation, force)])}
     if bounds is not None:
@@ -90,7 +90,7 @@ def solved(skeleton, motors, way, bounds=None, speed=2.0, acceleration=5.0, **pr
 
 def assert_same_reactions(skeleton, motors, one, other, size, tolerance):
     for joint in skeleton.joints:
-        here, there = (told_alike(skeleton, *pair, joint) for pair in (one, other))
+        here, there = (expressed_alike(skeleton, *pair, joint) for pair in (one, other))
         np.testing.assert_allclose(here.wrench, there.wrench, rtol=0, atol=tolerance * size)
         np.testing.assert_array_equal(here.unique, there.unique)
         assert here.undetermined == there.undetermined
@@ -110,7 +110,7 @@ def assert_same_reactions(skeleton, motors, one, other, size, tolerance):
 
 
 def largest(skeleton, chain, forces):
-    return max(np.abs(told_alike(skeleton, chain, forces, joint).wrench).max() for joint in skeleton.joints)
+    return max(np.abs(expressed_alike(skeleton, chain, forces, joint).wrench).max() for joint in skeleton.joints)
 
 
 @pytest.mark.parametrize(("name", "way"), IDS)
@@ -134,14 +134,14 @@ def test_bounds_hold_and_reach_as_far_however_it_is_cut(name, way):
     cut = {joint for chosen in ways for joint in chosen[0]}
     alike = [name for name, joint in skeleton.joints.items() if name not in cut or joint.axis in (None, (0, 0, 1))]
     for joint in alike[:2]:
-        there, here = (told_alike(skeleton, *pair, joint).wrench for pair in (other_answer, free))
+        there, here = (expressed_alike(skeleton, *pair, joint).wrench for pair in (other_answer, free))
         bounds[joint] = (there - 0.01 * size, there + 0.01 * size)
         pressed |= bool((np.abs(there - here) > 0.02 * size).any())
     assert pressed
     one, other = (solved(skeleton, motors, chosen, bounds) for chosen in (ways[0], ways[way]))
     for chain, forces in (one, other):
         for joint, (low, high) in bounds.items():
-            wrench = told_alike(skeleton, chain, forces, joint).wrench
+            wrench = expressed_alike(skeleton, chain, forces, joint).wrench
             assert (wrench >= low - 1e-6).all()
             assert (wrench <= high + 1e-6).all()
     # ProxSuite's answers are optimal to 1e-8 of the largest force.
@@ -198,11 +198,11 @@ def test_the_shoulder_as_root_or_as_closure_carries_the_same(name, problem):
     pairs = [(root, closure)]
     for limb in range(1, mechanism.limb_count + 1):
         pairs += [(joint, joint) for joint in (f"limb_{limb}_slide", f"limb_{limb}_platform_x", f"limb_{limb}_base")]
-    told = [(one.joint_reaction(a, on="arm" if a == root else None), other.joint_reaction(b)) for a, b in pairs]
-    size = max(np.abs(here.wrench).max() for here, _ in told)
+    expressed = [(one.joint_reaction(a, on="arm" if a == root else None), other.joint_reaction(b)) for a, b in pairs]
+    size = max(np.abs(here.wrench).max() for here, _ in expressed)
     # The motion and a program's answer are known to 1e-8 of what they are made of.
     tolerance = (1e-6 if problem else 1e-9) * size
-    for here, there in told:
+    for here, there in expressed:
         np.testing.assert_allclose(here.wrench, there.wrench, rtol=0, atol=tolerance)
         np.testing.assert_array_equal(here.unique, there.unique)
         assert here.undetermined == there.undetermined

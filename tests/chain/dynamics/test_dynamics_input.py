@@ -101,7 +101,7 @@ def test_does_not_know(what):
     assert refusal.value.available
 
 
-def test_open_loops_are_told_with_their_opening():
+def test_open_loops_are_reported_with_their_residual():
     with pytest.raises(LoopNotClosed) as refusal:
         asked(Q + np.array([0.1, 0.0, 0.0]))
     # The crank turns by 0.1 and takes the coupler's tip along, away from the rocker's, seen along and across the

@@ -88,8 +88,8 @@ def compare_pull(exo, pose, split, objective):
         return False
     forces = chain.inverse_dynamics(q, effort_bounds=bounds, objective=objective)
     size = max(np.abs(expected.actuator_forces).max(), np.abs(expected.shoulder_force).max())
-    told = forces.joint_reaction("root_joint").force
-    np.testing.assert_allclose(told, expected.shoulder_force, rtol=0, atol=1e-6 * size)
+    expressed = forces.joint_reaction("root_joint").force
+    np.testing.assert_allclose(expressed, expected.shoulder_force, rtol=0, atol=1e-6 * size)
     if objective == "efforts":
         f = [-forces.effort(joint)[0] for joint in chain.roles.actuated]
         np.testing.assert_allclose(f, expected.actuator_forces, rtol=0, atol=1e-6 * size)
@@ -98,7 +98,7 @@ def compare_pull(exo, pose, split, objective):
 
 @pytest.mark.parametrize(("split", "objective"), [("minimal", {"root_joint": FORCE_ONLY}), ("spherical", "efforts")])
 @pytest.mark.parametrize("kinds", ["SSSS", "SSSSS"])
-def test_limbs_that_only_pull_answer_as_reaction_does_or_refuse_as_it_does(kinds, split, objective):
+def test_limbs_that_only_pull_agree_with_reaction_or_are_infeasible_in_both(kinds, split, objective):
     answered = [
         compare_pull(pulled(seed, kinds), pose, split, objective)
         for seed in (1, 4, 5, 12, 13, 15)
@@ -132,16 +132,16 @@ def lexicographic_answer(chain, q, v, a, bounds, goal, rounding=1e-9):
     rows = np.vstack(C) if C else np.zeros((0, other.size))
     sides = np.concatenate(c) if c else np.zeros(0)
     metric = other.affine(other.everything)
-    told = (np.zeros(0), np.zeros((0, other.size)))
+    expressed = (np.zeros(0), np.zeros((0, other.size)))
     if goal is not None:
-        told = other.affine(lambda z: goal(other, z))
-    return other, lexicographic(told, metric, rows, sides, rounding)
+        expressed = other.affine(lambda z: goal(other, z))
+    return other, lexicographic(expressed, metric, rows, sides, rounding)
 
 
 @pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("goal", [None, "shoulder", "efforts"])
 @pytest.mark.parametrize(("kinds", "seed"), [("UUU", 21), ("UUSS", 4), ("USUSU", 13)])
-def test_the_answer_is_the_best_of_all_sets_of_bounds_and_then_the_shortest(kinds, seed, goal, bounded):
+def test_the_result_is_the_best_of_all_sets_of_bounds_and_then_the_shortest(kinds, seed, goal, bounded):
     named = wrist(random_wrist(seed, kinds, with_masses=True))
     chain, rng = named.chain(), np.random.default_rng(seed)
     q = named.q
@@ -172,8 +172,8 @@ def test_the_answer_is_the_best_of_all_sets_of_bounds_and_then_the_shortest(kind
     forces = chain.inverse_dynamics(q, v, a, effort_bounds=bounds or None, objective=objective)
     size = np.abs(other.everything(z)).max()
     for joint in [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]:
-        told = forces.joint_reaction(joint, intervals=False).wrench
-        np.testing.assert_allclose(told, other.wrench(joint, z), rtol=0, atol=2e-6 * size)
+        expressed = forces.joint_reaction(joint, intervals=False).wrench
+        np.testing.assert_allclose(expressed, other.wrench(joint, z), rtol=0, atol=2e-6 * size)
     if goal == "shoulder":
         assert np.linalg.norm(forces.joint_reaction("root_joint").force) == pytest.approx(best, abs=1e-6 * size)
 
@@ -202,7 +202,7 @@ def test_two_motors_of_a_four_bar_share_its_load_as_the_least_squares_of_their_t
 
 
 @pytest.mark.parametrize(("kinds", "seed"), [("USUSU", 20), ("USUSU", 24), ("UUUUU", 6)])
-def test_rounding_of_five_efforts_that_are_open_in_two_ways_chooses_nothing(kinds, seed):
+def test_rounding_of_five_efforts_undetermined_in_two_directions_has_no_effect(kinds, seed):
     # Five efforts, two ways to share them: along the other ways they change by rounding, which is more in these poses
     # than usual, and those are the metric's to choose.
     named = wrist(random_wrist(seed, kinds, with_masses=True))
@@ -218,5 +218,5 @@ def test_rounding_of_five_efforts_that_are_open_in_two_ways_chooses_nothing(kind
     assert np.linalg.norm(forces.tau[slides]) == pytest.approx(best, rel=1e-8)
     size = np.abs(other.everything(z)).max()
     for joint in [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]:
-        told = forces.joint_reaction(joint, intervals=False).wrench
-        np.testing.assert_allclose(told, other.wrench(joint, z), rtol=0, atol=1e-6 * size)
+        expressed = forces.joint_reaction(joint, intervals=False).wrench
+        np.testing.assert_allclose(expressed, other.wrench(joint, z), rtol=0, atol=1e-6 * size)

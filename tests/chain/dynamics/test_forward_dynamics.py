@@ -69,7 +69,7 @@ def test_own_solution_equals_pinocchios_where_both_apply(name):
     np.testing.assert_allclose(one.a, other.a, atol=1e-11 * (1 + np.abs(one.a).max()))
 
 
-def test_a_rigid_closure_that_stands_for_any_type_moves_alike():
+def test_a_rigid_closure_in_place_of_any_type_moves_alike():
     # A revolute closure is a hinge of the tree with a rigid closure behind it.
     named = random_loop("revolute")
     chain = named.chain()
@@ -220,7 +220,7 @@ def test_bad_input_is_refused():
 
 
 @pytest.mark.parametrize("method", ["proximal", "projected"])
-def test_a_velocity_that_leads_nowhere_is_told(method):
+def test_a_velocity_without_an_acceleration_is_reported(method):
     # All cranks along the bar: the bar may rise and tilt to first order, but not both go on.
     named = parallelogram(0.0)
     chain = named.chain()
@@ -233,7 +233,7 @@ def test_a_velocity_that_leads_nowhere_is_told(method):
     assert np.isfinite(chain.forward_dynamics(named.q, method="projected").a).all()
 
 
-def test_names_that_are_none_and_masked_numbers_are_refused():
+def test_unknown_names_and_masked_numbers_are_refused():
     case = moving("five-bar")
     with pytest.raises(InvalidInput, match="names of joints"):
         case.chain.inverse_dynamics(case.q, actuated=3)

@@ -50,9 +50,9 @@ def four_bar_motion(rng, still):
 def assert_pins(forces, by_hand, names):
     largest = max(np.abs(by_hand[pin]).max() for pin in names.values())
     for joint, pin in names.items():
-        told = forces.joint_reaction(joint)
-        np.testing.assert_allclose(told.force[:2], by_hand[pin], rtol=0, atol=1e-9 * max(largest, 1.0))
-        assert told.unique[[0, 1, 5]].all()
+        expressed = forces.joint_reaction(joint)
+        np.testing.assert_allclose(expressed.force[:2], by_hand[pin], rtol=0, atol=1e-9 * max(largest, 1.0))
+        assert expressed.unique[[0, 1, 5]].all()
 
 
 @pytest.mark.parametrize("still", [True, False])

@@ -66,10 +66,10 @@ def summed(chain, forces):
         book[index] += wrench
         book[chain.model.parents[index]] -= wrench
     for closure in chain.closures:
-        told = forces.joint_reaction(closure.name, on=closure.frame_a, at=np.zeros(3), intervals=False)
+        expressed = forces.joint_reaction(closure.name, on=closure.frame_a, at=np.zeros(3), intervals=False)
         back = forces.joint_reaction(closure.name, on=closure.frame_b, at=np.zeros(3), intervals=False)
-        np.testing.assert_array_equal(told.wrench, -back.wrench)
-        book[body_of(chain, closure.frame_a)] += told.wrench
+        np.testing.assert_array_equal(expressed.wrench, -back.wrench)
+        book[body_of(chain, closure.frame_a)] += expressed.wrench
         book[body_of(chain, closure.frame_b)] += back.wrench
     return book
 

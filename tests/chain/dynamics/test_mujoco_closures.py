@@ -61,7 +61,7 @@ def mujocos(name, chain, state, gravity, load, tau):
 
 @pytest.mark.parametrize("moving", [False, True])
 @pytest.mark.parametrize("name", NAMES)
-def test_efforts_of_the_inverse_make_mujocos_loops_move_as_told(name, moving):
+def test_efforts_of_the_inverse_make_mujocos_loops_move_as_given(name, moving):
     chain, state, gravity, load = problem(name, moving)
     forces = chain.inverse_dynamics(*state, external=load)
     (a, a_error), (wrenches, wrench_error), expected = mujocos(name, chain, state, gravity, load, forces.tau)
@@ -70,8 +70,8 @@ def test_efforts_of_the_inverse_make_mujocos_loops_move_as_told(name, moving):
     size = np.abs(expected).max()
     assert a_error < 1e-3 * size
     assert np.abs(a - expected).max() < a_error + rounding * size
-    told = [forces.joint_reaction(joint, in_frame="local", intervals=False) for joint in joints(chain)]
-    ours, unique = (np.concatenate([getattr(item, key) for item in told]) for key in ("wrench", "unique"))
+    expressed = [forces.joint_reaction(joint, in_frame="local", intervals=False) for joint in joints(chain)]
+    ours, unique = (np.concatenate([getattr(item, key) for item in expressed]) for key in ("wrench", "unique"))
     size = np.abs(wrenches).max()
     assert wrench_error < 1e-3 * size
     assert np.abs(wrenches - ours)[unique].max() < wrench_error + rounding * size
@@ -93,15 +93,15 @@ def test_forward_dynamics_is_mujocos(name, method):
     size = np.abs(expected).max()
     assert a_error < 1e-3 * size
     assert np.abs(a - expected).max() < a_error + 1e-9 * size
-    told = [motion.forces.joint_reaction(joint, in_frame="local", intervals=False) for joint in joints(chain)]
-    ours, unique = (np.concatenate([getattr(item, key) for item in told]) for key in ("wrench", "unique"))
+    expressed = [motion.forces.joint_reaction(joint, in_frame="local", intervals=False) for joint in joints(chain)]
+    ours, unique = (np.concatenate([getattr(item, key) for item in expressed]) for key in ("wrench", "unique"))
     size = np.abs(wrenches).max()
     assert np.abs(wrenches - ours)[unique].max() < wrench_error + 1e-9 * size
 
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", MAKERS)
-def test_forward_dynamics_is_what_mujocos_open_tree_does_under_the_closures_wrenches(name, seed):
+def test_forward_dynamics_agree_with_mujocos_open_tree_under_the_closures_wrenches(name, seed):
     # Exact, and of every closure type: forces and acceleration belong together.
     chain, (q, v, _), gravity, load = problem(name, True, seed=10 + seed)
     rng = np.random.default_rng(seed)
@@ -112,8 +112,8 @@ def test_forward_dynamics_is_what_mujocos_open_tree_does_under_the_closures_wren
     for link, wrench in load.items():
         tree.push(link, wrench, chain.placement(q, link).translation)
     for closure in chain.closures:
-        told = motion.forces.joint_reaction(closure.name, at=(0.0, 0.0, 0.0), intervals=False).wrench
-        tree.push(closure.frame_a, told, np.zeros(3))
-        tree.push(closure.frame_b, -told, np.zeros(3))
+        expressed = motion.forces.joint_reaction(closure.name, at=(0.0, 0.0, 0.0), intervals=False).wrench
+        tree.push(closure.frame_a, expressed, np.zeros(3))
+        tree.push(closure.frame_b, -expressed, np.zeros(3))
     size = max(np.abs(motion.forces.joint_reaction(joint, intervals=False).wrench).max() for joint in joints(chain))
     np.testing.assert_allclose(tree.inverse(chain), tau, rtol=0, atol=1e-9 * size)

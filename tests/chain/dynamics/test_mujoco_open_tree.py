@@ -29,9 +29,9 @@ def counterpart(chain, name, gravity, state, load, forces):
     for closure in chain.closures:
         # About a point that is no one's own, in axes that are no one's own.
         point, frame = np.array([0.3, -0.2, 0.5]), chain.model.names[-1]
-        told = forces.joint_reaction(closure.name, at=point, in_frame=frame, intervals=False).wrench
+        expressed = forces.joint_reaction(closure.name, at=point, in_frame=frame, intervals=False).wrench
         R = chain.placement(q, frame).rotation
-        wrench = np.concatenate([R @ told[:3], R @ told[3:]])
+        wrench = np.concatenate([R @ expressed[:3], R @ expressed[3:]])
         tree.push(closure.frame_a, wrench, point)
         tree.push(closure.frame_b, -wrench, point)
     return tree
@@ -56,7 +56,7 @@ def both(request):
     return chain, forces, counterpart(chain, name, gravity, state, load, forces)
 
 
-def test_what_is_left_for_the_joints_are_the_efforts_and_nothing_else(both):
+def test_joints_carry_the_efforts_and_nothing_else(both):
     chain, forces, tree = both
     tau, size = tree.inverse(chain), largest(forces, chain)
     np.testing.assert_allclose(tau, forces.tau, rtol=0, atol=TOLERANCE * size)
@@ -71,8 +71,8 @@ def test_sensors_at_every_joint_feel_its_reaction(both):
     tree.inverse(chain)
     size = largest(forces, chain)
     for joint in joints(chain):
-        told = forces.joint_reaction(joint, in_frame="local", intervals=False).wrench
-        np.testing.assert_allclose(told, tree.transmitted(joint), rtol=0, atol=TOLERANCE * size)
+        expressed = forces.joint_reaction(joint, in_frame="local", intervals=False).wrench
+        np.testing.assert_allclose(expressed, tree.transmitted(joint), rtol=0, atol=TOLERANCE * size)
 
 
 #: What a closure of each type transmits none of, in the axes of frame a about its point: force and moment along axes.
@@ -109,20 +109,20 @@ def test_a_closure_transmits_nothing_along_what_it_allows(name, seed):
     for closure in chain.closures:
         point_a, axes = frame(chain, q, closure, "a")
         point_b, axes_b = frame(chain, q, closure, "b")
-        told = forces.joint_reaction(closure.name, at=point_b, intervals=False)
-        size = max(np.abs(told.wrench).max(), 1e-3)
+        expressed = forces.joint_reaction(closure.name, at=point_b, intervals=False)
+        size = max(np.abs(expressed.wrench).max(), 1e-3)
         no_force, no_moment = FREE[closure.type]
-        force, moment = axes.T @ told.force, axes.T @ told.moment
+        force, moment = axes.T @ expressed.force, axes.T @ expressed.moment
         assert np.abs(force[no_force]).max(initial=0.0) < 1e-11 * size
         assert np.abs(moment[no_moment]).max(initial=0.0) < 1e-11 * size
         if closure.type == "universal":
-            assert abs(told.moment @ axes_b[:, 1]) < 1e-11 * size
+            assert abs(expressed.moment @ axes_b[:, 1]) < 1e-11 * size
         if closure.type == "distance":
             line = (point_b - point_a) / np.linalg.norm(point_b - point_a)
-            assert np.linalg.norm(np.cross(told.force, line)) < 1e-11 * size
+            assert np.linalg.norm(np.cross(expressed.force, line)) < 1e-11 * size
 
 
-def test_mujocos_sensors_tell_what_the_parent_puts_on_the_child():
+def test_mujocos_sensors_measure_the_wrench_of_the_parent_on_the_child():
     # A weight of 2 kg hangs 0.1 m out along x of a hinge about z: its parent holds it up, against gravity along -y.
     urdf = """<robot name="weight"><link name="ground"/>
         <link name="bob"><inertial><origin xyz="0.1 0 0"/><mass value="2"/>

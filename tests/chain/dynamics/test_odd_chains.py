@@ -22,7 +22,7 @@ NAMED = four_bar()
 Q = NAMED.q
 
 
-def test_what_no_actuator_makes_is_told_by_joint_and_size():
+def test_forces_that_no_actuator_makes_are_reported_by_joint_and_size():
     chain = four_bar_skeleton().chain(("C",))
     q = chain.neutral()
     with pytest.raises(UndrivenMotion) as refusal:
@@ -59,7 +59,7 @@ def test_nothing_drives_a_chain_in_an_equilibrium_of_its_own():
         swing.inverse_dynamics(swing.neutral(), actuated=())
 
 
-def test_a_brake_on_every_joint_leaves_all_efforts_open():
+def test_a_brake_on_every_joint_makes_all_efforts_undetermined():
     chain, q, v, a = closed_motion("five_bar", 2)
     forces = chain.inverse_dynamics(q, v, a, actuated=list(chain.model.names)[1:])
     assert forces.undetermined == chain.row_count
@@ -71,7 +71,7 @@ def test_a_brake_on_every_joint_leaves_all_efforts_open():
     assert np.linalg.norm(least.tau) <= best
 
 
-def test_a_second_motor_makes_efforts_open_but_not_their_power():
+def test_a_second_motor_makes_efforts_undetermined_but_not_their_power():
     chain = four_bar_skeleton().chain(("C",), actuated=("A", "B"))
     q = chain.neutral()
     forces = chain.inverse_dynamics(q)
@@ -103,7 +103,7 @@ def test_a_chain_without_closures_is_a_tree():
     assert refusal.value.excess == pytest.approx(1.0)
 
 
-def test_a_chain_without_joints_has_no_forces_but_answers():
+def test_a_chain_without_joints_has_empty_results():
     chain = ClosedChain(pin.Model(), Closures("nothing"))
     forces = chain.inverse_dynamics(np.zeros(0))
     assert forces.tau.shape == (0,)
@@ -113,7 +113,7 @@ def test_a_chain_without_joints_has_no_forces_but_answers():
         forces.joint_reaction("shoulder")
 
 
-def test_links_without_mass_carry_what_is_put_on_them():
+def test_links_without_mass_carry_external_wrenches():
     # The prototype's limbs have none: all the torso carries is the arm, and every limb is in balance by itself.
     mechanism = preset("prototype")
     chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism))
@@ -174,7 +174,7 @@ def test_named_bounds_are_those_in_the_way_and_give_way_by_the_excess(seed):
         chain.inverse_dynamics(q, effort_bounds=narrower)
 
 
-def test_bounds_on_what_is_unique_hold_or_refuse_but_choose_nothing():
+def test_bounds_on_unique_forces_are_met_or_infeasible():
     # Three limbs' forces are unique: bounds around them change nothing, and bounds beside them are refused by name.
     mechanism = random_wrist(21, "UUU", with_masses=True)
     chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism))
@@ -195,7 +195,7 @@ def test_bounds_on_what_is_unique_hold_or_refuse_but_choose_nothing():
         chain.inverse_dynamics(q, effort_bounds=wrong)
 
 
-def test_an_objective_of_weight_zero_or_of_what_is_unique_leaves_all_to_the_metric():
+def test_an_objective_of_weight_zero_or_of_unique_forces_has_no_effect():
     chain, q, v, a = closed_motion("heavy limbs", 5)
     free = chain.inverse_dynamics(q, v, a)
     for objective in ({}, {"root_joint": 0.0}, "efforts", {"root_joint": [0, 0, 0, 1, 1, 1]}):

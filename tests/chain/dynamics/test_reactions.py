@@ -44,18 +44,18 @@ def test_just_the_components_that_are_not_unique_change_with_self_stresses(name,
     for joint in names_of(chain):
         kind = [closure.type for closure in chain.closures if closure.name == joint]
         where = chain_point(chain, q, joint) if kind == ["distance"] and at == "origin" else at
-        told = forces.joint_reaction(joint, at=where, in_frame=frame, intervals=False)
+        expressed = forces.joint_reaction(joint, at=where, in_frame=frame, intervals=False)
         if kind in (["revolute"], ["prismatic"], ["cylindrical"]) and frame == "local":
             continue  # the recursion knows no other axes of a closure than those of its frame a
         wrenches = np.array([other.wrench(joint, z, frame, where) for z in [np.zeros(other.size), *draws]])
         spread = np.ptp(wrenches, axis=0) / size if other.size else np.zeros(6)
         # A self-stress that shows does so by its share of a random draw; one that does not, by rounding.
-        assert (spread[told.unique] < 1e-9).all()
-        assert (spread[~told.unique] > 1e-6).all()
+        assert (spread[expressed.unique] < 1e-9).all()
+        assert (spread[~expressed.unique] > 1e-6).all()
         # And its directions are those, all of those, and only those.
         changes = (wrenches[1:] - wrenches[0]).T
-        D = told.directions
-        assert np.linalg.matrix_rank(changes, tol=1e-7 * size) == min(told.undetermined, len(draws))
+        D = expressed.directions
+        assert np.linalg.matrix_rank(changes, tol=1e-7 * size) == min(expressed.undetermined, len(draws))
         np.testing.assert_allclose(D @ (np.linalg.pinv(D) @ changes), changes, rtol=0, atol=1e-7 * size)
     efforts = np.array([other.forces(z).tau for z in [np.zeros(other.size), *draws]])
     np.testing.assert_array_equal(np.ptp(efforts, axis=0) < 1e-8 * size, forces.effort_is_unique)
@@ -68,7 +68,7 @@ def chain_point(chain, q, closure):
 
 @pytest.mark.parametrize("part", ["whole", "floating"])
 @pytest.mark.parametrize("name", ["prototype", "heavy limbs"])
-def test_a_wrist_on_a_ball_joint_leaves_three_directions_of_the_shoulders_force_open(name, part):
+def test_three_directions_of_the_shoulders_force_are_undetermined(name, part):
     mechanism = preset("prototype") if name == "prototype" else random_wrist(21, "UUU", with_masses=True)
     chain, q = wrist_at(mechanism, part)
     forces = chain.inverse_dynamics(q)
@@ -89,7 +89,7 @@ def test_a_wrist_on_a_ball_joint_leaves_three_directions_of_the_shoulders_force_
     assert "unique" in str(shoulder)
 
 
-def test_across_its_plane_a_four_bar_of_hinges_and_one_ball_is_open_in_one_way():
+def test_a_four_bar_of_hinges_and_one_ball_is_undetermined_in_one_direction_across_its_plane():
     # A force s along z goes round: from the rocker to the coupler at the tip, and back through every hinge, whose
     # moments balance its levers. Nothing in the plane changes.
     named_bar = four_bar()
@@ -102,26 +102,26 @@ def test_across_its_plane_a_four_bar_of_hinges_and_one_ball_is_open_in_one_way()
         ("crank_hinge", (0, 0), -1),
         ("rocker_hinge", (0.4, 0), 1),
     ):
-        told = forces.joint_reaction(joint)
+        expressed = forces.joint_reaction(joint)
         x, y = tip - point
         # On the child's side: -s at the hinge where +s acts at the tip, so the moment about the hinge is -(r × s z).
         expected = sign * np.array([0, 0, 1, y, -x, 0])
-        np.testing.assert_array_equal(told.unique, expected == 0)
-        assert told.undetermined == 1
-        own = told.directions[:, 0] / told.directions[2, 0]
+        np.testing.assert_array_equal(expressed.unique, expected == 0)
+        assert expressed.undetermined == 1
+        own = expressed.directions[:, 0] / expressed.directions[2, 0]
         np.testing.assert_allclose(own, expected / sign, atol=1e-12)
-    told = forces.joint_reaction("tip")
-    np.testing.assert_array_equal(told.unique, [True, True, False, True, True, True])
+    expressed = forces.joint_reaction("tip")
+    np.testing.assert_array_equal(expressed.unique, [True, True, False, True, True, True])
 
 
-def test_a_four_bar_of_hinges_is_open_in_three_ways_all_across_its_plane():
+def test_a_four_bar_of_hinges_is_undetermined_in_three_directions_across_its_plane():
     chain = four_bar_skeleton().chain(("C",), actuated=("A",))
     forces = chain.inverse_dynamics(chain.neutral())
     assert forces.undetermined == 3
     for joint in ("A", "B", "C", "D"):
-        told = forces.joint_reaction(joint)
-        assert told.undetermined == 3
-        np.testing.assert_array_equal(np.flatnonzero(~told.unique), OUT_OF_PLANE)
+        expressed = forces.joint_reaction(joint)
+        assert expressed.undetermined == 3
+        np.testing.assert_array_equal(np.flatnonzero(~expressed.unique), OUT_OF_PLANE)
 
 
 def test_a_limit_on_one_way_bounds_every_joint_by_hand():
@@ -135,10 +135,10 @@ def test_a_limit_on_one_way_bounds_every_joint_by_hand():
     other = Open(chain, named_bar.q)
     at_tip = other.affine(lambda z: other.wrench("tip", z)[2])
     for joint in ("coupler_hinge", "crank_hinge", "rocker_hinge"):
-        told = forces.joint_reaction(joint)
+        expressed = forces.joint_reaction(joint)
         constant, effect = other.affine(lambda z, joint=joint: other.wrench(joint, z))
         ends = [constant + effect[:, 0] * (limit - at_tip[0][0]) / at_tip[1][0, 0] for limit in (-2, 5)]
-        np.testing.assert_allclose(told.interval, np.sort(np.array(ends).T, axis=1), atol=1e-8)
+        np.testing.assert_allclose(expressed.interval, np.sort(np.array(ends).T, axis=1), atol=1e-8)
 
 
 LIMITS = 60.0 * np.ones(3), 25.0 * np.ones(3)
@@ -165,16 +165,16 @@ def test_intervals_reach_to_the_corners_of_what_the_bounds_allow(kinds):
     size = np.abs(other.everything(np.zeros(other.size))).max()
     inside = np.random.default_rng(0).dirichlet(np.ones(len(corners)), 200) @ corners
     for joint in ("root_joint", "limb_1_platform_x", "limb_1_slide", "limb_1_base"):
-        told = forces.joint_reaction(joint)
+        expressed = forces.joint_reaction(joint)
         constant, effect = other.affine(lambda z, joint=joint: other.wrench(joint, z))
         at_corners = constant + corners @ effect.T
         reach = np.column_stack([at_corners.min(axis=0), at_corners.max(axis=0)])
-        np.testing.assert_allclose(told.interval, reach, rtol=0, atol=1e-7 * size)
+        np.testing.assert_allclose(expressed.interval, reach, rtol=0, atol=1e-7 * size)
         within = constant + inside @ effect.T
-        assert (within >= told.interval[:, 0] - 1e-7 * size).all()
-        assert (within <= told.interval[:, 1] + 1e-7 * size).all()
-        assert (told.wrench >= told.interval[:, 0] - 1e-7 * size).all()
-        assert (told.wrench <= told.interval[:, 1] + 1e-7 * size).all()
+        assert (within >= expressed.interval[:, 0] - 1e-7 * size).all()
+        assert (within <= expressed.interval[:, 1] + 1e-7 * size).all()
+        assert (expressed.wrench >= expressed.interval[:, 0] - 1e-7 * size).all()
+        assert (expressed.wrench <= expressed.interval[:, 1] + 1e-7 * size).all()
     for joint in chain.roles.actuated:
         constant, effect = other.affine(lambda z, joint=joint: other.forces(z).tau[chain.velocity_slice(joint)])
         at_corners = constant + corners @ effect.T
@@ -183,7 +183,7 @@ def test_intervals_reach_to_the_corners_of_what_the_bounds_allow(kinds):
 
 
 @pytest.mark.parametrize("seed", [5, 6, 13, 15])
-def test_an_interval_is_open_only_where_the_bounds_leave_it(seed):
+def test_an_interval_is_infinite_only_without_bounds(seed):
     # Five limbs that pull, two ways to share: their tensions reach to the corners of that plane's part, and to
     # infinity along the ways in which no limb comes to push.
     chain, q = wrist_at(random_wrist(seed, "SSSSS", with_masses=True), pose=(10, 5, 0))

@@ -15,7 +15,7 @@ TEN_SECONDS = np.linspace(0.0, 10.0, 51)
     "name",
     ["four-bar", "four-bar cut in a link", "five-bar", "3RRR", "Stewart platform", "revolute loop", "prismatic loop"],
 )
-def test_free_swing_keeps_its_energy_and_its_loops_for_ten_seconds(name):
+def test_energy_and_loops_of_a_free_swing_are_constant_for_ten_seconds(name):
     case = moving(name)
     if name in ("four-bar", "four-bar cut in a link", "five-bar", "3RRR"):
         case.chain.model.gravity.linear = DOWN
@@ -89,7 +89,7 @@ def test_efforts_and_wrenches_do_work():
     np.testing.assert_allclose(moved.energy - moved.energy[0], moved.work, atol=1e-8 * moved.kinetic_energy.max())
 
 
-def test_running_into_a_singular_configuration_is_told():
+def test_a_motion_into_a_singular_configuration_is_reported():
     # All cranks in line with the bar: the bar may go on in parallel or tilt.
     named = parallelogram()
     chain = named.chain()
@@ -103,7 +103,7 @@ def test_running_into_a_singular_configuration_is_told():
     assert np.abs(chain.residual(caught.value.q)).max() <= 1e-12
 
 
-def test_states_are_told_at_the_times_that_were_asked_for():
+def test_states_are_returned_at_the_given_times():
     case = moving("four-bar")
     case.chain.model.gravity.linear = DOWN
     few = case.chain.simulate(case.q, case.v, [0.0, 0.37, 1.0])

@@ -167,7 +167,7 @@ def test_bad_input_is_refused():
             call()
 
 
-def test_answers_are_the_callers_own():
+def test_results_are_the_callers_own():
     chain, q, v, a, multipliers = moving(MECHANISMS["heavy limbs"])
     forces = chain.rnea(q, v, a, multipliers)
     before = forces.joint_wrench("limb_1_slide"), forces.closure_wrench("limb_1_base"), forces.tau.copy()
@@ -178,7 +178,7 @@ def test_answers_are_the_callers_own():
 
 
 @pytest.mark.parametrize("kind", ["rigid", "revolute", "universal", "prismatic", "cylindrical", "distance"])
-def test_a_closure_tells_its_wrench_about_the_point_where_its_multipliers_act(kind):
+def test_the_wrench_of_a_closure_is_about_the_point_of_its_multipliers(kind):
     # A closure that has slid has two origins: λ acts at frame b's, and both ways of asking say so.
     case = motion_of(f"{kind} loop")
     chain = case.chain
@@ -186,8 +186,8 @@ def test_a_closure_tells_its_wrench_about_the_point_where_its_multipliers_act(ki
     forces = chain.rnea(case.q, case.v, case.a, solved.multipliers)
     size = np.abs(solved.multipliers).max()
     for frame in ("world", "local"):
-        told = solved.joint_reaction("loop", in_frame=frame).wrench
-        np.testing.assert_allclose(forces.closure_wrench("loop", frame=frame), told, atol=1e-12 * size)
+        expressed = solved.joint_reaction("loop", in_frame=frame).wrench
+        np.testing.assert_allclose(forces.closure_wrench("loop", frame=frame), expressed, atol=1e-12 * size)
     closure = chain.closures[0]
     place = chain.placement(case.q, closure.frame_b)
     point = place.rotation @ np.array(closure.placement_b.translation) + place.translation

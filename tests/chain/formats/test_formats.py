@@ -41,7 +41,7 @@ class AsMujoco:
         self.data = mujoco.MjData(self.model)
 
     def velocity_map(self, q):
-        """Shape (nv, nv of MuJoCo's own joints): a free body's linear velocity is told in the world there."""
+        """Shape (nv, nv of MuJoCo's own joints): a free body's linear velocity is in world axes there."""
         chain = self.chain
         T = np.zeros((self.model.nv, chain.model.nv))
         for joint in range(1, chain.model.njoints):
@@ -158,7 +158,7 @@ def test_writing_urdf_and_reading_it_again(case, tmp_path):
 
 
 @pytest.mark.parametrize("pitch", [0.3, np.pi / 2, np.pi / 2 - 1e-9, -np.pi / 2, np.pi / 2 + 1e-5, 3.0])
-def test_turned_joints_keep_their_digits(pitch, tmp_path):
+def test_turned_joints_are_written_exactly(pitch, tmp_path):
     model = pin.Model()
     turn = Rotation.from_euler("ZYX", [0.7, pitch, -0.4]).as_matrix()
     joint = model.addJoint(0, pin.JointModelRX(), pin.SE3(turn, np.array([0.1, 0.2, 0.3])), "hinge")
@@ -168,7 +168,7 @@ def test_turned_joints_keep_their_digits(pitch, tmp_path):
     np.testing.assert_allclose(again.placement(again.neutral(), "link").rotation, turn, atol=1e-15)
 
 
-def test_sdf_is_read_strictly_and_stands_closed(case, tmp_path):
+def test_sdf_is_read_strictly_and_is_closed(case, tmp_path):
     chain, q = case
     if WRITTEN & {closure.type for closure in chain.closures}:
         with pytest.raises(InvalidInput, match="SDF has no joint for the"):
@@ -218,7 +218,7 @@ def test_sdf_is_read_strictly_and_stands_closed(case, tmp_path):
             np.testing.assert_allclose(there.translation(), place.translation, atol=1e-12)
 
 
-def test_what_has_no_mass_or_is_open_is_not_written(tmp_path):
+def test_chains_without_mass_or_with_open_loops_are_not_written(tmp_path):
     chain, q = CHAINS["wrist-whole"]
     for write in (chain.to_mjcf, chain.to_sdf):
         with pytest.raises(InvalidInput, match="limb_1_platform_cross"):

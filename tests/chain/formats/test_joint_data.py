@@ -252,7 +252,7 @@ def floating_chain(seed):
 
 
 @pytest.mark.parametrize("seed", [0, 1, 3])
-def test_a_free_body_stands_in_mujoco_where_it_stands(seed, tmp_path):
+def test_a_free_body_has_the_same_place_in_mujoco(seed, tmp_path):
     chain, q = floating_chain(seed)
     theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, q)))
     data = mujoco.MjData(theirs)
@@ -376,7 +376,7 @@ def test_closures_files_load_back_bit_for_bit(seed, tmp_path):
     given = Closures("r", joints=joints)
     write_closures(given, tmp_path / "r.toml")
     back = read_closures(tmp_path / "r.toml")
-    # A unit is told by a key; the joint without data keeps none.
+    # A key gives the unit; the joint without data has none.
     assert back == given
 
 
@@ -397,7 +397,7 @@ def yaml_robot(tmp_path, dynamics):
     return tmp_path
 
 
-def test_a_robot_yaml_keeps_the_data_of_the_joints_it_does_not_change(tmp_path):
+def test_a_robot_yaml_has_the_data_of_the_joints_it_does_not_change(tmp_path):
     entry = 'damping="0.5" friction="0.25"'
     folder = yaml_robot(tmp_path, {"left_crank_hinge": entry, "right_forearm_hinge": entry})
     chain = ClosedChain.from_parallel_robot(folder)
@@ -422,7 +422,7 @@ def test_a_key_twice_in_a_robot_yaml_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("what", ["damping", "friction", "armature", "spring"])
-def test_a_wrist_with_data_that_its_record_cannot_hold_answers_no_question_of_force(what, tmp_path):
+def test_a_wrist_with_data_that_its_record_cannot_hold_refuses_forces(what, tmp_path):
     path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
     chain = ClosedChain.from_urdf(path)
     assert wrist_of(chain).unheld == ()

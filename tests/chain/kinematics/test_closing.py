@@ -92,7 +92,7 @@ def test_limits_are_respected():
     assert chain.close(q)[0] == q[0]
 
 
-def test_limits_that_forbid_every_closed_configuration_are_told():
+def test_limits_that_forbid_every_closed_configuration_are_reported():
     chain, q = limited("left_forearm_hinge", -1.0, -0.5)
     hold = chain.roles.actuated
     with pytest.raises(BeyondLimits) as caught:

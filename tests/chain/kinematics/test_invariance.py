@@ -30,7 +30,7 @@ FRAMES = {"four_bar": "rocker", "four_bar_link": "lower", "five_bar": "tip"} | {
 }
 
 
-def told(chain, q, name):
+def results(chain, q, name):
     """All that mobility says, as numbers that may be compared."""
     mobility = chain.mobility(q, frame=FRAMES.get(name))
     margins = mobility.margins
@@ -56,7 +56,7 @@ def test_exchanging_the_ends_of_a_closure_changes_nothing(name):
     named = NAMED[name]
     other = rewritten(named, lambda closure: closure.reversed())
     assert np.abs(other.residual(named.q)).max() < 1e-14
-    assert_same(told(named.chain(), named.q, name), told(other, named.q, name))
+    assert_same(results(named.chain(), named.q, name), results(other, named.q, name))
     # Twice is none.
     again = rewritten(named, lambda closure: closure.reversed().reversed())
     np.testing.assert_allclose(
@@ -69,7 +69,7 @@ def test_the_order_of_closures_changes_nothing(name):
     named = NAMED[name]
     back = tuple(reversed(named.closures.closures))
     other = ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, closures=back))
-    assert_same(told(named.chain(), named.q, name), told(other, named.q, name))
+    assert_same(results(named.chain(), named.q, name), results(other, named.q, name))
 
 
 @pytest.mark.parametrize("name", NAMED)
@@ -93,7 +93,7 @@ def test_turning_both_frames_of_a_closure_changes_nothing(name):
 
     other = rewritten(named, turned)
     assert np.abs(other.residual(named.q)).max() < 1e-12
-    assert_same(told(named.chain(), named.q, name), told(other, named.q, name))
+    assert_same(results(named.chain(), named.q, name), results(other, named.q, name))
 
 
 def test_the_choice_of_the_cut_changes_nothing_of_a_four_bar():

@@ -91,7 +91,7 @@ def test_close_reaches_1e_12(chain):
         assert np.abs(chain.residual(closed)).max() <= 1e-12
 
 
-def test_close_keeps_what_is_held(chain):
+def test_close_does_not_move_held_joints(chain):
     held = chain.roles.actuated[0]
     part = chain.configuration_slice(held)
     for q in open_configurations(chain, 18, count=20, size=0.02):
@@ -262,7 +262,7 @@ def test_the_turn_of_a_rigid_closure_is_its_rotation_vector(axis, angle):
     np.testing.assert_allclose(Rotation.from_rotvec(rows[3:]).as_matrix(), turn.as_matrix(), atol=1e-14)
 
 
-def test_dependent_motion_keeps_the_loops_closed(chain):
+def test_dependent_motion_does_not_open_the_loops(chain):
     rng = np.random.default_rng(13)
     actuated = list(chain.roles.actuated)
     if chain.description.name == "random-7-whole":
@@ -311,7 +311,7 @@ def test_too_few_joints_leave_freedoms_and_too_many_contradict():
 
 
 @pytest.mark.parametrize("part", ["whole", "wrist"])
-def test_root_motion_is_told_in_world_axes(part):
+def test_root_motion_is_given_in_world_axes(part):
     chain = CHAINS[f"prototype-{part}"]
     rng = np.random.default_rng(15)
     omega, eta = rng.normal(size=(2, 3))

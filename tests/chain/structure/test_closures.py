@@ -51,7 +51,7 @@ def random_closures(seed):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_saving_and_loading_keeps_every_bit(tmp_path, seed):
+def test_saving_and_loading_is_exact(tmp_path, seed):
     closures = random_closures(seed)
     path = tmp_path / "robot.closures.toml"
     write_closures(closures, path, "for a test")
@@ -88,12 +88,12 @@ def test_units_aliases_and_defaults(tmp_path):
         (('"point"', '"distance"\ndistance_mm = -3.0'), FileFormatError, "above zero"),
         (('"point"', '"rigid"\ndistance_m = 0.3'), FileFormatError, "for no other"),
         (('"point"', '"spherical"\naxis = [1.0, 0.0, 0.0]'), FileFormatError, "has no axis"),
-        (('"point"', '"universal"\naxis = [1.0, 0.0, 0.0]'), FileFormatError, "only revolute, prismatic"),
+        (('"point"', '"universal"\naxis = [1.0, 0.0, 0.0]'), FileFormatError, "closure of type revolute, prismatic"),
         (('"point"', '"revolute"\naxis = [0.0, 0.0, 0.0]'), FileFormatError, "direction"),
         (('"point"', '"revolute"\naxis = [1.0, 0.0]'), FileFormatError, "shape"),
     ],
 )
-def test_a_bad_file_is_refused_and_told_why(tmp_path, change, error, said):
+def test_a_bad_file_is_refused_with_the_reason(tmp_path, change, error, said):
     assert change[0] in GOOD
     path = tmp_path / "robot.toml"
     path.write_text(GOOD.replace(*change, 1))
@@ -131,7 +131,7 @@ def test_an_axis_is_the_z_axis_of_a_turned_frame(axis):
     (given,) = named.closures.closures
     other = dataclasses.replace(given, axis=axis)
     chain = ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, closures=(other,)))
-    (pose,) = chain._topology.local[:, 0]
+    (pose,) = chain.state.topology.local[:, 0]
     carrier = Rotation.from_quat(given.placement_a.quaternion)
     expected = carrier.apply(np.array(axis) / np.linalg.norm(axis))
     np.testing.assert_allclose(pose[2], expected, atol=1e-12)

@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
-from ...dynamics.passive import PassiveForces
+from ...structure.passive import PassiveForces
 from .mjcf_compiling import Compiled, mujoco_warnings
 from .mjcf_tree import Tree
 

@@ -36,7 +36,7 @@ if hasattr(os, "register_at_fork"):
 
 @dataclass(frozen=True, eq=False)
 class Compiled(OneProcess):
-    """What MuJoCo compiled of a file.
+    """A file as MuJoCo compiled it.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ def mujoco_warnings(mujoco: Any, messages: list[str]) -> Iterator[None]:
 
 
 def _root_tag(source: Any, is_text: bool) -> str:
-    """Tag of the outermost element, empty if it cannot be found: then MuJoCo says what is wrong."""
+    """Tag of the outermost element, empty if it cannot be found: then the error is MuJoCo's."""
     parser: Any = ET.XMLPullParser(events=("start",))
     try:
         parser.feed(source if is_text else Path(source).read_bytes())

@@ -2,7 +2,7 @@
 
 Read are: bodies, also several on the world; hinges, slides, balls and free joints, several on one body too; inertias,
 armature, gravity; position limits; springs, damping and dry friction of joints; limits of effort; sites, as frames;
-the equalities connect and weld. What the file says about friction, springs and damping counts with MuJoCo's flags:
+the equalities connect and weld. Friction, springs and damping of the file count with MuJoCo's flags:
 a flag that is disabled takes its forces away.
 
 **Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. The softness of MuJoCo's
@@ -21,7 +21,7 @@ a site's frame      the site's own (type OP_FRAME); sites without a name have no
 a closure's         the equality's own, or ``equality_3``
 =================== ===========================================================================================
 
-Two frames in different places cannot have one name: the joint keeps it, then the body, which otherwise gets "_body"
+Two frames in different places cannot have one name: the joint has it, then the body, which otherwise gets "_body"
 after its name, then the site, which gets "_site". A closure called as a joint gets "_closure".
 """
 
@@ -35,7 +35,8 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
-from ...structure.closures import Closure, Closures, Placement, Roles, Root
+from ...structure.closures import Closure, Placement
+from ...structure.description import Closures, Roles, Root
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
 from .mjcf_refusals import refuse_unreadable
@@ -165,7 +166,7 @@ def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:
 
 
 def _effort_range(source: Compiled, index: int) -> FloatArray:
-    """What an actuator can put on its joint, shape (2,), N or N m.
+    """Range of an actuator's effort on its joint, shape (2,), N or N m.
 
     A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
     actuator with dynamics and a constant gain; a force range limits every one.

@@ -1,4 +1,4 @@
-"""What of a compiled MuJoCo model is read, what does not change the motion, and what is refused.
+"""Parts of a compiled MuJoCo model that are read, that do not change the motion, and that raise an error.
 
 Every field of MuJoCo 4.0's mjModel and mjOption is in one of three groups; a test compares them with the installed
 version.
@@ -72,14 +72,14 @@ IRRELEVANT = (
     "jnt_actgravcomp",
 )
 
-#: Fields, or groups, that no chain can hold; the rest of this module says when they are refused.
+#: Fields, or groups, that no chain can hold; the rest of this module lists when they are refused.
 REFUSED = (
     *("body_mocapid", "body_gravcomp", "body_plugin", "jnt_stiffnesspoly", "jnt_springyield", "jnt_plasticadr"),
     *("dof_dampingpoly", "actuator_dampingpoly", "actuator_plugin", "plugin*", "flex*", "efm*", "tendon_*", "ten_*"),
     *("wrap_*", "opt.wind"),
 )
 
-#: Fields that say where something is, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
+#: Fields that are places, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
 _PLACES = ("qpos0", "qpos_spring", "key_qpos", "body_pos", "body_ipos", "jnt_pos", "site_pos", "eq_data")
 _FAR = 1e10
 
@@ -89,8 +89,8 @@ _FREE = "acts along the world's axes in MuJoCo and along the body's axes in Pino
 
 def refuse_unreadable(source: Compiled) -> None:
     """Raise FileFormatError for the first thing that a chain cannot hold."""
-    for rule in (_not_finite, _whole_model, _bodies, _joints, _tendons, _equalities, _actuators):
-        for message in rule(source):
+    for check in (_not_finite, _whole_model, _bodies, _joints, _tendons, _equalities, _actuators):
+        for message in check(source):
             raise source.error(message)
 
 
@@ -219,7 +219,7 @@ def _actuators(source: Compiled) -> Iterator[str]:
 
 
 def _own_force(source: Compiled, index: int) -> str:
-    """Why an actuator's force is not a control times a gain, empty if it is."""
+    """The reason why an actuator's force is not a control times a gain, empty if it is."""
     model, mujoco = source.model, source.mujoco
     known = (
         ("actuator_dyntype", mujoco.mjtDyn, "mjDYN_", {"none", "integrator", "filter", "filterexact"}),

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
-from ...structure.closures import JointProperties
+from ...structure.description import JointProperties
 from .mjcf_compiling import Compiled
 
 __all__ = ["Tree", "build_tree", "free_name", "own_configuration", "pose"]
@@ -102,11 +102,11 @@ def _joint_names(source: Compiled) -> list[str]:
     return names
 
 
-def free_name(wish: str, taken: Iterable[str]) -> str:
-    """The wish, with as many underscores after it as it takes to be new."""
-    while wish in taken:
-        wish += "_"
-    return wish
+def free_name(base: str, taken: Iterable[str]) -> str:
+    """The name, with underscores after it if it is taken."""
+    while base in taken:
+        base += "_"
+    return base
 
 
 def _add_body(source: Compiled, tree: Tree, body: int, names: list[str]) -> None:
@@ -126,7 +126,7 @@ def _add_body(source: Compiled, tree: Tree, body: int, names: list[str]) -> None
         place = point.inverse()
     tree.carriers[body] = (carrier, place)
     if carrier:
-        # In principal axes the inertia is exactly positive, as Pinocchio wants it.
+        # In principal axes the inertia is exactly positive, as Pinocchio needs it.
         principal = pin.Inertia(float(theirs.body_mass[body]), np.zeros(3), np.diag(theirs.body_inertia[body]))
         centre = pose(theirs.body_ipos[body], theirs.body_iquat[body])
         model.appendBodyToJoint(carrier, principal, place * centre)
@@ -151,7 +151,7 @@ def _joint_model(source: Compiled, joint: int) -> tuple[str, Any]:
 
 
 def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
-    """Where a hinge or slide stands at q = 0, from where it stands at qpos0."""
+    """Placement of a hinge or slide at q = 0, from that at qpos0."""
     start = float(source.model.qpos0[source.model.jnt_qposadr[joint]])
     axis = source.model.jnt_axis[joint]
     if kind == "hinge":
@@ -160,7 +160,7 @@ def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
 
 
 def _add_frames(source: Compiled, tree: Tree) -> None:
-    """Frames of bodies and named sites; where a name stands elsewhere already, it gets "_body" or "_site"."""
+    """Frames of bodies and named sites; a name that another frame has already gets "_body" or "_site"."""
     theirs, model = source.model, tree.model
     there = {frame.name: (frame.parentJoint, frame.placement) for frame in model.frames}
     bodies = {body: source.name("BODY", body) for body in range(1, theirs.nbody)}
@@ -168,8 +168,8 @@ def _add_frames(source: Compiled, tree: Tree) -> None:
     taken = {*bodies.values(), *sites.values()}
     for body, given in bodies.items():
         carrier, place = tree.carriers[body]
-        wish = given or free_name(f"body_{body}", {*there, *taken})
-        tree.frames[body] = _add_frame(model, there, taken, (wish, "body"), carrier, place)
+        name = given or free_name(f"body_{body}", {*there, *taken})
+        tree.frames[body] = _add_frame(model, there, taken, (name, "body"), carrier, place)
     for site, name in sites.items():
         if name:
             carrier, place = tree.carriers[int(theirs.site_bodyid[site])]
@@ -186,15 +186,15 @@ def _add_frame(
     place: pin.SE3,
 ) -> str:
     """Add a frame ``called`` by a name and its kind, and return the name that it gets."""
-    wish, what = called
-    known = there.get(wish)
+    name, what = called
+    known = there.get(name)
     if known is not None and not (known[0] == carrier and known[1].isApprox(place, 1e-12)):
-        wish = free_name(f"{wish}_{what}", {*there, *taken})
-    there[wish] = (carrier, place)
+        name = free_name(f"{name}_{what}", {*there, *taken})
+    there[name] = (carrier, place)
     kind = pin.FrameType.BODY if what == "body" else pin.FrameType.OP_FRAME
     parent = model.getFrameId(model.names[carrier], pin.FrameType.JOINT) if carrier else 0
-    model.addFrame(pin.Frame(wish, carrier, parent, place, kind, pin.Inertia.Zero()))
-    return wish
+    model.addFrame(pin.Frame(name, carrier, parent, place, kind, pin.Inertia.Zero()))
+    return name
 
 
 def _fill_coordinates(source: Compiled, tree: Tree) -> None:

@@ -12,8 +12,8 @@ prismatic,  millionth of the robot's, is the price of a format that has no such 
 cylindrical
 =========== ================================================================================================
 
-MuJoCo's equalities are springs that give way a little; its default stiffness is kept. What joints have besides their
-motion is written as :mod:`exo_pin.chain.formats.mjcf.mjcf_joints` says; limits of velocity are left out.
+MuJoCo's equalities are compliant; they have its default stiffness. Other data of joints than their motion are written
+as in :mod:`exo_pin.chain.formats.mjcf.mjcf_joints`; limits of velocity are left out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
-from ...structure.chain_state import Structure
+from ...kinematics.loops import residual
+from ...structure.chain_state import ChainState
 from ..bodies import TreeBody, refuse_massless, tree_bodies, world_link
 from .mjcf_joints import as_numbers, write_joints
 
@@ -34,12 +35,12 @@ _HELPED = {"universal": ("hinge", "hinge"), "prismatic": ("slide",), "cylindrica
 _HELPER_SHARE = 1e-6
 
 
-def mjcf_text(chain: Structure, q: FloatArray) -> str:
+def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     """The XML of a chain, with a keyframe "closed" at a closed configuration.
 
     Parameters
     ----------
-    chain : Structure
+    chain : ChainState
         The chain; every body needs mass and inertia.
     q : ndarray
         Shape (nq,), closed.
@@ -58,7 +59,7 @@ def mjcf_text(chain: Structure, q: FloatArray) -> str:
     world = ET.SubElement(root, "worldbody")
     first = [body for body in bodies if body.parent == 0]
     if len(first) > 1 and all(body.kind != "free" for body in first):
-        # One body on the world that stands still, for readers that take no more than one; a free body has to be on it.
+        # One fixed body on the world, for readers that take no more than one; a free body has to be on the world.
         world = ET.SubElement(world, "body", name=world_link(chain))
     elements, qpos = {0: world}, list[float]()
     by_parent: dict[int, list[TreeBody]] = {}
@@ -90,7 +91,7 @@ def _write_children(
     parent: int,
     by_parent: dict[int, list[TreeBody]],
     elements: dict[int, ET.Element],
-    chain: Structure,
+    chain: ChainState,
     q: FloatArray,
     qpos: list[float],
     helpers: dict[int, list[_Helper]],
@@ -117,17 +118,17 @@ def _inertial(element: ET.Element, inertia: pin.Inertia) -> None:
 class _Helper:
     """A small body that moves on frame b of a closure as the closure allows."""
 
-    def __init__(self, chain: Structure, c: int, name: str, kind: str, q: FloatArray, mass: float) -> None:
+    def __init__(self, chain: ChainState, c: int, name: str, kind: str, q: FloatArray, mass: float) -> None:
         self.name, self.kind, self.mass = f"{name}_helper", kind, mass
         self.inertia = mass * chain.characteristic_length**2
-        local = chain._topology.local[c, 1]
+        local = chain.topology.local[c, 1]
         self.place = pin.SE3(local[:3].T.copy(), local[3].copy())
         data = chain.model.createData()
         pin.forwardKinematics(chain.model, data, q)
         poses = []
         for end in (0, 1):
-            at = chain._topology.local[c, end]
-            poses.append(data.oMi[int(chain._topology.joints[c, end])] * pin.SE3(at[:3].T.copy(), at[3].copy()))
+            at = chain.topology.local[c, end]
+            poses.append(data.oMi[int(chain.topology.joints[c, end])] * pin.SE3(at[:3].T.copy(), at[3].copy()))
         moved = poses[1].actInv(poses[0])
         R = moved.rotation
         turn, slide = float(np.arctan2(R[1, 0], R[0, 0])), float(moved.translation[2])
@@ -148,19 +149,19 @@ class _Helper:
         qpos += self.values
 
 
-def _helpers(chain: Structure, q: FloatArray) -> dict[int, list[_Helper]]:
+def _helpers(chain: ChainState, q: FloatArray) -> dict[int, list[_Helper]]:
     """Helpers by the joint whose body carries them."""
     mass = _HELPER_SHARE * sum(inertia.mass for inertia in chain.model.inertias)
     found: dict[int, list[_Helper]] = {}
     for c, closure in enumerate(chain.closures):
         if closure.type in _HELPED:
             helper = _Helper(chain, c, closure.name, closure.type, q, mass)
-            found.setdefault(int(chain._topology.joints[c, 1]), []).append(helper)
+            found.setdefault(int(chain.topology.joints[c, 1]), []).append(helper)
     return found
 
 
 def _write_closure(
-    chain: Structure,
+    chain: ChainState,
     c: int,
     name: str,
     kind: str,
@@ -174,9 +175,9 @@ def _write_closure(
         if end == 1 and kind in _HELPED:
             sites.append(f"{name}_helper_site")
             continue
-        local = chain._topology.local[c, end]
+        local = chain.topology.local[c, end]
         place = pin.SE3(local[:3].T.copy(), local[3].copy())
-        element = elements[int(chain._topology.joints[c, end])]
+        element = elements[int(chain.topology.joints[c, end])]
         sites.append(f"{name}_{letter}")
         ET.SubElement(element, "site", {"name": sites[-1], **_pose(place)})
         if kind == "revolute":
@@ -193,7 +194,7 @@ def _write_closure(
         for site in sites:
             ET.SubElement(tendon, "site", site=site)
         # The equality counts from the length that the tendon has with all joints at zero.
-        rest = float(chain.residual(chain.neutral())[chain.rows(name)][0])
+        rest = float(residual(chain, chain.neutral())[chain.rows(name)][0])
         ET.SubElement(equalities, "tendon", name=name, tendon1=name, polycoef=as_numbers([-rest, 1, 0, 0, 0]))
 
 

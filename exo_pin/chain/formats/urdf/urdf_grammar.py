@@ -3,7 +3,7 @@
 After http://wiki.ros.org/urdf/XML and the schema of urdfdom. Pinocchio's URDF reader drops what it does not know, so
 a misspelt ``<axis xqz=...>`` would be read as no axis at all; here it is an error.
 
-What other programs keep in a URDF passes unread: every element and attribute with a prefix (``drake:...``), except
+Extensions of other programs are not read: every element and attribute with a prefix (``drake:...``), except
 xacro's, which have to be expanded first, and those without a prefix that are common in published files, listed in
 ``_OTHERS`` and in ``others`` below. They are for simulators, controllers and drawings.
 """
@@ -21,14 +21,14 @@ __all__ = ["check_grammar", "is_extension"]
 
 
 class _Rule(NamedTuple):
-    """What an element may hold.
+    """Attributes and children of an element.
 
     Attributes
     ----------
     required, optional, others : tuple of str
         Attributes; the others pass unread.
     once, often : tuple of str
-        Children that may stand once, or as often as one likes.
+        Children that may occur once, or any number of times.
     needed : tuple of str
         Children that have to be there.
     """
@@ -90,17 +90,17 @@ _OTHERS = {
 
 
 def is_extension(holder: Element, element: Element) -> bool:
-    """Whether an element is another program's."""
+    """Whether an element belongs to another program."""
     return ":" in element.tag or element.tag in _OTHERS.get(holder.tag, ())
 
 
 def check_grammar(root: Element) -> None:
-    """Check every element's attributes and children; what they say is not looked at.
+    """Check every element's attributes and children; their values are not checked.
 
     Raises
     ------
     FileFormatError
-        If an element or attribute is unknown, missing, or there twice, or a text stands where none belongs. A near
+        If an element or attribute is unknown, missing, or there twice, or there is text where none is allowed. A near
         miss is named.
     """
     if root.tag != "robot":

@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.files.text_files import read_file
-from ...structure.closures import Closures
+from ...structure.description import Closures
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
 from .urdf_checking import checked_urdf

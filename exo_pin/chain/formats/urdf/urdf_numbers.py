@@ -28,8 +28,8 @@ def numbers(element: Element, attribute: str, count: int) -> list[float]:
     words = re.split(f"[{_BLANKS}]+", element.attributes[attribute].strip(_BLANKS))
     words = [] if words == [""] else words
     if len(words) != count:
-        wanted = "a number" if count == 1 else f"{count} numbers"
-        raise element.error(f"expected {wanted}, got {element.attributes[attribute]!r:.80}", attribute)
+        expected = "a number" if count == 1 else f"{count} numbers"
+        raise element.error(f"expected {expected}, got {element.attributes[attribute]!r:.80}", attribute)
     return [_finite(element, attribute, word) for word in words]
 
 
@@ -65,7 +65,7 @@ def _finite(element: Element, attribute: str, word: str) -> float:
     if not _DECIMAL.fullmatch(word):
         hint = ""
         if "," in word:
-            hint = " (decimals stand after a point, numbers are separated by blanks)"
+            hint = " (decimals come after a point, numbers are separated by blanks)"
         elif "$" in word:
             hint = " (expand the file with xacro first)"
         raise element.error(f"expected a decimal number, got {word!r:.60}{hint}", attribute)

@@ -1,4 +1,4 @@
-"""What the numbers of a URDF's links and joints may be.
+"""Ranges of the numbers of a URDF's links and joints.
 
 Masses are zero or more. A body's principal moments of inertia are zero or more, and none is larger than the sum of
 the other two; a link without mass has no inertia. Printed inertias violate this by their rounding, so each entry is

@@ -12,8 +12,8 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.errors import InvalidInput
-from ...structure.chain_state import Structure
-from ...structure.closures import Closures, JointProperties, Root
+from ...structure.chain_state import ChainState
+from ...structure.description import Closures, JointProperties, Root
 from ..bodies import TreeBody, tree_bodies, world_link
 from ..joint_data import NO_LIMIT, refuse_data
 from .urdf_document import Body, Document, JointStrength
@@ -24,7 +24,7 @@ _ROOTS = {"ball": "spherical", "free": "free_flyer", "translation": "translation
 _KINDS = {"hinge": "revolute", "slide": "prismatic"}
 
 
-def urdf_text(chain: Structure) -> tuple[str, Closures]:
+def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     """The XML of a chain, and what goes into its closures file.
 
     Links that are welded together in the model come out with their masses in the first of them.
@@ -100,7 +100,7 @@ def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> t
     return tuple(known.values())
 
 
-def _more_frames(chain: Structure, document: Document, links: dict[int, str]) -> None:
+def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -> None:
     """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
     known = set(links.values())
     for frame in chain.model.frames:

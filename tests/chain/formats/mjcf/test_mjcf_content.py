@@ -186,7 +186,7 @@ def test_mujocos_warnings_become_pythons_and_no_log_is_written(tmp_path, monkeyp
 
 def test_physics_that_is_not_known_is_noticed(monkeypatch):
     # As if this package did not know dampers.
-    monkeypatch.setattr("exo_pin.chain.dynamics.passive.PassiveForces.force", lambda *_: np.zeros(5))
+    monkeypatch.setattr("exo_pin.chain.structure.passive.PassiveForces.force", lambda *_: np.zeros(5))
     assert read().model.nv == 5
     with pytest.raises(FileFormatError, match="MuJoCo computes other passive forces"):
         read(ja='damping="1"')

@@ -138,7 +138,7 @@ def test_what_a_chain_cannot_hold_is_refused_by_name(parts, said, tmp_path):
         ("<?xml version='1.0'?><!-- a --><robot name='r'><link name='l'/></robot>", "from_urdf"),
     ],
 )
-def test_what_is_no_mjcf_is_refused(text, said, tmp_path):
+def test_text_that_is_not_mjcf_is_refused(text, said, tmp_path):
     path = tmp_path / "some.xml"
     if text is not None:
         path.write_text(text)

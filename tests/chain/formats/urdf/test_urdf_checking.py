@@ -124,7 +124,7 @@ def test_a_mistake_is_refused_with_its_place(old, new, key, said, tmp_path):
         ('<robot name="r">', '<robot name="r" xmlns:x="http://x" x:y="1" version="1.0"><x:any><thing/></x:any>'),
         ('<robot name="r">', '<robot name="r"><gazebo><a b="c,d"/></gazebo><transmission name="t"/><sensor name="s"/>'),
         ('effort="3"', 'effort="3" acceleration="5"'),
-        ('damping="0.5"', 'damping="0.5" K="7000"'),
+        ('damping="0.5"', 'damping="0.5" K="0"'),
         ('izz="1"', 'izz="2.0"'),
     ],
 )
@@ -138,7 +138,7 @@ def test_what_means_the_same_is_read_the_same(old, new):
     ("encoding", "declared"),
     [("utf-8", "utf-8"), ("utf-8-sig", "utf-8"), ("utf-16", "utf-16"), ("utf-16-le", None), ("latin-1", "iso-8859-1")],
 )
-def test_the_encoding_is_what_the_file_says(encoding, declared, tmp_path):
+def test_the_encoding_is_that_of_the_file(encoding, declared, tmp_path):
     xml = GOOD.replace('name="knee"', 'name="kné"')
     xml = xml.replace('version="1.0"', f'version="1.0" encoding="{declared}"', 1) if declared else xml
     (tmp_path / "r.urdf").write_bytes(xml.encode(encoding))
@@ -156,7 +156,7 @@ def test_bytes_that_are_no_text_are_refused(content, tmp_path):
         ClosedChain.from_urdf(tmp_path / "r.urdf", BARE)
 
 
-def test_what_is_no_file_is_refused_and_never_waited_for(tmp_path):
+def test_other_things_than_files_are_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "pipe.urdf")
     for path, said in (
         (tmp_path / "pipe.urdf", "a pipe"),

@@ -29,7 +29,7 @@ def loaded(seed, kinds=KINDS):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_tree_is_what_the_file_says(seed):
+def test_the_tree_is_that_of_the_file(seed):
     _, chain, tree = loaded(seed)
     model, rng = chain.model, np.random.default_rng(seed)
     data, order = model.createData(), reordering(model, tree)

@@ -5,7 +5,7 @@
   gradient of k |difference|² / 2. Hinges, slides and every joint whose v is the rate of q: the coordinates. Spherical
   joints: the rotation vector, which jumps at half a turn. Free flights: the displacement in world axes and the
   rotation vector.
-* Dry friction, from the model's dry friction limits, is not modelled; dynamics of a chain with friction are refused.
+* Dry friction, from the model's dry friction limits, is not modelled; dynamics of a chain with friction raise an error.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput, UnknownName, UnsupportedDynamics
 from ...core.validation import FloatArray
-from ..structure.closures import JointProperties
+from .description import JointProperties
 
-__all__ = ["PassiveForces"]
+__all__ = ["PassiveForces", "frictionless"]
 
 
 class _Spring(NamedTuple):
@@ -156,8 +156,15 @@ class PassiveForces:
         return energy
 
     def loss(self, v: FloatArray) -> float:
-        """Power that damping takes out, W, never below zero for damping of zero and more."""
+        """Power that damping dissipates, W; at least zero if no damping is negative."""
         return float(self._damping @ v**2)
+
+
+def frictionless(model: pin.Model) -> pin.Model:
+    """A copy of the model without dry friction."""
+    copy, none = model.copy(), np.zeros(model.nv)
+    copy.lowerDryFrictionLimit, copy.upperDryFrictionLimit = none, none
+    return copy
 
 
 def _rotation(spring: _Spring, q: FloatArray) -> FloatArray:
@@ -165,7 +172,7 @@ def _rotation(spring: _Spring, q: FloatArray) -> FloatArray:
 
 
 def _difference(spring: _Spring, q: FloatArray) -> FloatArray:
-    """What takes the reference to the joint's configuration, in the axes of its v, shape (3,) or (6,)."""
+    """Displacement from the reference to the joint's configuration, in the axes of its v, shape (3,) or (6,)."""
     R = _rotation(spring, q)
     turn = np.array(pin.log3(spring.turn.T @ R))
     return np.concatenate([R.T @ (q[spring.q][:3] - spring.shift), turn]) if spring.flies else turn

@@ -1,0 +1,180 @@
+"""Time integration of a closed chain on the configuration manifold, with a check of the energy at every step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+from scipy.integrate import DOP853
+
+from ...core.errors import SimulationStopped
+from ...core.progress import track
+from ...core.validation import FloatArray
+from ..kinematics.closing import close
+from ..kinematics.loops import tree_frame_jacobian
+from ..kinematics.reduced_kinematics import project_velocity
+from ..structure.chain_state import ChainState
+from .forward_dynamics import acceleration, efforts_of
+from .inertia import inertia_matrix
+
+__all__ = ["Instant", "Rates", "efforts_at", "energies_of", "integrated"]
+
+#: Largest error of the energy in a step, as a share of the kinetic energy; larger only where a motion passes a
+#: singularity.
+_JUMP = 1e-4
+#: Factor on the error that tolerances and rounding explain, below which an error is no jump: at rest there is no
+#: kinetic energy to compare with.
+_SPARE = 10.0
+#: With more steps in a row than this below this size, s, the integration has failed. A jump of the efforts takes
+#: fewer, at most six in trials: after it steps may grow tenfold each.
+_LEAST_STEP, _SHORT_STEPS = 1e-9, 8
+
+
+class Instant(NamedTuple):
+    """Configuration, velocity, and the work done and energy dissipated so far, J."""
+
+    q: FloatArray
+    v: FloatArray
+    work: float
+    dissipated: float
+
+
+@dataclass
+class Rates:
+    """The right side of the differential equations: y = (ξ, v, work, dissipated), with q = base ⊕ ξ."""
+
+    state: ChainState
+    tau: object
+    external: Mapping[str, ArrayLike] | None
+    method: str
+    stabilisation: float
+    base: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def __call__(self, t: float, y: FloatArray) -> FloatArray:  # noqa: D102 - SciPy calls it
+        state, model = self.state, self.state.model
+        shift, v = y[: model.nv], y[model.nv : -2]
+        q = pin.integrate(model, self.base, shift)
+        efforts = efforts_at(state, self.tau, t, q, v)
+        a = acceleration(state, q, v, efforts, self.external, self.method, self.stabilisation)
+        # d/dt (base ⊕ ξ) = v, so that ξ' is the inverse of the step's right Jacobian times v.
+        rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
+        return np.concatenate([rate, a, [efforts @ v + self._power(q, v), state.passive.loss(v)]])
+
+    def _power(self, q: FloatArray, v: FloatArray) -> float:
+        """Of the external wrenches, W."""
+        return sum(
+            float(np.asarray(wrench) @ (tree_frame_jacobian(self.state, q, frame) @ v))
+            for frame, wrench in (self.external or {}).items()
+        )
+
+
+def _right_jacobian(model: pin.Model, q: FloatArray, shift: FloatArray) -> FloatArray:
+    """Derivative of q ⊕ ξ with respect to ξ, shape (nv, nv)."""
+    return np.array(np.reshape(pin.dIntegrate(model, q, shift)[1], (model.nv, model.nv)))
+
+
+def efforts_at(state: ChainState, tau: object, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+    """Efforts at a time and state, shape (nv,), N and N m, given as for :meth:`ClosedChain.simulate`."""
+    return efforts_of(state, tau(t, q.copy(), v.copy()) if callable(tau) else tau)  # type: ignore[arg-type]
+
+
+def integrated(
+    rates: Rates,
+    instant: Instant,
+    when: FloatArray,
+    projection: bool,
+    tolerances: tuple[float, float],
+    progress: bool,
+) -> tuple[list[Instant], int]:
+    """States at the times ``when``, shape (count,), s, and the number of steps taken.
+
+    Raises
+    ------
+    SimulationStopped
+        If the steps become too small, or the energy jumps.
+    """
+    states, steps, step, short = [instant], 0, None, 0
+    time, end = float(when[0]), float(when[-1])
+    for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
+        while time < target and len(states) < len(when):
+            rates.base = instant.q
+            y = np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated]])
+            solver = DOP853(rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1])
+            message = solver.step()
+            failed = solver.status == "failed"
+            short = short + 1 if not failed and solver.step_size < _LEAST_STEP else 0
+            if failed or short > _SHORT_STEPS:
+                reason = message or f"steps would have to be below {_LEAST_STEP:g} s"
+                raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), reason)
+            inside = solver.dense_output()
+            while len(states) < len(when) and when[len(states)] <= solver.t:
+                states.append(_instant(rates, inside(float(when[len(states)])), projection))
+            before, instant = instant, _instant(rates, solver.y, projection)
+            if not rates.stabilisation:
+                _refuse_jump(rates.state, before, instant, time, solver.y[: len(instant.v)], tolerances)
+            time, steps = float(solver.t), steps + 1
+            step = min(solver.h_abs, end - time) or None
+    return states, steps
+
+
+def _instant(rates: Rates, y: FloatArray, projection: bool) -> Instant:
+    state, nv = rates.state, rates.state.model.nv
+    q, v = pin.integrate(state.model, rates.base, y[:nv]), y[nv:-2].copy()
+    if projection and state.row_count:
+        q = close(state, q, restarts=0)
+        v = project_velocity(state, q, v)
+    return Instant(q, v, float(y[-2]), float(y[-1]))
+
+
+def energies_of(state: ChainState, instant: Instant) -> tuple[float, float]:
+    """Total and kinetic energy, J."""
+    data = state.workspace.data
+    height = float(pin.computePotentialEnergy(state.model, data, instant.q))
+    kinetic = _kinetic_energy(state, instant.q, instant.v)
+    return height + state.passive.energy(instant.q) + kinetic, kinetic
+
+
+def _kinetic_energy(state: ChainState, q: FloatArray, v: FloatArray) -> float:
+    """J, rotors included: Pinocchio's own leaves them out for joints about an axis other than x, y or z."""
+    return float(0.5 * v @ inertia_matrix(state, q) @ v)
+
+
+def _refuse_jump(
+    state: ChainState,
+    before: Instant,
+    after: Instant,
+    time: float,
+    shift: FloatArray,
+    tolerances: tuple[float, float],
+) -> None:
+    """Raise if a step changed the energy by more than its work and its tolerances explain."""
+    (old, kinetic), (new, moving) = energies_of(state, before), energies_of(state, after)
+    jump = abs(new - old - (after.work - before.work) + (after.dissipated - before.dissipated))
+    explained = _SPARE * _explained(state, after, (new, moving), shift, tolerances)
+    if jump > _JUMP * max(kinetic, moving) + explained:
+        raise SimulationStopped(
+            time, before.q.copy(), before.v.copy(), f"the next step changes the energy by {jump:.3g} J"
+        )
+
+
+def _explained(
+    state: ChainState,
+    instant: Instant,
+    energies: tuple[float, float],
+    shift: FloatArray,
+    tolerances: tuple[float, float],
+) -> float:
+    """Error of the energy that the tolerances of a step and rounding allow, J."""
+    (rtol, atol), (total, kinetic) = tolerances, energies
+    model, data = state.model, state.workspace.data
+    # The residual of a closed loop may be 1e-12.
+    pull = np.abs(pin.computeGeneralizedGravity(model, data, instant.q)) + np.abs(state.passive.force(instant.q, None))
+    height = pull @ (atol + 1e-12 + rtol * np.abs(shift))
+    stray = _kinetic_energy(state, instant.q, atol + rtol * np.abs(instant.v))
+    speed = stray + 2.0 * np.sqrt(kinetic * stray)
+    rounding = np.finfo(float).eps * (abs(total) + abs(instant.work) + instant.dissipated)
+    return float(height + speed + 2.0 * atol + rtol * (abs(instant.work) + instant.dissipated) + rounding)

@@ -1,0 +1,94 @@
+"""Writing a closed chain as URDF with a closures file, as MJCF or as SDF."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ..kinematics.closing import close
+from ..kinematics.loops import closed_configuration
+from ..structure.chain_state import ChainState
+from .closures_file import closures_text, write_files
+from .mjcf.mjcf_writing import mjcf_text
+from .sdf_writing import sdf_text
+from .urdf.urdf_writing import urdf_text
+
+__all__ = ["to_mjcf", "to_sdf", "to_urdf"]
+
+
+def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
+    """Write a URDF and the closures file beside it, both named after the chain, and return the URDF's path.
+
+    See :func:`exo_pin.chain.formats.urdf.urdf_writing.urdf_text` for where damping, friction, limits, springs and
+    armatures go, and for what is raised. Pictures are not written.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    folder : path-like
+        The folder; made if it does not exist.
+    """
+    text, closures = urdf_text(state)
+    stem = _stem(state)
+    more = ", its springs and armatures" if closures.joints else ""
+    note = f"What {stem}.urdf leaves out: its root, its loops, its roles{more}. Written by exo_pin."
+    files = {f"{stem}.urdf": text, f"{stem}.closures.toml": closures_text(closures, note)}
+    return write_files(folder, files)[0]
+
+
+def to_mjcf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None = None) -> Path:
+    """Write a MuJoCo model and return its path.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    folder : path-like
+        The folder; made if it does not exist.
+    q : array_like, optional
+        Shape (nq,), the configuration of the keyframe "closed"; found from the rest configuration if left out.
+
+    Raises
+    ------
+    InvalidInput
+        See :func:`exo_pin.chain.formats.mjcf.mjcf_writing.mjcf_text`.
+    LoopNotClosed
+        If the loops are not closed at q, or q is left out and the loops do not close.
+    """
+    return write_files(folder, {f"{_stem(state)}.xml": mjcf_text(state, _closed_or_found(state, q))})[0]
+
+
+def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None = None) -> Path:
+    """Write an SDF model in the configuration q and return its path.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    folder, q
+        As for :meth:`ClosedChain.to_mjcf`; the joints of the file are zero at q.
+
+    Raises
+    ------
+    InvalidInput
+        See :func:`exo_pin.chain.formats.sdf_writing.sdf_text`.
+    LoopNotClosed
+        As for :meth:`ClosedChain.to_mjcf`.
+    """
+    return write_files(folder, {f"{_stem(state)}.sdf": sdf_text(state, _closed_or_found(state, q))})[0]
+
+
+def _closed_or_found(state: ChainState, q: ArrayLike | None) -> FloatArray:
+    return close(state, state.neutral()) if q is None else closed_configuration(state, q)
+
+
+def _stem(state: ChainState) -> str:
+    name = state.description.name
+    if Path(name).name != name:
+        raise InvalidInput(f"expected a chain whose name can name a file, got {name!r}: give Closures another name")
+    return name

@@ -1,0 +1,133 @@
+"""Wrenches that the multipliers of all closures make, and how they change, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from .closure_kernels import add_cross, twist_at
+from .projection import project, project_rate, relative_pose
+
+__all__ = ["closure_wrench_rates", "closure_wrenches", "unit_wrenches"]
+
+_compile = njit(cache=True, error_model="numpy")
+
+
+@_compile
+def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> None:
+    """Add a wrench about the world's origin, world axes, to the one of a joint, in its own frame."""
+    p = pose[3]
+    mx = moment[0] - (p[1] * force[2] - p[2] * force[1])
+    my = moment[1] - (p[2] * force[0] - p[0] * force[2])
+    mz = moment[2] - (p[0] * force[1] - p[1] * force[0])
+    for i in range(3):
+        out[i] += sign * (pose[i, 0] * force[0] + pose[i, 1] * force[1] + pose[i, 2] * force[2])
+        out[3 + i] += sign * (pose[i, 0] * mx + pose[i, 1] * my + pose[i, 2] * mz)
+
+
+@_compile
+def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
+    """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
+
+    The force part is also how a shift of frame a against frame b changes the residual.
+
+    Parameters
+    ----------
+    poses, joints, local, kinds, lengths, rows
+        As for :func:`exo_pin.chain.kinematics.closure_kernels.residual`.
+    out : ndarray
+        Shape (rows, 6), filled: force and moment about the world's origin, world axes.
+    """
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    ignored = np.empty(6)
+    for c in range(len(rows) - 1):
+        relative_pose(poses, joints, local, c, a, b, d, Q)
+        first, count = rows[c], rows[c + 1] - rows[c]
+        project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+        for i in range(count):
+            wrench = out[first + i]
+            for k in range(3):
+                wrench[k] = S[i, 0] * a[0, k] + S[i, 1] * a[1, k] + S[i, 2] * a[2, k]
+                wrench[3 + k] = S[i, 3] * a[0, k] + S[i, 4] * a[1, k] + S[i, 5] * a[2, k]
+            add_cross(b[3], wrench[:3], 1.0, wrench[3:])
+
+
+@_compile
+def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows: Any, wrenches: Any, out: Any) -> None:
+    """Turn multipliers into wrenches on the bodies that the closures join.
+
+    Parameters
+    ----------
+    poses, joints, rows
+        As for :func:`exo_pin.chain.kinematics.closure_kernels.residual`.
+    multipliers : ndarray
+        Shape (rows,), N and N m.
+    unit : ndarray
+        Shape (rows, 6), what :func:`unit_wrenches` fills.
+    wrenches : ndarray
+        Shape (m, 6), filled: the wrench on the body of frame a, force and moment about the world's origin,
+        world axes.
+    out : ndarray
+        Shape (njoints, 6); both bodies' wrenches are added, each in its joint's own frame.
+    """
+    for c in range(len(rows) - 1):
+        for k in range(6):
+            total = 0.0
+            for i in range(rows[c], rows[c + 1]):
+                total += multipliers[i] * unit[i, k]
+            wrenches[c, k] = total
+        force, moment = wrenches[c, :3], wrenches[c, 3:]
+        _add_wrench(poses[joints[c, 0]], force, moment, 1.0, out[joints[c, 0]])
+        _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
+
+
+@_compile
+def closure_wrench_rates(
+    poses: Any,
+    J: Any,
+    directions: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    supports: Any,
+    c: int,
+    multipliers: Any,
+    rates: Any,
+    out: Any,
+) -> None:
+    """Change of one closure's wrench on the body of frame a, in the axes of a about the closure's point.
+
+    Parameters
+    ----------
+    poses, J, joints, local, kinds, lengths, rows, supports
+        As for :func:`exo_pin.chain.kinematics.closure_kernels.jacobian_rate`.
+    directions : ndarray
+        Shape (columns, nv), how the configuration changes.
+    c : int
+        The closure.
+    multipliers, rates : ndarray
+        λ, shape (rows,), and how it changes, shape (columns, rows).
+    out : ndarray
+        Shape (6, columns), filled.
+    """
+    a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
+    dS, ignored, twist, V = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
+    relative_pose(poses, joints, local, c, a, b, d, Q)
+    first, count = rows[c], rows[c + 1] - rows[c]
+    project(kinds[c], d, Q, lengths[c], ignored[:count], S[:count])
+    for s in range(len(directions)):
+        twist[:] = 0.0
+        for k in range(directions.shape[1]):
+            for i in range(6):
+                twist[i] += J[k, i] * (supports[c, 0, k] - supports[c, 1, k]) * directions[s, k]
+        twist_at(twist, b[3], a, 1.0, V)
+        project_rate(kinds[c], d, Q, V, dS[:count])
+        for j in range(6):
+            total = 0.0
+            for i in range(count):
+                total += S[i, j] * rates[s, first + i] + dS[i, j] * multipliers[first + i]
+            out[j, s] = total

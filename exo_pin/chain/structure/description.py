@@ -1,0 +1,199 @@
+"""Data of a robot that a URDF cannot hold: its loops, its root, the roles of its parts, springs and armatures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...core.conventions import GRAVITY
+from ...core.errors import InvalidInput, UnknownName
+from ...core.validation import as_finite
+from .closures import Closure, require_name
+
+__all__ = ["ROOT_JOINTS", "Closures", "JointProperties", "LimbRole", "Roles", "Root"]
+
+#: Joints between world and root link. A hinged root is a joint of the URDF itself.
+ROOT_JOINTS = ("fixed", "spherical", "free_flyer", "planar", "translation")
+
+
+@dataclass(frozen=True)
+class Root:
+    """Joint between the world and the root link of the URDF, and gravity.
+
+    Attributes
+    ----------
+    joint : str
+        One of :data:`ROOT_JOINTS`.
+    name : str
+        Name of that joint in the model; unused for "fixed".
+    gravity : tuple of float
+        (x, y, z), m/s², world frame.
+    """
+
+    joint: str = "fixed"
+    name: str = "root_joint"
+    gravity: tuple[float, float, float] = tuple(GRAVITY.tolist())
+
+    def __post_init__(self) -> None:
+        if self.joint not in ROOT_JOINTS:
+            raise UnknownName("root joint", self.joint, ROOT_JOINTS)
+        require_name("root name", self.name)
+        object.__setattr__(self, "gravity", tuple(as_finite("gravity", self.gravity, (3,)).tolist()))
+
+
+@dataclass(frozen=True)
+class JointProperties:
+    """Data of a joint that a URDF cannot hold.
+
+    Attributes
+    ----------
+    joint : str
+        A joint of the model.
+    stiffness : float
+        Of the spring in the joint, N/m or N m/rad. The spring's generalised force is -stiffness times the difference
+        (:func:`pinocchio.difference`) that takes the reference to the joint's configuration: the coordinate itself
+        for a hinge or a slide, the rotation vector for a spherical joint.
+    spring_reference : tuple of float or None
+        Shape (nq of the joint,), where the spring is slack, m, rad or unit quaternion (x, y, z, w); the joint's
+        neutral configuration where left out.
+    armature : tuple of float or None
+        Shape (nv of the joint,), inertia of the actuator's rotor reduced to the joint, kg or kg m², not negative. It is
+        put into the model when the file is loaded; None leaves the model's own.
+    unit : {"m", "rad"} or None
+        Unit of the joint's coordinates for these values, checked when a model is loaded; None for a joint that moves in
+        both, or for no check.
+    """
+
+    joint: str
+    stiffness: float = 0.0
+    spring_reference: tuple[float, ...] | None = None
+    armature: tuple[float, ...] | None = None
+    unit: str | None = None
+
+    def __post_init__(self) -> None:
+        require_name("joint", self.joint)
+        if self.unit not in (None, "m", "rad"):
+            raise UnknownName("unit", self.unit, ("m", "rad"), where=f"joint {self.joint!r}")
+        stiffness = float(as_finite(f"stiffness of joint {self.joint!r}", self.stiffness, ()))
+        object.__setattr__(self, "stiffness", stiffness)
+        for key in ("spring_reference", "armature"):
+            value = getattr(self, key)
+            if value is not None:
+                array = as_finite(f"{key} of joint {self.joint!r}", value, (None,))
+                object.__setattr__(self, key, tuple(array.tolist()))
+        if self.armature is not None and min(self.armature, default=0.0) < 0.0:
+            raise InvalidInput(f"expected an armature of zero or more for joint {self.joint!r}, got {self.armature}")
+
+
+@dataclass(frozen=True)
+class LimbRole:
+    """Which parts of the model make one limb of an exoskeleton.
+
+    Attributes
+    ----------
+    name : str
+        Of the limb.
+    kind : {"UPU", "SPS"}
+        Universal or spherical joints at both ends.
+    slide : str
+        The actuated joint.
+    platform_joint : str
+        The limb's first joint after the arm; it transmits the wrench of the arm on the limb.
+    closure : str
+        The closure that holds the limb to the torso.
+    """
+
+    name: str
+    kind: str
+    slide: str
+    platform_joint: str
+    closure: str
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("UPU", "SPS"):
+            raise UnknownName("limb kind", self.kind, ("UPU", "SPS"))
+        for key in ("name", "slide", "platform_joint", "closure"):
+            require_name(f"limb {key}", getattr(self, key))
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Roles of the parts of the model. All of them are optional.
+
+    Attributes
+    ----------
+    actuated : tuple of str
+        Joints that carry an actuator.
+    shoulder : str or None
+        The joint or closure whose reaction is the result.
+    arm : str or None
+        The link that it carries.
+    reference_point : str or None
+        Frame with its origin at the shoulder centre O.
+    limbs : tuple of LimbRole
+        Limbs of an exoskeleton.
+    """
+
+    actuated: tuple[str, ...] = ()
+    shoulder: str | None = None
+    arm: str | None = None
+    reference_point: str | None = None
+    limbs: tuple[LimbRole, ...] = ()
+
+    def __post_init__(self) -> None:
+        for key in ("actuated", "limbs"):
+            object.__setattr__(self, key, tuple(getattr(self, key)))
+        _require_distinct("actuated joint", self.actuated)
+        _require_distinct("limb", [limb.name for limb in self.limbs])
+
+
+@dataclass(frozen=True)
+class Closures:
+    """All data of a robot beside its URDF: its loops, its root, its roles.
+
+    Attributes
+    ----------
+    name : str
+        Of the robot.
+    root : Root
+        Joint between world and tree, and gravity.
+    closures : tuple of Closure
+        In the order of the constraint rows.
+    roles : Roles
+        Roles of the parts.
+    joints : tuple of JointProperties
+        Springs and armatures of joints, which a URDF cannot hold.
+
+    Raises
+    ------
+    InvalidInput
+        If two closures have one name, or a limb names a closure that is not there.
+    """
+
+    name: str = "unnamed"
+    root: Root = field(default_factory=Root)
+    closures: tuple[Closure, ...] = ()
+    roles: Roles = field(default_factory=Roles)
+    joints: tuple[JointProperties, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_name("name", self.name)
+        object.__setattr__(self, "closures", tuple(self.closures))
+        object.__setattr__(self, "joints", tuple(self.joints))
+        _require_distinct("joint", [properties.joint for properties in self.joints])
+        names = [closure.name for closure in self.closures]
+        _require_distinct("closure", names)
+        for limb in self.roles.limbs:
+            if limb.closure not in names:
+                raise UnknownName("closure", limb.closure, names, where=f"limb {limb.name!r}")
+
+    @property
+    def rows(self) -> int:
+        """Number of constraint rows of all closures."""
+        return sum(closure.rows for closure in self.closures)
+
+
+def _require_distinct(what: str, names: Any) -> None:
+    twice = sorted({name for name in names if list(names).count(name) > 1})
+    if twice:
+        raise InvalidInput(f"{what} {twice[0]!r} is given twice: expected every name once")

@@ -65,14 +65,20 @@ class CircleDimensions(Record):
 
     @property
     def base_points(self) -> FloatArray:
-        """Shape (n, 3), m, base frame: A_i of (4-2)."""
+        """Shape (n, 3), m, base frame: A_i of (4-2).
+
+        Source: thesis (4-2).
+        """
         height = np.full_like(self.alpha_A, -self.h_A)
         points = np.stack([self.r_A * np.cos(self.alpha_A), height, self.r_A * np.sin(self.alpha_A)], axis=-1)
         return points if self.side == "left" else points @ MIRROR
 
     @property
     def platform_points(self) -> FloatArray:
-        """Shape (n, 3), m, arm frame: B_i of (4-2)."""
+        """Shape (n, 3), m, arm frame: B_i of (4-2).
+
+        Source: thesis (4-2).
+        """
         height = np.full_like(self.alpha_B, -self.h_B)
         points = np.stack([self.r_B * np.cos(self.alpha_B), self.r_B * np.sin(self.alpha_B), height], axis=-1)
         return points if self.side == "left" else points @ MIRROR
@@ -165,6 +171,10 @@ class WristGeometry(Record):
         ------
         InvalidInput
             If a radius is not positive, an angle looks like degrees, or fewer than three limbs are given.
+
+        Notes
+        -----
+        Source: thesis (4-2), Figure 4-1.
         """
         angles = alpha_A if alpha_B is None else alpha_B
         return cls._on_circles(CircleDimensions(r_A, r_B, h_A, h_B, alpha_A, angles, side))  # type: ignore[arg-type]
@@ -275,7 +285,10 @@ def _joint_centres(name: str, value: ArrayLike) -> FloatArray:
 
 
 def _frames(points: FloatArray, axis: FloatArray | None, limb_axes: FloatArray | None) -> FloatArray:
-    """Columns X, Y, Z of a joint frame per point, shape (n, 3, 3)."""
+    """Columns X, Y, Z of a joint frame per point, shape (n, 3, 3).
+
+    Source: thesis (4-15), Figure 4-4.
+    """
     y = -points / np.linalg.norm(points, axis=-1, keepdims=True)
     if axis is None:
         assert limb_axes is not None

@@ -3,18 +3,9 @@ import pickle
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import (
-    agile_eye,
-    delta,
-    five_bar,
-    four_bar,
-    parallelogram,
-    planar_3rrr,
-    random_loop,
-    random_wrist,
-    stewart,
-)
+from mechanisms import five_bar, four_bar, parallelogram, planar_3rrr, random_loop, random_wrist
 from scipy.spatial.transform import Rotation
+from spatial_mechanisms import agile_eye, delta, stewart
 
 from exo_pin.chain import TYPES, ClosedChain
 from exo_pin.core.conventions import thesis_rotation

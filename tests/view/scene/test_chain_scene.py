@@ -5,8 +5,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import delta, five_bar, four_bar, planar_3rrr, stewart
+from mechanisms import five_bar, four_bar, planar_3rrr
 from scenes import URDF, commands, panel, place, pose
+from spatial_mechanisms import delta, stewart
 
 import exo_pin as ep
 from exo_pin.chain import ClosedChain, write_closures

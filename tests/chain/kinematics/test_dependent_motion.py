@@ -16,7 +16,7 @@ def chain(request):
     return CHAINS[request.param]
 
 
-def test_dependent_motion_keeps_the_loops_closed(chain):
+def test_dependent_motion_does_not_open_the_loops(chain):
     rng = np.random.default_rng(13)
     actuated = list(chain.roles.actuated)
     if chain.description.name == "random-7-whole":
@@ -65,7 +65,7 @@ def test_too_few_joints_leave_freedoms_and_too_many_contradict():
 
 
 @pytest.mark.parametrize("part", ["whole", "wrist"])
-def test_root_motion_is_told_in_world_axes(part):
+def test_root_motion_is_given_in_world_axes(part):
     chain = CHAINS[f"prototype-{part}"]
     rng = np.random.default_rng(15)
     omega, eta = rng.normal(size=(2, 3))

@@ -31,7 +31,7 @@ def test_close_reaches_1e_12(chain):
         assert np.abs(chain.residual(closed)).max() <= 1e-12
 
 
-def test_close_keeps_what_is_held(chain):
+def test_close_does_not_move_held_joints(chain):
     held = chain.roles.actuated[0]
     part = chain.configuration_slice(held)
     for q in open_configurations(chain, 18, count=20, size=0.02):

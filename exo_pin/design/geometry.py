@@ -65,20 +65,14 @@ class CircleDimensions(Record):
 
     @property
     def base_points(self) -> FloatArray:
-        """Shape (n, 3), m, base frame: A_i of (4-2).
-
-        Source: thesis (4-2).
-        """
+        """Shape (n, 3), m, base frame: A_i of (4-2)."""
         height = np.full_like(self.alpha_A, -self.h_A)
         points = np.stack([self.r_A * np.cos(self.alpha_A), height, self.r_A * np.sin(self.alpha_A)], axis=-1)
         return points if self.side == "left" else points @ MIRROR
 
     @property
     def platform_points(self) -> FloatArray:
-        """Shape (n, 3), m, arm frame: B_i of (4-2).
-
-        Source: thesis (4-2).
-        """
+        """Shape (n, 3), m, arm frame: B_i of (4-2)."""
         height = np.full_like(self.alpha_B, -self.h_B)
         points = np.stack([self.r_B * np.cos(self.alpha_B), self.r_B * np.sin(self.alpha_B), height], axis=-1)
         return points if self.side == "left" else points @ MIRROR

@@ -9,6 +9,8 @@ import pytest
 
 FOLDER = Path(__file__).parent.parent / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+#: From a first design to the shoulder force: these run by default, the others take longer.
+MAIN_LINE = [FOLDER / "01_quickstart.ipynb", FOLDER / "03_shoulder_force.ipynb"]
 
 pytest.importorskip("nbclient", reason="the extra notebooks is not installed")
 pytest.importorskip("ipykernel", reason="the extra notebooks is not installed")
@@ -25,7 +27,10 @@ def test_there_are_notebooks():
     } <= {path.name for path in NOTEBOOKS}
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, id=path.stem, marks=() if path in MAIN_LINE else pytest.mark.full) for path in NOTEBOOKS],
+)
 def test_notebook_runs(path):
     done = subprocess.run([sys.executable, str(FOLDER / "run.py"), str(path)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

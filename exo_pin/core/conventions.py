@@ -84,6 +84,10 @@ def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, 
     ------
     InvalidInput
         If an angle is not finite or the shapes do not broadcast.
+
+    Notes
+    -----
+    Source: thesis (4-3), (4-4), (4-5), (4-6), (4-7).
     """
     angles = _angles(("theta_x", "theta_y", "theta_z"), (theta_x, theta_y, theta_z), degrees)
     return Rotation.from_euler("XYZ", angles)
@@ -126,6 +130,10 @@ def shoulder_rotation(
         If an angle is not finite or the shapes do not broadcast.
     UnknownName
         If ``side`` is neither "left" nor "right".
+
+    Notes
+    -----
+    Source: thesis Table 2-1.
     """
     names = ("flexion", "abduction", "internal_rotation")
     angles = _angles(names, (flexion, abduction, internal_rotation), degrees)
@@ -152,6 +160,10 @@ def thesis_angles(orientation: Rotation, degrees: bool = False) -> FloatArray:
     -------
     ndarray
         Shape (..., 3), rad or degrees, θy within ±90°. At θy = ±90° only θx ± θz has a meaning and θz is 0.
+
+    Notes
+    -----
+    Source: thesis (4-22).
     """
     angles = _euler(orientation, "XYZ")
     return np.degrees(angles) if degrees else angles

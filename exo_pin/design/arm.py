@@ -95,6 +95,10 @@ class Arm(Record):
             the integrals ∫xy dm that CAD programs print.
         device : bool
             Whether the body belongs to the device.
+
+        Notes
+        -----
+        Source: thesis Table 5-4.
         """
         mass = as_positive("mass", mass)
         centre = as_finite("centre_of_mass", centre_of_mass, (3,))

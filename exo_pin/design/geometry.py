@@ -165,6 +165,10 @@ class WristGeometry(Record):
         ------
         InvalidInput
             If a radius is not positive, an angle looks like degrees, or fewer than three limbs are given.
+
+        Notes
+        -----
+        Source: thesis (4-2), Figure 4-1.
         """
         angles = alpha_A if alpha_B is None else alpha_B
         return cls._on_circles(CircleDimensions(r_A, r_B, h_A, h_B, alpha_A, angles, side))  # type: ignore[arg-type]
@@ -275,7 +279,10 @@ def _joint_centres(name: str, value: ArrayLike) -> FloatArray:
 
 
 def _frames(points: FloatArray, axis: FloatArray | None, limb_axes: FloatArray | None) -> FloatArray:
-    """Columns X, Y, Z of a joint frame per point, shape (n, 3, 3)."""
+    """Columns X, Y, Z of a joint frame per point, shape (n, 3, 3).
+
+    Source: thesis (4-15), Figure 4-4.
+    """
     y = -points / np.linalg.norm(points, axis=-1, keepdims=True)
     if axis is None:
         assert limb_axes is not None

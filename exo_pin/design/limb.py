@@ -71,6 +71,10 @@ class Stroke:
         Usable length as fractions of the nominal one.
     end_fitting : float or None
         What the joint-to-joint length has on top of the actuator's, m; None where it is not known.
+
+    Notes
+    -----
+    Source: thesis Table 5-6.
     """
 
     nominal_length: float

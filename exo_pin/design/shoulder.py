@@ -85,6 +85,10 @@ class Shoulder(Record):
         ndarray of bool
             Shape (...). Without a known range everything is allowed. Of the two Y-X-Z triples that stand for
             one orientation, (θy, θx, θz) and (θy + 180°, 180° - θx, θz + 180°), one within the range suffices.
+
+        Notes
+        -----
+        Source: thesis Table 5-6.
         """
         angles = shoulder_angles(orientation, as_side(side))
         if self.half_diagonal is None or self.abduction_centre is None:

@@ -104,6 +104,10 @@ class ForceQuestions(Subject):
             asked and the shoulder's stiffness is not known.
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
+
+        Notes
+        -----
+        Source: thesis (D-30).
         """
         return reaction(
             self._equilibrium,

@@ -1,4 +1,7 @@
-"""Ranges of shoulder motion in daily life, as published, in clinical angles."""
+"""Ranges of shoulder motion in daily life, as published, in clinical angles.
+
+Source: thesis Table 2-1.
+"""
 
 from __future__ import annotations
 

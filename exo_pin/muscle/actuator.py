@@ -72,6 +72,10 @@ class Muscle:
             If the end fitting is not known.
         InvalidInput
             If a length is not finite or the limb is shorter than its fitting.
+
+        Notes
+        -----
+        Source: thesis (5-4).
         """
         if self.end_fitting is None:
             raise MissingData(("end_fitting",), "the length of a muscle in a limb")

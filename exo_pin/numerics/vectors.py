@@ -134,6 +134,8 @@ def limb(R: Any, a: Any, p: Any) -> Any:
     """One limb of a pose, (4-1), (D-11), (D-12): b, s, X, l, h, and whether it is folded.
 
     A folded limb gets X = 0 and h = 0, one of no length also s = 0. ``p`` is B_i in the arm's axes.
+
+    Source: thesis (4-1), (4-9), (5-2), (D-4), (D-11), (D-12).
     """
     b = turn(R, p)
     span = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
@@ -173,7 +175,10 @@ def status_code(spoiled: bool, margin: float) -> int:
 
 @_formula
 def weight_load(R: Any, mass: float, centre: Any, gravity: Any) -> Any:
-    """C = R c, and force m g and moment C × m g of the weight about O."""
+    """C = R c, and force m g and moment C × m g of the weight about O.
+
+    Source: thesis (D-3), (D-23), (D-24).
+    """
     C = turn(R, centre)
     W = (mass * gravity[0], mass * gravity[1], mass * gravity[2])
     return C, W, cross(C, W)
@@ -184,6 +189,8 @@ def inertia_load(R: Any, mass: float, C: Any, inertia: Any, w: Any, e: Any) -> A
     """Force -m a_C and moment -(I η + ω × I ω) about O, with a_C = η × C + ω × (ω × C).
 
     (D-1), (D-2) and (D-8), with the sign of the latter's first term put right; I is about O, in the arm's axes.
+
+    Source: thesis (D-1), (D-2), (D-5), (D-8).
     """
     e_C, w_w_C = cross(e, C), cross(w, cross(w, C))
     Iw, Ie = turn(R, turn(inertia, _turn_back(R, w))), turn(R, turn(inertia, _turn_back(R, e)))
@@ -212,6 +219,8 @@ def along_normals(V: Any, X1: Any, X2: Any, X3: Any) -> Any:
 
     (D-22) and (D-25) at once: since b_i × s_i = -h_i X_i, the tensions that make the moment M are f_i = y_i(M) / h_i;
     and the side forces that take F_s away are g = y(F_s).
+
+    Source: thesis (D-22), (D-25).
     """
     determinant = triple(X1, X2, X3)
     return (

@@ -244,7 +244,10 @@ class Answer:
 
 
 def _tensions(state: Equilibrium) -> tuple[FloatArray, FloatArray]:
-    """Tensions of least norm that balance the moment, and a basis (n, n - 3) of those that balance themselves."""
+    """Tensions of least norm that balance the moment, and a basis (n, n - 3) of those that balance themselves.
+
+    Source: thesis (D-20), (D-21), (D-22).
+    """
     A = state.moment_of_f
     n = A.shape[1]
     if n == 3:
@@ -254,7 +257,10 @@ def _tensions(state: Equilibrium) -> tuple[FloatArray, FloatArray]:
 
 
 def _apply(state: Equilibrium, chosen: Chosen) -> tuple[FloatArray, FloatArray]:
-    """F_s, shape (3,), and closure wrenches, shape (n, 6)."""
+    """F_s, shape (3,), and closure wrenches, shape (n, 6).
+
+    Source: thesis (D-27), (D-28), (D-29), (D-30).
+    """
     closure = state.closure + chosen.f[:, None] * state.closure_of_f + chosen.g[:, None] * state.closure_of_g
     shoulder = state.shoulder + state.shoulder_of_f @ chosen.f + state.shoulder_of_g @ chosen.g
     return shoulder, closure

@@ -90,7 +90,10 @@ def _residual(
 
 
 def _ratio(answer: Answer, largest: FloatArray) -> FloatArray:
-    """Γ of (D-34), shape (N,); NaN where both forces vanish against the largest."""
+    """Γ of (D-34), shape (N,); NaN where both forces vanish against the largest.
+
+    Source: thesis (D-34).
+    """
     size, reference = np.linalg.norm(answer.shoulder, axis=1), np.linalg.norm(answer.spherical, axis=1)
     nothing = 1e-12 * largest
     with np.errstate(divide="ignore", invalid="ignore"):

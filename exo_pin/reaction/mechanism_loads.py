@@ -17,6 +17,8 @@ def arm_loads(mechanism: Mechanism, query: Query) -> tuple[FloatArray, FloatArra
 
     Returns force (N, 3) and moment (N, 3) about O on the whole arm, load included, and the wrench (N, 6) of the
     device's own parts, without the load.
+
+    Source: thesis (D-1), (D-2).
     """
     arm = mechanism.require_arm("weight")
     nothing = np.zeros_like(query.force)

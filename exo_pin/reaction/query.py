@@ -45,7 +45,10 @@ def reaction(
     weights: Weights | None = None,
     progress: bool = False,
 ) -> Reaction:
-    """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`."""
+    """Forces on arm, shoulder and torso; see :meth:`exo_pin.ShoulderExo.reaction`.
+
+    Source: thesis (D-7), (D-9), (D-30).
+    """
     _check_options(split, constraint_bounds, cone, weights)
     limited = actuator_bounds is not None or cone is not None or weights is not None
     if limited and (split == "elastic" or centre_offset is not None):

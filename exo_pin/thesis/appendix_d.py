@@ -23,7 +23,10 @@ def example_pose() -> Rotation:
 
 
 def rows() -> list[Row]:
-    """Rows of the ledger."""
+    """Rows of the ledger.
+
+    Source: thesis (D-31), (D-32), (D-33), (D-35), (D-36).
+    """
     mechanism = preset("appendix-d")
     assert mechanism.arm is not None
     model, pose = EquilibriumModel(mechanism), example_pose()
@@ -51,7 +54,10 @@ def rows() -> list[Row]:
 
 
 def _acceleration() -> Row:
-    """(D-8) against a second difference of a motion with constant angular acceleration at t = 0."""
+    """(D-8) against a second difference of a motion with constant angular acceleration at t = 0.
+
+    Source: thesis (D-8).
+    """
     C = np.array([0.02, 0.05, -0.2])
     omega, eta = np.array([0.7, -1.1, 0.4]), np.array([2.0, 1.0, -3.0])
 

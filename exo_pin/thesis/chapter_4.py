@@ -95,6 +95,10 @@ def _orientation() -> list[Row]:
 
 
 def _joints(e: _Example) -> list[Row]:
+    """Frames and angles of the universal joints on the base.
+
+    Source: thesis (4-26).
+    """
     in_joint = np.einsum("nji,nj->ni", e.frames, e.t)
     cx, sx, cy, sy = np.cos(e.x), np.sin(e.x), np.cos(e.y), np.sin(e.y)
     right = np.stack([cx * sy, -sx, cx * cy], axis=-1)
@@ -222,7 +226,7 @@ def _stack(axis: int, angles: FloatArray) -> FloatArray:
 
 
 def _printed_cramer(B: FloatArray, K: FloatArray) -> FloatArray:
-    """(4-35) to (4-37), quotient by quotient."""
+    """Source: thesis (4-35), (4-36), (4-37)."""
     (b1x, b1y, b1z), (b2x, b2y, b2z), (b3x, b3y, b3z) = B
     below = b1x * b2y * b3z - b1x * b2z * b3y - b1y * b2x * b3z + b1y * b2z * b3x + b1z * b2x * b3y - b1z * b2y * b3x
     weights = np.array(
@@ -275,6 +279,7 @@ def _fitted_lengths() -> FloatArray:
 
 
 def _rig() -> list[Row]:
+    """Source: thesis Table 5-1, Table 5-2."""
     inverse_lengths = np.array([277.0, 184.0, 182.6])
     measured = np.radians([-83.6, 31.1, 34.4])
     shift = np.array([20.9, -13.7, 16.2])

@@ -34,7 +34,10 @@ def _joint_matrices(theta_x: FloatArray, theta_y: FloatArray) -> FloatArray:
 
 
 def _roots(directions: FloatArray) -> FloatArray:
-    """Both roots of l² + 2 l (a·s) + |a|² - |b|² = 0 for each limb, shape (3, 2), m; (4-19) with its sign right."""
+    """Both roots of l² + 2 l (a·s) + |a|² - |b|² = 0 for each limb, shape (3, 2), m; (4-19) with its sign right.
+
+    Source: thesis (4-19), (4-20).
+    """
     geometry = preset("scenario-one").geometry
     half = np.einsum("ij,ij->i", geometry.base_points, directions)
     gap = (geometry.base_points**2).sum(axis=1) - (geometry.platform_points**2).sum(axis=1)

@@ -20,7 +20,10 @@ _PRINTED = np.array(
 
 
 def rows() -> list[Row]:
-    """Rows of the ledger."""
+    """Rows of the ledger.
+
+    Source: thesis Table 5-4.
+    """
     arm, circles = preset("prototype").arm, preset("prototype").geometry.circles
     assert arm is not None
     assert arm.inertia is not None

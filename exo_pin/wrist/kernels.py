@@ -76,6 +76,8 @@ def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, lengt
     """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
 
     A folded limb gets X = 0 and h = 0, one of no length also s = 0.
+
+    Source: thesis (4-1), (D-4), (D-11), (D-12).
     """
     return fill_limbs(matrix(R), base, platform, b, s, X, length, reach)
 
@@ -157,6 +159,8 @@ def spherical_forces(s: Any, X: Any, reach: Any, F: Any, M: Any, f: Any, shoulde
 
     F and M, tuples, are what limbs and shoulder carry. With more than three limbs f has the least sum of squares: with
     J the matrix of rows b_i × s_i = Q U, it is f = Q (Uᵀ)⁻¹ M. Q, shape (n, 3), is left for :func:`open_effects`.
+
+    Source: thesis (D-6), (D-10), (D-21), (D-22), (D-30).
     """
     n = X.shape[0]
     if n == 3:
@@ -205,6 +209,8 @@ def standalone_forces(
     """Let the limbs carry all of it, (D-25): change f and g of :func:`spherical_forces` so that F_s = 0.
 
     With more than three limbs the f and g of least sum of squares. Returns whether the limbs can.
+
+    Source: thesis (D-25).
     """
     n = s.shape[0]
     if n == 3:
@@ -263,6 +269,10 @@ def force_stack(
         Whether the limbs carry all of it, F_s = 0 (three UPU limbs or more); else g = 0.
     f, g, shoulder, status, margin : ndarray
         Written: (N, n), (N, n), (N, 3), (N,), (N,). Rows without an answer are NaN.
+
+    Notes
+    -----
+    Source: thesis (D-22), (D-25), (D-30).
     """
     n, u = base.shape[0], upu.shape[0]
     b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))

@@ -49,6 +49,10 @@ class Equilibrium(NamedTuple):
         F_s at f = g = 0, shape (3,).
     limb_axes : ndarray
         X_i, shape (n, 3).
+
+    Notes
+    -----
+    Source: thesis (D-27), (D-28), (D-29).
     """
 
     moment_of_f: FloatArray
@@ -180,6 +184,10 @@ class EquilibriumModel:
         ------
         LoopNotClosed
             If the loops do not close to 1e-12.
+
+        Notes
+        -----
+        Source: thesis (D-4), (D-11), (D-12).
         """
         geometry, neutral, pose = self.mechanism.geometry, self._neutral, self._pose
         limb_vectors(
@@ -226,6 +234,10 @@ class EquilibriumModel:
             ω and η of the arm, shape (3,), base frame.
         load : ndarray
             Force on the arm and moment about O, shape (6,), base frame.
+
+        Notes
+        -----
+        Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
         v, a = self._motion(R, q, velocity, acceleration)
         # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
@@ -267,7 +279,10 @@ class EquilibriumModel:
         of_f: FloatArray,
         of_g: FloatArray,
     ) -> None:
-        """Fill the rows of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i."""
+        """Fill the rows of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i.
+
+        Source: thesis (D-14), (D-15), (D-17), (D-18).
+        """
         limbs, columns, own = self._upu, self._upu_columns, self._upu_rows
         X, radius = self._pose.X[limbs], self._radii[limbs]
         couple = np.empty((limbs.size, 6))
@@ -289,6 +304,8 @@ class EquilibriumModel:
         """Fill the rows of the SPS limbs: a pure force through A_i, also where the limb points at O.
 
         Along the limb the slide's row gives it, across the limb the moment balance of the limb about B_i.
+
+        Source: thesis (D-6), (D-14), (D-15).
         """
         limbs = self._sps
         s, length, b = self._pose.s[limbs], self._pose.length[limbs, None], self._pose.b[limbs]

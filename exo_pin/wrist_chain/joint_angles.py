@@ -85,6 +85,10 @@ def side_couples(b: Any, X: Any, out: Any) -> None:
         Shape (n, 3), the vectors from O to B_i and the limbs' axes.
     out : ndarray
         Shape (n, 6), filled.
+
+    Notes
+    -----
+    Source: thesis (D-13), (D-18).
     """
     for i in range(len(b)):
         size = np.sqrt(b[i, 0] ** 2 + b[i, 1] ** 2 + b[i, 2] ** 2)

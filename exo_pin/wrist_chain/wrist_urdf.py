@@ -129,6 +129,10 @@ def dummy_shoulder_urdf(arm: Arm | None = None, assumed: AssumedMasses | None = 
         The XML.
     Closures
         Root, gravity and roles; there is no loop.
+
+    Notes
+    -----
+    Source: thesis Figure 5-4.
     """
     notes = [
         "The shoulder unit of the dummy (Figure 5-4): flange bearing about Y, universal joint about X and Z.",

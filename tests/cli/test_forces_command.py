@@ -3,7 +3,8 @@
 import json
 
 import pytest
-from mechanisms import four_bar, stewart
+from mechanisms import four_bar
+from spatial_mechanisms import stewart
 
 from exo_pin.cli import main
 

@@ -1,7 +1,8 @@
 """``exo-pin mobility`` and ``exo-pin check`` on robots of any kind."""
 
 import pytest
-from mechanisms import delta, four_bar, planar_3rrr, stewart
+from mechanisms import four_bar, planar_3rrr
+from spatial_mechanisms import delta, stewart
 
 from exo_pin.cli import main
 

@@ -2,15 +2,18 @@
 
 import argparse
 import csv
+from functools import partial
 
 import numpy as np
 import pytest
 
+from exo_pin.cli import muscle_identify_command
 from exo_pin.cli.muscle_commands import add_commands
 from exo_pin.core.errors import FileFormatError, InvalidInput, OutsideValidity
 from exo_pin.muscle import (
     PressureStep,
     dynamic_model,
+    identify_dynamic,
     load_dynamic,
     load_parameters,
     muscle_model,
@@ -89,8 +92,13 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     assert run("identify", data, "--length-mm", 300, "--all").startswith("66 of 66")
 
 
-def test_identify_responses(run, tmp_path):
+@pytest.mark.parametrize("guess", [1.15, pytest.param(None, marks=pytest.mark.full)])
+def test_identify_responses(run, tmp_path, monkeypatch, guess):
+    """By default from a guess nearby; the search for one takes long and has its own test."""
     model = dynamic_model("tang-3-31")
+    if guess is not None:
+        start = guess * np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
+        monkeypatch.setattr(muscle_identify_command, "identify_dynamic", partial(identify_dynamic, start=start))
     words = []
     times = np.linspace(0, 1.0, 26)
     for weight, initial, final in ((12.74, 2.0e5, 3.6e5), (22.74, 2.6e5, 4.0e5)):

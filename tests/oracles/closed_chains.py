@@ -2,7 +2,8 @@
 
 import numpy as np
 import pinocchio as pin
-from mechanisms import agile_eye, delta, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, stewart
+from mechanisms import five_bar, four_bar, parallelogram, planar_3rrr, random_loop
+from spatial_mechanisms import agile_eye, delta, stewart
 
 from exo_pin.chain import TYPES, ClosedChain
 from exo_pin.core.conventions import thesis_rotation

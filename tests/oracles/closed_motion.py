@@ -4,18 +4,8 @@ from functools import cache
 
 import numpy as np
 import pinocchio as pin
-from mechanisms import (
-    Named,
-    agile_eye,
-    delta,
-    five_bar,
-    four_bar,
-    parallelogram,
-    planar_3rrr,
-    random_loop,
-    random_wrist,
-    stewart,
-)
+from mechanisms import Named, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, random_wrist
+from spatial_mechanisms import agile_eye, delta, stewart
 
 from exo_pin.chain import TYPES, ClosedChain
 from exo_pin.design import preset

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import mechanisms
 import numpy as np
 import pinocchio as pin
+import spatial_mechanisms
 
 from exo_pin.chain import ClosedChain
 from exo_pin.design import preset
@@ -18,11 +19,11 @@ WITH_MASS = {
     "four-bar cut in a link": lambda: mechanisms.four_bar("link"),
     "five-bar": mechanisms.five_bar,
     "3RRR": mechanisms.planar_3rrr,
-    "agile eye": mechanisms.agile_eye,
-    "delta with rods": lambda: mechanisms.delta("rods"),
-    "delta with universal joints": lambda: mechanisms.delta("universal"),
-    "delta with rigid closures": lambda: mechanisms.delta("rigid"),
-    "Stewart platform": mechanisms.stewart,
+    "agile eye": spatial_mechanisms.agile_eye,
+    "delta with rods": lambda: spatial_mechanisms.delta("rods"),
+    "delta with universal joints": lambda: spatial_mechanisms.delta("universal"),
+    "delta with rigid closures": lambda: spatial_mechanisms.delta("rigid"),
+    "Stewart platform": spatial_mechanisms.stewart,
     "parallelogram": mechanisms.parallelogram,
     **{f"{kind} loop": lambda kind=kind: mechanisms.random_loop(kind) for kind in LOOPS},
     "heavy wrist": lambda: mechanisms.random_wrist(21, "UUU", with_masses=True),

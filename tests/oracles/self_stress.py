@@ -65,6 +65,14 @@ def settled(constant, effect, z, N, rounding):
     return z, N @ Vt[rank:].T
 
 
+def compact(constant, effect):
+    """Fewer rows with the same |constant + effect z| for every z."""
+    if len(constant) <= effect.shape[1] + 1:
+        return constant, effect
+    R = np.linalg.qr(np.column_stack([effect, constant]), mode="r")
+    return R[:, -1], R[:, :-1]
+
+
 def lexicographic(goal, metric, C, c, rounding=1e-9):
     """The z with C z <= c that makes |goal| and then |metric| least, by trying every set of rows as equalities.
 
@@ -72,6 +80,7 @@ def lexicographic(goal, metric, C, c, rounding=1e-9):
     """
     size, best = goal[1].shape[1], (np.inf, np.inf, None)
     rounding = rounding * np.abs(metric[1]).max(initial=1.0)
+    goal, metric = compact(*goal), compact(*metric)
     for count in range(min(len(c), size) + 1):
         for rows in itertools.combinations(range(len(c)), count):
             A, b = C[list(rows)], c[list(rows)]

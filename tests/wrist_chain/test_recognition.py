@@ -5,8 +5,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from mechanisms import delta, parallelogram, planar_3rrr, random_wrist, stewart
+from mechanisms import parallelogram, planar_3rrr, random_wrist
 from scipy.spatial.transform import Rotation
+from spatial_mechanisms import delta, stewart
 
 import exo_pin as ep
 from exo_pin.chain import ClosedChain, write_closures

@@ -201,6 +201,10 @@ def identify_dynamic(
         If the responses do not depend on some coefficient, or there are too few samples; it names the coefficients.
     SolverFailed
         If the search does not converge.
+
+    Notes
+    -----
+    Source: thesis (3-28).
     """
     if len(recordings) == 0 or not all(isinstance(r, Recording) for r in recordings):
         raise InvalidInput("expected recordings to be at least one Recording")

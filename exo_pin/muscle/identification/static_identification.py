@@ -207,6 +207,10 @@ def identify_static(
     NotIdentifiable
         If there are no more measurements than coefficients, or columns depend on one another exactly; it names the
         coefficients.
+
+    Notes
+    -----
+    Source: thesis (3-24).
     """
     x, p, f = as_measurements(contraction, pressure, force)
     length = as_positive("nominal_length", nominal_length)

@@ -195,6 +195,10 @@ def steady_states(valid_only: bool = False) -> SteadyStates:
     -------
     SteadyStates
         66 states, or 25.
+
+    Notes
+    -----
+    Source: thesis Table 3-1, Table 3-2.
     """
     pressure, contraction, printed = table("3-1"), table("3-2"), table("3-3c")
     present = pressure.present & contraction.present

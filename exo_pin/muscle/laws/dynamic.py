@@ -147,6 +147,10 @@ class DynamicModel:
             If an argument is not finite or the shapes do not broadcast.
         OutsideValidity
             With "raise", if a state is outside.
+
+        Notes
+        -----
+        Source: thesis (3-11), (3-22).
         """
         load = as_positive("mass", mass)
         choice = as_outside(outside)

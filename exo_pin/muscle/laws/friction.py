@@ -71,6 +71,10 @@ class LoadDependentFriction(FrictionLaw):
         N/(m² Pa), N/(m Pa), N/Pa.
     load : float
         How much pressure a kg takes off, Pa/kg; the source's φ = -m, with m in kg and P in bar, is 1e5.
+
+    Notes
+    -----
+    Source: thesis (3-15), (3-16).
     """
 
     N_2: float
@@ -102,6 +106,10 @@ class Damping:
         N s²/(m² Pa).
     D_2 : float
         N s/(m Pa).
+
+    Notes
+    -----
+    Source: thesis (3-19), (3-21).
     """
 
     D_1: float

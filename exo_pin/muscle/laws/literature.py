@@ -31,6 +31,10 @@ class ChouHannaford(StaticModel):
         Length b of one thread of the braid, m.
     turns : float
         Turns n of that thread around the muscle.
+
+    Notes
+    -----
+    Source: thesis (3-5).
     """
 
     braid_length: float
@@ -60,6 +64,10 @@ class ChouHannaford(StaticModel):
         ------
         InvalidInput
             If the muscle would be longer than its thread.
+
+        Notes
+        -----
+        Source: thesis (3-3), (3-4), (3-13).
         """
         x = as_finite("contraction", contraction, (), stack=True) * self.scale
         square = self.braid_length**2 - (self.reference_length - x) ** 2
@@ -78,6 +86,10 @@ class TonduLopez(StaticModel):
         Radius r_0 of the muscle at rest, m.
     a, b : float
         Constants; an ideal braid at the angle α_0 has a = 3/tan²α_0 and b = 1/sin²α_0.
+
+    Notes
+    -----
+    Source: thesis Table 2-4.
     """
 
     radius: float
@@ -124,6 +136,10 @@ class Colbrunn(ChouHannaford):
     least_length : float
         L_min in m, of the reference muscle. The table says nothing about shorter muscles: here they pull with 0 N,
         being fully contracted.
+
+    Notes
+    -----
+    Source: thesis Table 2-4.
     """
 
     efficiency: Sequence[float]
@@ -165,6 +181,10 @@ class Wickramatunge(StaticModel):
         Length in m of the muscle with no stretch, so that L_s = L_0 - x - rest_length.
     a_0, a_1, a_2, a_3 : float
         N/(m Pa²), N/(m² Pa), N/m³, N/m.
+
+    Notes
+    -----
+    Source: thesis Table 2-4.
     """
 
     rest_length: float
@@ -219,6 +239,10 @@ def pujana_arrese(
     ------
     InvalidInput
         If a coefficient is not finite.
+
+    Notes
+    -----
+    Source: thesis Table 2-4.
     """
     length = as_positive("reference_length", reference_length)
     slope = as_finite("D", D, (3,))

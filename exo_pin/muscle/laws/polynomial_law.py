@@ -58,6 +58,10 @@ class PolynomialModel(StaticModel):
             N/m², N/m, N.
         **fields
             ``name``, ``reference_length``, ``validity`` and the other fields of the model.
+
+        Notes
+        -----
+        Source: thesis (3-6), (3-7), (3-8), (3-9), (3-10), (A-3).
         """
         terms = {(2, 1): K_1, (1, 1): K_2, (0, 1): C_1, (2, 0): S_1, (1, 0): S_2, (0, 0): S_3}
         return cls.from_bar(terms, **fields)

@@ -235,6 +235,10 @@ class StaticModel(ABC):
         ------
         InvalidInput, OutsideValidity
             As in :meth:`force`.
+
+        Notes
+        -----
+        Source: thesis (3-23).
         """
         f, p = _broadcast(force=force, pressure=pressure)
         interval = (min(0.0, self.validity.strain[0]), self.validity.strain[1])

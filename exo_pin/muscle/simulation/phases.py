@@ -101,7 +101,10 @@ class Phases:
         return side * self.net(x, ahead) - self.bound(x, ahead) > side * self.net(x, t) - self.bound(x, t)
 
     def derivative(self, direction: float) -> Callable[[float, FloatArray], list[float]]:
-        """Return the equation of motion while sliding in a direction, shortening positive."""
+        """Return the equation of motion while sliding in a direction, shortening positive.
+
+        Source: thesis (3-26), (3-27).
+        """
         friction, damping = self.model.friction, self.model.damping
 
         def rhs(t: float, y: FloatArray) -> list[float]:

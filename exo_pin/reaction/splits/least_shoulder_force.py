@@ -84,6 +84,10 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
         If a lower bound stands above its upper bound.
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
+
+    Notes
+    -----
+    Source: thesis (D-35), (D-36).
     """
     crossed = np.flatnonzero(lower > upper)
     if crossed.size:

@@ -15,7 +15,10 @@ __all__ = ["fit_rows", "verification_rows"]
 
 
 def fit_rows() -> Iterator[LedgerRow]:
-    """Rows of Table A-2 from Table A-1."""
+    """Rows of Table A-2 from Table A-1.
+
+    Source: thesis (A-4), Table A-1, Table A-2.
+    """
     a1, a2 = table("a-1"), table("a-2")
     yield LedgerRow(
         "Table A-1",
@@ -55,7 +58,10 @@ def fit_rows() -> Iterator[LedgerRow]:
 
 
 def verification_rows() -> Iterator[LedgerRow]:
-    """Rows of Table A-3 and of the text below it."""
+    """Rows of Table A-3 and of the text below it.
+
+    Source: thesis (A-5), (A-6), Table A-3.
+    """
     a3 = table("a-3")
     x, p = a3.row("contraction_mm") / 1e3, a3.row("pressure_bar") * BAR
     printed = a3.row("calculated_force_N")

@@ -19,11 +19,18 @@ __all__ = ["dynamic_rows"]
 
 
 def _viscosity(kelvin: float) -> float:
+    """Viscosity of air, kg/(m s), at a temperature in K.
+
+    Source: thesis (3-18).
+    """
     return 1.456e-6 * kelvin**1.5 / (kelvin + 110.4)
 
 
 def dynamic_rows() -> Iterator[LedgerRow]:
-    """Rows of (3-18), (3-29) to (3-31), Tables 3-4 and B-1, Figure 3-2."""
+    """Rows of (3-18), (3-29) to (3-31), Tables 3-4 and B-1, Figure 3-2.
+
+    Source: thesis (3-29), (3-30), (3-31), Table 3-4, Table B-1, Figure 3-2.
+    """
     printed = 18.4347e-6
     yield LedgerRow(
         "(3-18)",

@@ -73,6 +73,10 @@ def _signs() -> Iterator[LedgerRow]:
 
 
 def _cells() -> Iterator[LedgerRow]:
+    """Every cell of the tables of estimated forces.
+
+    Source: thesis Table 3-3a, Table 3-3b, Table 3-3c.
+    """
     x, p = _grid()
     for which, name, tolerance in (
         ("3-3a", "tang-3-3a", 0.25),

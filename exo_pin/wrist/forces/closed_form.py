@@ -80,6 +80,10 @@ def statics(
         If the mechanism has no arm.
     InvalidInput
         If a limb has mass, or a standalone wrist is asked of too few limb forces.
+
+    Notes
+    -----
+    Source: thesis (D-9), (D-10), (D-30).
     """
     return _balance(mechanism, orientation, None, load, split)
 
@@ -116,6 +120,10 @@ def dynamics(
         If the mechanism has no arm, or its inertia is not known.
     InvalidInput
         As :func:`statics`.
+
+    Notes
+    -----
+    Source: thesis (D-1), (D-2), (D-7).
     """
     return _balance(mechanism, orientation, motion, load, split)
 

@@ -178,6 +178,8 @@ def _reciprocal(
     The force is X + β (s × X), X halfway between the two joints' own axes, without a part along the limb. The couple at
     B_i is across both axes there, μ (Y_B × X_B), and what arrives at A_i must be across both axes there, which makes
     two linear equations for μ and β.
+
+    Source: thesis (D-13), (D-14), (D-15), (D-16), (D-17), (D-18).
     """
     X = _unit(x_base + x_arm)
     T = np.cross(s, X)

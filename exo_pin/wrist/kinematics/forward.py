@@ -101,6 +101,10 @@ def forward_kinematics_from_base_angles(
     ------
     InvalidInput
         If neither is given, the shapes do not fit, or a single set is not finite.
+
+    Notes
+    -----
+    Source: thesis (4-17), (4-21), (4-23), (4-27), (5-3).
     """
     n = geometry.limb_count
     if theta_x is None and theta_y is None:

@@ -85,6 +85,10 @@ def directions_stack(
     q, residual, margin, count : ndarray
         Shapes (N, 8, 4), (N, 8), (N, 8), (N,), written, best residual first. The residual is the largest error of an
         angle, rad; the margin the smallest singular value of the angles' Jacobian.
+
+    Notes
+    -----
+    Source: thesis (4-17), (4-21).
     """
     n = base.shape[0]
     u, v, size = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2))

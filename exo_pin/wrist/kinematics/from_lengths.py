@@ -145,6 +145,10 @@ def twist_roots(sine: float, a: float, b: float, roots: Any) -> tuple[int, float
     float
         Half their difference over b, 0 where they meet: that is b·s/b, the sensor's own distance from its
         singularity.
+
+    Notes
+    -----
+    Source: thesis (4-27).
     """
     closest = a * math.sqrt(max(0.0, (1.0 - sine) * (1.0 + sine)))
     square = (b - closest) * (b + closest)
@@ -187,6 +191,8 @@ def twist_stack(
     Each angle gives the length of its limb alone, l² + 2 l |a| sin θx + |a|² - |b|² = 0, with one positive root where
     |b| > |a|, and two or none where |b| < |a|; then the lengths give the poses. Arguments as
     :func:`lengths_stack`; W is 8 times the number of combinations of roots.
+
+    Source: thesis (4-27), (5-3).
     """
     n = base.shape[0]
     u, v, size = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2))

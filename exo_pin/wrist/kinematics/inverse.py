@@ -61,6 +61,10 @@ def universal_angles(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
     -------
     theta_x, theta_y : ndarray
         Shape (...), rad; θx within ±90°, θy within ±180°.
+
+    Notes
+    -----
+    Source: thesis (4-10), (4-13), (4-24), (4-25).
     """
     x, y, z = np.moveaxis(direction, -1, 0)
     return np.arctan2(-y, np.hypot(x, z)), np.arctan2(x, z)
@@ -87,6 +91,10 @@ def inverse_kinematics(geometry: WristGeometry, orientation: Rotation) -> LimbSt
     ------
     InvalidInput
         If ``orientation`` is not a finite Rotation.
+
+    Notes
+    -----
+    Source: thesis (4-1), (4-9), (4-11), (4-12), (4-14), (4-16), (4-23).
     """
     shape, matrices = pose_matrices(orientation)
     count, n = len(matrices), geometry.limb_count

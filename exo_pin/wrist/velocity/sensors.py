@@ -133,6 +133,10 @@ class OrientationChain:
         Side of the body, for :meth:`angles`.
     spread : float
         Of the calibration, rad: largest angle between a single calibrating reading and their mean.
+
+    Notes
+    -----
+    Source: thesis Figure 5-9.
     """
 
     arm_mount: Rotation

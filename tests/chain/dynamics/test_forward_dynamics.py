@@ -3,8 +3,9 @@ import re
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import four_bar, parallelogram, random_loop, stewart
+from mechanisms import four_bar, parallelogram, random_loop
 from moving_chains import ALL, WITH_MASS, drivers, moving
+from spatial_mechanisms import stewart
 
 from exo_pin.chain import ClosedChain, Closure, Closures
 from exo_pin.core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SingularConfiguration, UnknownName

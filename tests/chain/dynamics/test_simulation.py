@@ -13,7 +13,10 @@ TEN_SECONDS = np.linspace(0.0, 10.0, 51)
 
 @pytest.mark.parametrize(
     "name",
-    ["four-bar", "four-bar cut in a link", "five-bar", "3RRR", "Stewart platform", "revolute loop", "prismatic loop"],
+    [
+        *("four-bar", "four-bar cut in a link", "five-bar", "Stewart platform", "prismatic loop"),
+        *(pytest.param(name, marks=pytest.mark.full) for name in ("3RRR", "revolute loop")),
+    ],
 )
 def test_energy_and_loops_of_a_free_swing_are_constant_for_ten_seconds(name):
     case = moving(name)

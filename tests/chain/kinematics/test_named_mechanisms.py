@@ -3,20 +3,9 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from mechanisms import (
-    DELTA,
-    agile_eye,
-    delta,
-    delta_points,
-    five_bar,
-    four_bar,
-    parallelogram,
-    planar_3rrr,
-    stewart,
-    stewart_points,
-    unit,
-)
+from mechanisms import five_bar, four_bar, parallelogram, planar_3rrr, unit
 from scipy.spatial.transform import Rotation
+from spatial_mechanisms import DELTA, agile_eye, delta, delta_points, stewart, stewart_points
 
 from exo_pin.core.errors import LoopNotClosed
 

@@ -8,12 +8,14 @@ from exo_pin.muscle import PressureStep, Recording, dynamic_model, identify_dyna
 
 G = 9.81
 TRUTH = np.array([228.9342, -90.429, 6.87, -1.0, 0.802])
+#: How long a response is recorded, s: the first oscillations by default, all of them in the full set.
+LONG_AND_SHORT = pytest.mark.parametrize("seconds", [0.5, pytest.param(1.2, marks=pytest.mark.full)])
 
 
-def recordings(noise, seed, samples=151):
+def recordings(noise, seed, samples=151, seconds=1.2):
     model = dynamic_model("tang-3-31")
     rng = np.random.default_rng(seed)
-    times = np.linspace(0.0, 1.2, samples)
+    times = np.linspace(0.0, seconds, samples)
     made = []
     for weight, initial, final in ((12.74, 2.0e5, 3.6e5), (22.74, 2.6e5, 4.0e5), (32.74, 3.5e5, 4.0e5)):
         pressure = PressureStep(initial, final, 0.05, 0.03)
@@ -38,14 +40,19 @@ def test_noisy_responses_give_the_coefficients_back():
     np.testing.assert_allclose(friction, dynamic_model("tang-3-31").friction.printed(x, 3.6e5, 1.3), rtol=0.08)
 
 
-def test_clean_responses_give_them_exactly():
-    found = identify_dynamic(recordings(0.0, seed=1, samples=61), dynamic_model("tang-3-31").static, start=TRUTH * 1.1)
+@LONG_AND_SHORT
+def test_clean_responses_give_them_exactly(seconds):
+    found = identify_dynamic(
+        recordings(0.0, seed=1, samples=61, seconds=seconds), dynamic_model("tang-3-31").static, start=TRUTH * 1.1
+    )
     np.testing.assert_allclose(found.coefficients, TRUTH, rtol=1e-3)
     assert found.sigma < 1e-7
 
 
-def test_a_search_without_a_first_guess_finds_the_valley():
-    found = identify_dynamic(recordings(1e-4, seed=3, samples=41)[:2], dynamic_model("tang-3-31").static)
+@LONG_AND_SHORT
+def test_a_search_without_a_first_guess_finds_the_valley(seconds):
+    measured = recordings(1e-4, seed=3, samples=41, seconds=seconds)[:2]
+    found = identify_dynamic(measured, dynamic_model("tang-3-31").static)
     assert found.sigma < 1.5e-4
     low, high = found.intervals(0.999).T
     assert ((low <= TRUTH) & (high >= TRUTH)).all()

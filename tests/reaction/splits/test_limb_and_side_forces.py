@@ -57,11 +57,12 @@ def violation(pose, f, g):
     return max(misses) / scale
 
 
-def test_ten_thousand_programs_of_every_kind_are_optimal_or_proven_infeasible():
+@pytest.mark.parametrize("count", [2_000, pytest.param(10_000, marks=pytest.mark.full)])
+def test_programs_of_every_kind_are_optimal_or_proven_infeasible(count):
     rng = np.random.default_rng(50)
     held = dict.fromkeys(KINDS, 0)
     proven = dict.fromkeys(KINDS, 0)
-    for case in range(10_000):
+    for case in range(count):
         kind = KINDS[case % len(KINDS)]
         reachable = True if kind in ("hard_cone", "alone") and case % 3 else None
         pose = random_pose(rng, kind, reachable=reachable)
@@ -78,8 +79,8 @@ def test_ten_thousand_programs_of_every_kind_are_optimal_or_proven_infeasible():
         assert violation(pose, answer.f, answer.g) <= 1e-8
         if kind != "soft_cone" and case % 7 == 0:
             assert stationarity(pose, answer.f, answer.g) <= 1e-8 * max(1.0, pose.tension)
-    assert min(held.values()) >= 100, held
-    assert all(proven[kind] >= 50 for kind in KINDS), proven
+    assert min(held.values()) >= count // 100, held
+    assert min(proven.values()) >= count // 200, proven
 
 
 def exhaustive(pose):

@@ -1,0 +1,164 @@
+"""Data of joints in a closures file: read, refused, and back bit for bit."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from joint_arrays import ARRAYS
+from mechanisms import five_bar
+
+import exo_pin as ep
+from exo_pin.chain import ClosedChain, Closures, JointProperties, read_closures, write_closures
+from exo_pin.core.errors import FileFormatError, InvalidInput, NotAWrist, UnknownName
+from exo_pin.wrist_chain import wrist_of
+
+FILE = """schema = 1
+name = "r"
+[[joints]]
+name = "j0"
+"""
+
+
+def two_joints(kind):
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
+    return (
+        f'<robot name="r"><link name="a"/><link name="b"/><joint name="j0" type="{kind}"><parent link="a"/>'
+        f'<child link="b"/><axis xyz="0 0 1"/>{limit}</joint></robot>'
+    )
+
+
+@pytest.mark.parametrize(
+    ("lines", "kind", "expected"),
+    [
+        ("stiffness_N_m_rad = 2.5", "revolute", JointProperties("j0", 2.5, unit="rad")),
+        ("stiffness_N_m = 2.5", "prismatic", JointProperties("j0", 2.5, unit="m")),
+        ("stiffness_N_mm = 2.5", "prismatic", JointProperties("j0", 2500.0, unit="m")),
+        ("stiffness = 2.5", "prismatic", JointProperties("j0", 2.5)),
+        ("armature_kg_m2 = [0.1]", "revolute", JointProperties("j0", armature=(0.1,), unit="rad")),
+        ("armature_kg = [1]", "prismatic", JointProperties("j0", armature=(1.0,), unit="m")),
+        (
+            "stiffness_N_m_rad = 1\nspring_reference = [0.6, 0.8]",
+            "planar",
+            "moves in m and rad",
+        ),
+        ("stiffness_N_m_rad = 2.5", "prismatic", "moves in m; its data are given for one that moves in rad"),
+        ("armature_kg = [1]", "revolute", "moves in rad; its data are given for one that moves in m"),
+        ("armature = [1, 2]", "revolute", "expected 1 numbers for the armature of 'j0', got 2"),
+        ("spring_reference = [0, 0]", "revolute", "expected 1 numbers for the spring_reference"),
+        ("armature = [-1]", "revolute", "zero or more"),
+        ("armature = [nan]", "revolute", "finite"),
+        ("armature = 1", "revolute", "shape"),
+        ("stiffness = inf", "revolute", "finite"),
+        ("stiffness_N_m = 1\nstiffness_N_m_rad = 2", "revolute", "two units"),
+        ("stiffness_N_m = 1\narmature_kg_m2 = [2]", "revolute", "different units"),
+        ("stiffnes_N_m = 1", "revolute", "unknown key"),
+        ("damping = 1", "revolute", "unknown key"),
+    ],
+)
+def test_joints_of_a_closures_file(lines, kind, expected, tmp_path):
+    (tmp_path / "r.urdf").write_text(two_joints(kind))
+    (tmp_path / "r.closures.toml").write_text(FILE + lines + "\n")
+    if isinstance(expected, str):
+        with pytest.raises(InvalidInput, match=expected):
+            ClosedChain.from_urdf(tmp_path / "r.urdf")
+        return
+    chain = ClosedChain.from_urdf(tmp_path / "r.urdf")
+    assert chain.description.joints == (expected,)
+    np.testing.assert_array_equal(chain.model.armature, expected.armature or 0.0)
+
+
+def test_a_joint_that_is_not_there_is_refused():
+    described = Closures("r", joints=(JointProperties("j1", 1.0),))
+    with pytest.raises(UnknownName, match="unknown moving joint 'j1' in joints; there are: j0"):
+        ClosedChain.from_urdf(two_joints("revolute"), described)
+    # A fixed joint moves nothing.
+    with pytest.raises(UnknownName, match="moving joint"):
+        ClosedChain.from_urdf(two_joints("fixed"), Closures("r", joints=(JointProperties("j0", 1.0),)))
+    with pytest.raises(InvalidInput, match="length 1"):
+        ClosedChain.from_urdf(
+            two_joints("continuous"),
+            Closures("r", joints=(JointProperties("j0", 1.0, (0.6, 0.9)),)),
+        )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_closures_files_load_back_bit_for_bit(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    joints = tuple(
+        JointProperties(
+            f"joint {k} é",
+            float(rng.normal() * 10.0 ** rng.integers(-12, 12)),
+            None if rng.random() < 0.5 else tuple((rng.normal(size=4) * 10.0 ** rng.integers(-12, 12)).tolist()),
+            None if rng.random() < 0.5 else tuple(rng.uniform(0, 1, size=3).tolist()),
+            (None, "m", "rad")[int(rng.integers(3))],
+        )
+        for k in range(5)
+    )
+    given = Closures("r", joints=joints)
+    write_closures(given, tmp_path / "r.toml")
+    back = read_closures(tmp_path / "r.toml")
+    # A unit is told by a key; the joint without data keeps none.
+    assert back == given
+
+
+WELD = """<link name="tip_b"/><joint name="weld_b" type="fixed"><parent link="right_forearm"/><child link="tip_b"/>
+  <origin xyz="0.275 0 0"/></joint></robot>"""
+
+
+def yaml_robot(tmp_path, dynamics):
+    xml = five_bar().urdf.replace("</robot>", WELD)
+    for name, entry in dynamics.items():
+        at = xml.index("</joint>", xml.index(f'<joint name="{name}"'))
+        xml = f"{xml[:at]}<dynamics {entry}/>{xml[at:]}"
+    (tmp_path / "robot.urdf").write_text(xml)
+    (tmp_path / "robot.yaml").write_text(
+        'closed_loop: [["tip", "tip_b"]]\ntype: ["3d"]\nname_mot: ["left_crank_hinge"]\n'
+        'joint_name: ["left_forearm_hinge", "right_crank_hinge"]\njoint_type: ["UJOINT_ZX", "FIXED"]\n'
+    )
+    return tmp_path
+
+
+def test_a_robot_yaml_keeps_the_data_of_the_joints_it_does_not_change(tmp_path):
+    entry = 'damping="0.5" friction="0.25"'
+    folder = yaml_robot(tmp_path, {"left_crank_hinge": entry, "right_forearm_hinge": entry})
+    chain = ClosedChain.from_parallel_robot(folder)
+    plain = ClosedChain.from_urdf(folder / "robot.urdf", Closures("plain"))
+    for name in ("left_crank_hinge", "right_forearm_hinge"):
+        here, there = chain.velocity_slice(name), plain.velocity_slice(name)
+        for array in ARRAYS[:8]:
+            np.testing.assert_array_equal(getattr(chain.model, array)[here], getattr(plain.model, array)[there], array)
+        assert chain.model.damping[here] == 0.5
+        assert chain.model.upperDryFrictionLimit[here] == 0.25
+    for joint in ("left_forearm_hinge", "right_crank_hinge"):
+        with pytest.raises(InvalidInput, match=f"damping and friction of joint '{joint}'"):
+            ClosedChain.from_parallel_robot(yaml_robot(tmp_path, {joint: entry}))
+
+
+def test_a_key_twice_in_a_robot_yaml_is_refused(tmp_path):
+    folder = yaml_robot(tmp_path, {})
+    with open(folder / "robot.yaml", "a") as file:
+        file.write('name_mot: ["right_forearm_hinge"]\n')
+    with pytest.raises(FileFormatError, match="'name_mot' is given twice"):
+        ClosedChain.from_parallel_robot(folder)
+
+
+@pytest.mark.parametrize("what", ["damping", "friction", "armature", "spring"])
+def test_a_wrist_with_data_that_its_record_cannot_hold_answers_no_question_of_force(what, tmp_path):
+    path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
+    chain = ClosedChain.from_urdf(path)
+    assert wrist_of(chain).unheld == ()
+    pose = ep.shoulder_rotation(30, 20, 0, degrees=True)
+    before = ep.load(path)
+    joint = "limb_2_slide"
+    if what in ("damping", "friction"):
+        xml = path.read_text()
+        at = xml.index("</joint>", xml.index(f'<joint name="{joint}"'))
+        path.write_text(f'{xml[:at]}<dynamics {what}="0.5"/>{xml[at:]}')
+    else:
+        given = JointProperties(joint, 5.0) if what == "spring" else JointProperties(joint, armature=(0.1,))
+        write_closures(dataclasses.replace(chain.description, joints=(given,)), path.with_suffix(".closures.toml"))
+    exo = ep.load(path)
+    np.testing.assert_array_equal(exo.jacobian(pose), before.jacobian(pose))
+    assert wrist_of(exo.chain).unheld == (f"{what} of {joint}",)
+    with pytest.raises(NotAWrist, match=f"cannot hold the {what} of {joint}"):
+        exo.reaction(pose)

@@ -1,0 +1,48 @@
+"""URDF that is written and read again."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from closed_chains import CHAINS, off
+from massive_chains import MASSIVE
+from scipy.spatial.transform import Rotation
+
+from exo_pin.chain import ClosedChain, Closures, read_closures
+
+
+@pytest.fixture(params=MASSIVE)
+def case(request):
+    return MASSIVE[request.param]
+
+
+def test_writing_urdf_and_reading_it_again(case, tmp_path):
+    chain, q = case
+    again = ClosedChain.from_urdf(chain.to_urdf(tmp_path))
+    assert list(again.model.names) == list(chain.model.names)
+    assert again.closures == chain.closures
+    assert again.roles == chain.roles
+    np.testing.assert_allclose(again.residual(q), chain.residual(q), atol=1e-13)
+    there = off(chain, q, np.random.default_rng(9), 0.3)
+    np.testing.assert_allclose(again.residual(there), chain.residual(there), atol=1e-13)
+    masses = [pin.crba(item.model, item.model.createData(), there) for item in (chain, again)]
+    np.testing.assert_allclose(masses[0], masses[1], atol=1e-13)
+    np.testing.assert_array_equal(again.model.gravity.linear, chain.model.gravity.linear)
+    np.testing.assert_allclose(again.model.upperPositionLimit, chain.model.upperPositionLimit)
+
+
+@pytest.mark.parametrize("pitch", [0.3, np.pi / 2, np.pi / 2 - 1e-9, -np.pi / 2, np.pi / 2 + 1e-5, 3.0])
+def test_turned_joints_keep_their_digits(pitch, tmp_path):
+    model = pin.Model()
+    turn = Rotation.from_euler("ZYX", [0.7, pitch, -0.4]).as_matrix()
+    joint = model.addJoint(0, pin.JointModelRX(), pin.SE3(turn, np.array([0.1, 0.2, 0.3])), "hinge")
+    model.addJointFrame(joint, -1)
+    model.addBodyFrame("link", joint, pin.SE3.Identity(), -1)
+    again = ClosedChain.from_urdf(ClosedChain(model, Closures("turned")).to_urdf(tmp_path))
+    np.testing.assert_allclose(again.placement(again.neutral(), "link").rotation, turn, atol=1e-15)
+
+
+def test_closures_with_axes_and_distances_come_back(tmp_path):
+    for name in ("loop-revolute", "loop-cylindrical", "loop-distance", "delta"):
+        chain, _ = CHAINS[name]
+        path = chain.to_urdf(tmp_path)
+        assert read_closures(path.with_suffix(".closures.toml")).closures == chain.closures

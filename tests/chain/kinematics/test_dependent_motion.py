@@ -1,0 +1,93 @@
+"""Motions of all joints from those of some, and of a root joint from world axes."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from closable_chains import CHAINS, open_configurations
+from mechanisms import five_bar
+
+from exo_pin.core.errors import InvalidInput, LoopNotClosed, UndeterminedMotion
+
+# Central differences of step h: h²/6 of a third derivative of order 10 here, plus rounding eps/h times order 10.
+
+
+@pytest.fixture(params=CHAINS, scope="module")
+def chain(request):
+    return CHAINS[request.param]
+
+
+def test_dependent_motion_does_not_open_the_loops(chain):
+    rng = np.random.default_rng(13)
+    actuated = list(chain.roles.actuated)
+    if chain.description.name == "random-7-whole":
+        actuated = ["root_joint"]  # five actuators for three freedoms would contradict each other
+    count = len(chain.velocity_indices(actuated))
+    for q in open_configurations(chain, 14):
+        q = chain.close(q)
+        velocity, acceleration = rng.normal(size=(2, count))
+        v, a = chain.dependent_motion(q, actuated, velocity, acceleration)
+        indices = chain.velocity_indices(actuated)
+        np.testing.assert_array_equal(v[indices], velocity)
+        np.testing.assert_array_equal(a[indices], acceleration)
+        J, drift = chain.constraint_jacobian(q), chain.constraint_drift(q, v)
+        assert np.abs(J @ v).max() < 1e-10 * (1 + np.abs(v).max())
+        assert np.abs(J @ a + drift).max() < 1e-10 * (1 + np.abs(a).max())
+
+
+def test_dependent_motion_follows_the_closed_path():
+    # Second differences of step h along the path of the closed mechanism: h²/12 of a fourth derivative, and the
+    # loops' 1e-12 over h².
+    chain, h = CHAINS["five_bar"], 1e-3
+    rates, growth = np.array([0.7, -0.4]), np.array([0.3, 0.9])
+    q = five_bar().q
+    v, a = chain.dependent_motion(q, chain.roles.actuated, rates, growth)
+
+    def at(t):
+        there = q.copy()
+        there[[0, 2]] += rates * t + growth * t**2 / 2
+        return chain.close(there, hold=chain.roles.actuated)
+
+    np.testing.assert_allclose((at(h) - at(-h)) / (2 * h), v, atol=1e-5)
+    np.testing.assert_allclose((at(h) - 2 * q + at(-h)) / h**2, a, atol=1e-4)
+
+
+def test_too_few_joints_leave_freedoms_and_too_many_contradict():
+    chain, q = CHAINS["five_bar"], five_bar().q
+    with pytest.raises(UndeterminedMotion) as caught:
+        chain.dependent_motion(q, ["left_crank_hinge"], [1.0])
+    assert caught.value.free == 1
+    with pytest.raises(InvalidInput, match="opens the loops"):
+        chain.dependent_motion(q, chain.model.names[1:], [1.0, 0.0, 0.0, 0.0])
+    with pytest.raises(InvalidInput, match="twice"):
+        chain.dependent_motion(q, ["left_crank_hinge"] * 2, [1.0, 1.0])
+    with pytest.raises(LoopNotClosed):
+        chain.dependent_motion(q + 0.1, chain.roles.actuated, [1.0, 1.0])
+
+
+@pytest.mark.parametrize("part", ["whole", "wrist"])
+def test_root_motion_is_given_in_world_axes(part):
+    chain = CHAINS[f"prototype-{part}"]
+    rng = np.random.default_rng(15)
+    omega, eta = rng.normal(size=(2, 3))
+    linear = () if part == "whole" else tuple(rng.normal(size=(2, 3)))
+    q = open_configurations(chain, 16, count=1)[0]
+    v, a = np.zeros((2, chain.model.nv))
+    root = chain.velocity_slice("root_joint")
+    v[root], a[root] = chain.root_motion(q, omega, eta, *linear)
+    data = chain.model.createData()
+    pin.forwardKinematics(chain.model, data, q, v, a)
+    frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    velocity = pin.getVelocity(chain.model, data, 1, frame)
+    acceleration = pin.getClassicalAcceleration(chain.model, data, 1, frame)
+    np.testing.assert_allclose(velocity.angular, omega, atol=1e-14)
+    np.testing.assert_allclose(acceleration.angular, eta, atol=1e-14)
+    expected = linear if linear else (np.zeros(3), np.zeros(3))
+    np.testing.assert_allclose(velocity.linear, expected[0], atol=1e-14)
+    np.testing.assert_allclose(acceleration.linear, expected[1], atol=1e-14)
+
+
+def test_root_motion_refuses_what_the_root_cannot_do():
+    with pytest.raises(InvalidInput, match="centre"):
+        CHAINS["prototype-whole"].root_motion(CHAINS["prototype-whole"].neutral(), [0] * 3, [0] * 3, [1, 0, 0])
+    with pytest.raises(InvalidInput, match="spherical"):
+        CHAINS["five_bar"].root_motion(five_bar().q, [0, 0, 1])

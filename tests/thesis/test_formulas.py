@@ -1,0 +1,103 @@
+"""The page from formula to code: complete, true and not stale."""
+
+import importlib.util
+import re
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from places import REPOSITORY
+
+import exo_pin as ep
+from exo_pin.thesis import ledger
+
+
+def script():
+    """``docs/formulas.py`` as a module."""
+    spec = importlib.util.spec_from_file_location("formulas_page", REPOSITORY / "docs" / "formulas.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+formulas = script()
+ITEMS = {item.label: item for item in formulas.items()}
+CARRIERS = formulas.carriers()
+
+#: How many equations and figures each chapter of the thesis numbers, from 1 without a gap.
+EQUATIONS = {"2": 1, "3": 31, "4": 37, "5": 4, "A": 6, "C": 2, "D": 36}
+FIGURES = {"2": 12, "3": 4, "4": 6, "5": 21, "A": 5, "C": 3, "D": 4}
+TABLES = [
+    *("2-1", "2-2", "2-3", "2-4", "3-1", "3-2", "3-3a", "3-3b", "3-3c", "3-4"),
+    *("5-1", "5-2", "5-3", "5-4", "5-5", "5-6", "5-7", "A-1", "A-2", "A-3", "B-1", "C-1", "C-2"),
+]
+
+
+def test_page_is_not_stale():
+    assert formulas.PAGE.read_text(encoding="utf-8") == formulas.page(), "run: python docs/formulas.py"
+
+
+def test_nothing_that_the_thesis_numbers_is_missing():
+    expected = {f"({part}-{k})" for part, last in EQUATIONS.items() for k in range(1, last + 1)}
+    expected |= {f"Figure {part}-{k}" for part, last in FIGURES.items() for k in range(1, last + 1)}
+    expected |= {f"Table {name}" for name in TABLES}
+    assert set(ITEMS) == expected
+    lines = Counter(re.findall(r"^\| (\([^|]*?\)|Table [^|]*?|Figure [^|]*?) \|", formulas.page(), re.MULTILINE))
+    assert lines == Counter(expected)
+
+
+@pytest.mark.parametrize("label", ITEMS)
+def test_every_label_has_code_or_data_or_a_reason_why_not(label):
+    item = ITEMS[label]
+    assert item.about
+    assert bool(item.not_computed) != bool(CARRIERS.get(label) or item.data)
+    for path in item.data:
+        assert (REPOSITORY / path).is_file()
+
+
+def test_docstrings_carry_no_label_that_the_thesis_lacks():
+    assert set(CARRIERS) <= set(ITEMS)
+
+
+def test_the_ledger_speaks_of_known_labels():
+    assert set(formulas.verdicts(ledger())) <= set(ITEMS)
+
+
+def test_default_path_of_reaction_carries_the_labels_of_appendix_d():
+    """The functions that one default question passes through, compiled ones aside, carry its steps up to (D-30)."""
+    exo = ep.load("prototype")
+    pose = ep.shoulder_rotation(20, 30, 0, degrees=True)
+    exo.reaction(pose)  # what is set up once is not part of the path
+    called = set()
+
+    def note(frame, event, _):
+        if event == "call":
+            called.add((Path(frame.f_code.co_filename), frame.f_code.co_qualname))
+
+    sys.setprofile(note)
+    try:
+        exo.reaction(pose)
+    finally:
+        sys.setprofile(None)
+    passed = {
+        label
+        for label, code in CARRIERS.items()
+        if any((formulas.ROOT / carrier.path, carrier.name) in called for carrier in code)
+    }
+    steps = (1, 2, 4, 11, 12, 14, 15, 17, 18, 19, 20, 21, 22, 26, 27, 28, 29, 30)
+    assert {f"(D-{k})" for k in steps} <= passed
+
+
+@pytest.mark.parametrize("line", ["(D-27), (D-30)", "D-27.", "(D-27) and (D-30).", "(D-27) to (D-30).", "(E-1).", "."])
+def test_a_source_line_in_another_form_is_refused(line):
+    with pytest.raises(ValueError, match="Source: thesis"):
+        formulas.labels_of(f"First line.\n\nSource: thesis {line}")
+
+
+def test_labels_of_a_source_line_and_of_a_source_of_the_ledger():
+    assert formulas.labels_of("Solve.\n\n    Source: thesis (D-27), Table 3-3a.\n") == ["(D-27)", "Table 3-3a"]
+    assert formulas.labels_of("No such line; (D-27) alone counts nothing.") == []
+    assert formulas.labels_in("(4-3) to (4-5)") == {"(4-3)", "(4-4)", "(4-5)"}
+    assert formulas.labels_in("Tables 3-4 and B-1") == {"Table 3-4", "Table B-1"}
+    assert formulas.labels_in("Table 5-1, Section 5.1.2") == {"Table 5-1"}

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.files import write_figure, write_text
+from ..core.files.csv_tables import csv_text
 from ..core.validation import FloatArray
 from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
 from ..muscle.io.published import muscle_models
@@ -171,8 +170,6 @@ def _write_csv(path: str, response: Any) -> None:
         response.inside,
         strict=True,
     )
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside"))
-    writer.writerows((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", int(i)) for t, x, v, p, i in rows)
-    write_text(path, out.getvalue())
+    columns = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside")
+    cells = ((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", str(int(i))) for t, x, v, p, i in rows)
+    write_text(path, csv_text(columns, cells))

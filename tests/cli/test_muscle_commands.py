@@ -143,11 +143,14 @@ def test_pictures(run, tmp_path):
     ("text", "message"),
     [
         ("contraction_mm,pressure_bar\n1,2\n", "missing: force_N"),
-        ("contraction_mm,pressure_bar,force_N\n1,2,3\n\n# c\n1,2,x\n", "line 5: expected finite numbers"),
-        ("contraction_mm,pressure_bar,force_N\n1,2\n", "line 2: expected finite numbers"),
-        ("contraction_mm,pressure_bar,force_N\n1,2,nan\n", "line 2: expected finite numbers"),
+        (
+            "contraction_mm,pressure_bar,force_N\n1,2,3\n\n# c\n1,2,x\n",
+            "line 5: expected a finite number in column force_N",
+        ),
+        ("contraction_mm,pressure_bar,force_N\n1,2\n", "line 2: expected 3 cells"),
+        ("contraction_mm,pressure_bar,force_N\n1,2,nan\n", "line 2: expected a finite number"),
         ("contraction_mm,pressure_bar,force_N\n", "at least one line"),
-        ("", "missing: contraction_mm"),
+        ("", "is empty"),
     ],
 )
 def test_bad_csv_is_named(run, tmp_path, text, message):

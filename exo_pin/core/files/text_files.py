@@ -33,7 +33,8 @@ def read_file(path: str | PathLike[str]) -> bytes:
         mode = os.stat(path).st_mode
         if not stat.S_ISREG(mode):
             what = next((name for is_kind, name in _KINDS if is_kind(mode)), "of an unknown kind")
-            raise FileFormatError(f"cannot be read: expected a regular file, this is {what}", path)
+            advice = "; save it as a file first" if stat.S_ISFIFO(mode) or stat.S_ISCHR(mode) else ""
+            raise FileFormatError(f"cannot be read: expected a regular file, this is {what}{advice}", path)
         with open(path, "rb") as stream:
             return stream.read()
     except (OSError, ValueError) as error:

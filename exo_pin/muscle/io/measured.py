@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import UnknownName
+from ...core.files.csv_tables import parse_csv
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 
@@ -134,19 +134,19 @@ def table(name: str) -> Table:
     key = str(name).lower()
     if key not in tables():
         raise UnknownName("table", name, tables())
-    lines = (files("exo_pin.muscle") / "data" / f"table-{key}.csv").read_text(encoding="utf-8").splitlines()
-    head = [line[2:].split(": ", 1) for line in lines if line.startswith("# ")]
+    text = (files("exo_pin.muscle") / "data" / f"table-{key}.csv").read_text(encoding="utf-8")
+    cells = parse_csv(text, f"table-{key}.csv")
+    head = [comment.split(": ", 1) for comment in cells.comments]
     facts = {k: v for k, v in head if k != "note"}
-    cells = list(csv.reader(line for line in lines if not line.startswith("#")))
     return Table(
         name=key,
         title=facts["title"],
         source=facts["source"],
         units=facts["units"],
         notes=tuple(v for k, v in head if k == "note"),
-        rows=tuple(row[0] for row in cells[1:]),
-        columns=tuple(cells[0][1:]),
-        printed=tuple(tuple(row[1:]) for row in cells[1:]),
+        rows=tuple(row[0] for row in cells.rows),
+        columns=cells.columns[1:],
+        printed=tuple(row[1:] for row in cells.rows),
     )
 
 

@@ -11,13 +11,13 @@ from functools import cache
 from importlib.resources import files
 
 from ...core.errors import UnknownName
+from ...core.files.toml_tables import read_toml
 from ..identification.region import SECOND_ORDER, find_region
 from ..identification.selection import select_model
 from ..identification.static_identification import identify_static
 from ..laws.fitted_forms import candidates
 from ..laws.static import StaticModel
 from .measured import NOMINAL_LENGTH, steady_states
-from .muscle_toml import read_toml
 from .static_files import parse_parameters
 
 __all__ = ["ParameterSet", "muscle_model", "muscle_models", "parameter_set", "refit"]
@@ -68,7 +68,7 @@ def parameter_set(name: str) -> ParameterSet:
     if name not in muscle_models():
         raise UnknownName("muscle model", name, muscle_models())
     path = str(files("exo_pin.muscle") / "parameters" / f"{name}.toml")
-    return ParameterSet(*parse_parameters(read_toml(path), path))
+    return ParameterSet(*parse_parameters(read_toml(path)))
 
 
 def muscle_model(name: str, nominal_length: float | None = None) -> StaticModel:

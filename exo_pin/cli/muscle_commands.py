@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -12,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..core.files import write_figure, write_text
+from ..core.files.csv_tables import csv_text
 from ..core.validation import FloatArray
 from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
 from ..muscle.io.published import muscle_models
@@ -129,7 +128,9 @@ def _add_step(commands: Any) -> None:
     parser.add_argument("--to-bar", type=float, required=True)
     parser.add_argument("--lag-s", type=float, default=0.1, help="time constant of the filling (default: 0.1)")
     parser.add_argument("--duration-s", type=float, default=4.0)
-    parser.add_argument("--mark", action="store_true", help="go on outside the model's range and say how much")
+    parser.add_argument(
+        "--mark", action="store_true", help="go on outside the model's range and report the share of time"
+    )
     parser.add_argument("--csv", help="write time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside")
     parser.add_argument(
         "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"
@@ -171,8 +172,6 @@ def _write_csv(path: str, response: Any) -> None:
         response.inside,
         strict=True,
     )
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside"))
-    writer.writerows((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", int(i)) for t, x, v, p, i in rows)
-    write_text(path, out.getvalue())
+    columns = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside")
+    cells = ((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", str(int(i))) for t, x, v, p, i in rows)
+    write_text(path, csv_text(columns, cells))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..core.errors import FileFormatError, InvalidInput
+from ..core.files.csv_tables import read_csv
 from ..core.validation import FloatArray
 from ..muscle.identification.dynamic_identification import Recording, identify_dynamic
 from ..muscle.identification.static_identification import StaticIdentification, identify_static
@@ -39,7 +37,7 @@ def read_columns(path: str, names: Sequence[str]) -> FloatArray:
     path : str
         The file.
     names : sequence of str
-        Columns that are wanted; others are passed over.
+        Columns to read; others are left out.
 
     Returns
     -------
@@ -51,28 +49,10 @@ def read_columns(path: str, names: Sequence[str]) -> FloatArray:
     FileFormatError
         If the file cannot be read, a column is missing, or a cell is no finite number; it names the line.
     """
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileFormatError(f"cannot be read: {error}", path) from None
-    body = [(n, line) for n, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
-    table = csv.DictReader(line for _, line in body)
-    missing = [c for c in names if c not in (table.fieldnames or ())]
-    if missing:
-        raise FileFormatError(f"expected the columns {', '.join(names)}; missing: {', '.join(missing)}", path)
-    values = []
-    for (number, _), row in zip(body[1:], table, strict=True):
-        try:
-            numbers = [float(row[c]) for c in names]
-        except (TypeError, ValueError):
-            numbers = [float("nan")]
-        if not np.isfinite(numbers).all():
-            cells = ", ".join(f"{c}={row[c]!r}" for c in names)
-            raise FileFormatError(f"line {number}: expected finite numbers, got {cells}", path)
-        values.append(numbers)
-    if not values:
-        raise FileFormatError("expected at least one line of numbers", path)
-    return np.array(values)
+    table = read_csv(path)
+    if not table.rows:
+        raise FileFormatError("expected at least one line of numbers below the header", path)
+    return table.numbers(names)
 
 
 def add_identify(commands: Any) -> None:
@@ -122,16 +102,16 @@ def _identify(args: argparse.Namespace) -> int:
         source=f"identified from {Path(args.csv).name}",
     )
     intervals = found.intervals(args.level)
-    kept = len(found.residuals)
-    total = kept if found.region is None else len(found.region.kept)
-    print(f"{kept} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
+    used = len(found.residuals)
+    total = used if found.region is None else len(found.region.selected)
+    print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
     for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
         print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
     if found.indistinct:
-        print(f"cannot be told apart (compare forces): {', '.join(found.indistinct)}")
+        print(f"the data cannot distinguish (compare forces): {', '.join(found.indistinct)}")
     strain, pressure = found.model.validity.strain, found.model.validity.pressure
     print(
-        f"holds from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
+        f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
         f"{pressure[1] / BAR:.2f} bar"
     )
     if args.output:
@@ -158,7 +138,7 @@ def _identify_dynamic(args: argparse.Namespace) -> int:
     for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
         print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
     if found.indistinct:
-        print(f"cannot be told apart (compare responses): {', '.join(found.indistinct)}")
+        print(f"the data cannot distinguish (compare responses): {', '.join(found.indistinct)}")
     if args.output:
         table = {
             "samples": found.samples,

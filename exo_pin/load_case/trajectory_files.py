@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import shoulder_rotation, thesis_rotation
 from ..core.errors import FileFormatError, InvalidInput
+from ..core.files.csv_tables import CsvTable, read_csv
+from ..core.files.toml_tables import naming_file
 from ..core.validation import FloatArray
 from .trajectories import Movement
 
@@ -70,42 +70,20 @@ def read_movement(path: str | PathLike[str], side: str = "left", smoothing: floa
     Raises
     ------
     FileFormatError
-        If it cannot be read, a column is missing or unknown, or a cell is no finite number; the line is named.
+        If the path is no regular file, a column is missing or unknown, or a cell is no finite number; the line is
+        named.
     """
-    try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise FileFormatError(f"cannot be read: {error}", path) from error
-    rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
-    if not rows:
-        raise FileFormatError("is empty", path)
-    header = [name.strip() for name in next(csv.reader([rows[0][1]]))]
-    columns, (build, degrees) = _convention(header, path)
-    data = np.empty((len(rows) - 1, len(header)))
-    for index, (number, line) in enumerate(rows[1:]):
-        cells = next(csv.reader([line]))
-        try:
-            if len(cells) != len(header):
-                raise ValueError
-            data[index] = [float(cell) for cell in cells]
-        except ValueError:
-            raise FileFormatError(f"line {number}: expected {len(header)} numbers, got {line!r:.80}", path) from None
-        if not np.isfinite(data[index]).all():
-            raise FileFormatError(f"line {number}: expected finite numbers, got {line!r:.80}", path)
-    values = data[:, [header.index(name) for name in columns]]
-    try:
-        orientations = build(values, degrees, side) if len(values) else Rotation.identity(0)
-        return Movement.from_samples(data[:, header.index("time_s")], orientations, smoothing)
-    except FileFormatError:
-        raise
-    except InvalidInput as error:
-        raise FileFormatError(str(error), path) from error
+    table = read_csv(path)
+    columns, (build, degrees) = _convention(table)
+    values = table.numbers(("time_s", *columns))
+    with naming_file(path):
+        orientations = build(values[:, 1:], degrees, side) if len(values) else Rotation.identity(0)
+        return Movement.from_samples(values[:, 0], orientations, smoothing)
 
 
-def _convention(header: list[str], path: str | PathLike[str]) -> tuple[tuple[str, ...], Any]:
-    if len(set(header)) == len(header) and "time_s" in header:
-        for columns, reading in _CONVENTIONS.items():
-            if set(header) == {"time_s", *columns}:
-                return columns, reading
+def _convention(table: CsvTable) -> tuple[tuple[str, ...], Any]:
+    for columns, reading in _CONVENTIONS.items():
+        if set(table.columns) == {"time_s", *columns}:
+            return columns, reading
     known = "; ".join(", ".join(("time_s", *columns)) for columns in _CONVENTIONS)
-    raise FileFormatError(f"expected one of the headers: {known}; got {', '.join(header)}", path)
+    raise FileFormatError(f"expected one of the headers: {known}; got {', '.join(table.columns)}", table.path)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from os import PathLike
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import MissingExtra, UnknownName
 from ..core.files import write_text
+from ..core.files.csv_tables import csv_text
 from ..core.records import Record
 
 __all__ = ["StudyTable"]
@@ -69,13 +68,9 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         return pandas.DataFrame(self._columns)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; the file appears whole or not at all, an empty cell stands for NaN."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(self)
-        for row in range(self.row_count):
-            writer.writerow([_cell(column[row], repr) for column in self._columns.values()])
-        write_text(path, out.getvalue())
+        """Write the table; the file appears whole or not at all, an empty cell means NaN."""
+        rows = ([_cell(column[row], repr) for column in self._columns.values()] for row in range(self.row_count))
+        write_text(path, csv_text(self, rows))
 
     def __str__(self) -> str:
         rows = [

@@ -81,7 +81,7 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     write_states(data)
     out = run("identify", data, "--length-mm", 300, "--output", output, "--name", "mine")
     assert out.startswith("27 of 66 measurements")
-    assert "cannot be told apart (compare forces): K_1, K_2, C_1, S_1, S_2, S_3" in out
+    assert "the data cannot distinguish (compare forces): K_1, K_2, C_1, S_1, S_2, S_3" in out
     model = load_parameters(output)
     assert model.name == "mine"
     reference = muscle_model("fitted-second-order")
@@ -151,11 +151,14 @@ def test_pictures(run, tmp_path):
     ("text", "message"),
     [
         ("contraction_mm,pressure_bar\n1,2\n", "missing: force_N"),
-        ("contraction_mm,pressure_bar,force_N\n1,2,3\n\n# c\n1,2,x\n", "line 5: expected finite numbers"),
-        ("contraction_mm,pressure_bar,force_N\n1,2\n", "line 2: expected finite numbers"),
-        ("contraction_mm,pressure_bar,force_N\n1,2,nan\n", "line 2: expected finite numbers"),
+        (
+            "contraction_mm,pressure_bar,force_N\n1,2,3\n\n# c\n1,2,x\n",
+            "line 5: expected a finite number in column force_N",
+        ),
+        ("contraction_mm,pressure_bar,force_N\n1,2\n", "line 2: expected 3 cells"),
+        ("contraction_mm,pressure_bar,force_N\n1,2,nan\n", "line 2: expected a finite number"),
         ("contraction_mm,pressure_bar,force_N\n", "at least one line"),
-        ("", "missing: contraction_mm"),
+        ("", "is empty"),
     ],
 )
 def test_bad_csv_is_named(run, tmp_path, text, message):

@@ -153,7 +153,7 @@ def test_movement_files(tmp_path, capsys):
         ("time,qx,qy,qz,qw\n", "expected one of the headers"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,x,1\n", "line 3"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0\n", "line 3"),
-        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,nan,1\n", "line 3: expected finite"),
+        ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n1,0,0,nan,1\n", "line 3: expected a finite number in column qz"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,2\n", "unit quaternions"),
         ("time_s,qx,qy,qz,qw\n0,0,0,0,1\n", "at least 4"),
         ("time_s,qx,qy,qz,qw\n", "at least 4"),

@@ -8,7 +8,8 @@ from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
 from exo_pin.chain.structure.description import JointProperties
 from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
-from exo_pin.muscle.io.muscle_toml import Reader
+from exo_pin.core.files.csv_tables import parse_csv
+from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.shortest_variables import workspace
@@ -82,7 +83,8 @@ def muscle_examples():
         recording,
         muscle.identify_dynamic([recording], model.static, start=[228.9342, -90.429, 6.87, -1.0, 0.802]),
         Phases(model, 1.3, step, 0.1, True, {}, np.linspace(0, 1, 3)),
-        Reader({"a": 1}, "mine.toml"),
+        parse_toml("a = 1", "mine.toml"),
+        parse_csv("a,b\n1,2\n", "mine.csv"),
         list(fit_rows())[:1],
     ]
 

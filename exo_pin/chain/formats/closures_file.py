@@ -60,7 +60,6 @@ lists what there is; frames, joints and the units of their data are checked when
 
 from __future__ import annotations
 
-import tomllib
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -68,10 +67,9 @@ from typing import Any
 import tomli_w
 from numpy.typing import ArrayLike
 
-from ...core.errors import ExoPinError, FileFormatError, InvalidInput, UnknownName
+from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_text
-from ...core.files.tables import Table
-from ...core.files.text_files import read_text
+from ...core.files.toml_tables import Table, naming_file, read_toml
 from ..structure.closures import Closure, Placement
 from ..structure.description import Closures, JointProperties, LimbRole, Roles, Root
 
@@ -90,22 +88,13 @@ def read_closures(path: str | PathLike[str]) -> Closures:
     UnknownName
         If a closure type, root joint or closure name is not known; the message lists those there are.
     """
+    table = read_toml(path)
+    table.require_schema(_SCHEMA)
     try:
-        data = tomllib.loads(read_text(path))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise FileFormatError(f"not TOML: {error}", path) from error
-    table = Table(data, path)
-    schema = table.integer("schema")
-    if schema != _SCHEMA:
-        raise table.error(f"this version reads schema {_SCHEMA}, got {schema}", "schema")
-    try:
-        return _read_root_table(table)
-    except FileFormatError:
-        raise
+        with naming_file(path):
+            return _read_root_table(table)
     except UnknownName as error:
         raise UnknownName(error.kind, error.name, error.available, where=str(path)) from error
-    except ExoPinError as error:
-        raise FileFormatError(str(error), path) from error
 
 
 def write_closures(closures: Closures, path: str | PathLike[str], comment: str = "") -> None:
@@ -198,7 +187,7 @@ def _pair(key: str, value: Any) -> str:
 
 def _read_root_table(table: Table) -> Closures:
     name = table.text("name")
-    root_table, roles_table = table.table("root", required=False), table.table("roles", required=False)
+    root_table, roles_table = table.table("root"), table.table("roles")
     closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
     table.finish()
     assert name is not None

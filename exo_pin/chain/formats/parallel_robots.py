@@ -16,6 +16,7 @@ in the URDF.
 
 from __future__ import annotations
 
+import os
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -64,13 +65,13 @@ def read_parallel_robot(
         import yaml
     except ImportError as error:
         raise MissingExtra("robots", "PyYAML") from error
-    file = Path(path)
-    if file.is_dir():
-        file = file / "robot.yaml"
     try:
-        data = _parsed(read_text(file))
+        if isinstance(path, (str, PathLike)) and os.path.isdir(path):
+            path = Path(path) / "robot.yaml"
+        data = _parsed(read_text(path))
     except (yaml.YAMLError, RecursionError) as error:
-        raise FileFormatError(f"not YAML: {error}", file) from error
+        raise FileFormatError(f"not YAML: {error}", path) from error
+    file = Path(path)
     if not isinstance(data, dict):
         raise FileFormatError("expected keys with values", file)
     for key in data:

@@ -1,4 +1,4 @@
-"""Reading whole files: regular files only, so that a pipe or a device is an error and never a wait."""
+"""Reading of whole regular files; a pipe or a device is an error, because reading one may wait for ever."""
 
 from __future__ import annotations
 
@@ -25,15 +25,19 @@ def read_file(path: str | PathLike[str]) -> bytes:
     Raises
     ------
     FileFormatError
-        If the path is not a path, names no file, or names a folder, pipe, device or socket.
+        If the path is not a path, names no file, or names a folder, pipe, device or socket; or is ``-``. A file
+        redirected to standard input can be read as ``/dev/stdin``.
     """
     if not isinstance(path, (str, PathLike)):
         raise FileFormatError(f"expected the path of a file, got {path!r:.60}")
+    if path == "-":
+        raise FileFormatError("cannot be read: standard input is not read; save it as a file first", path)
     try:
         mode = os.stat(path).st_mode
         if not stat.S_ISREG(mode):
             what = next((name for is_kind, name in _KINDS if is_kind(mode)), "of an unknown kind")
-            raise FileFormatError(f"cannot be read: expected a regular file, this is {what}", path)
+            advice = "; save it as a file first" if stat.S_ISFIFO(mode) or stat.S_ISCHR(mode) else ""
+            raise FileFormatError(f"cannot be read: expected a regular file, this is {what}{advice}", path)
         with open(path, "rb") as stream:
             return stream.read()
     except (OSError, ValueError) as error:

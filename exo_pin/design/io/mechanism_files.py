@@ -1,17 +1,12 @@
-"""Mechanisms as TOML files: reading, writing, and the published ones that come with the package."""
+"""Mechanisms as TOML files, and the published mechanisms of the package."""
 
 from __future__ import annotations
 
-import tomllib
 from importlib.resources import files
 from os import PathLike
-from pathlib import Path
 
-import tomli_w
-
-from ...core.errors import ExoPinError, FileFormatError, UnknownName
-from ...core.files import write_text
-from ...core.files.tables import Table
+from ...core.errors import UnknownName
+from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, write_toml
 from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
@@ -36,7 +31,7 @@ def preset(name: str) -> Mechanism:
     if name not in presets():
         raise UnknownName("preset", name, presets())
     text = (files("exo_pin.design") / "presets" / f"{name}.toml").read_text(encoding="utf-8")
-    return _parse(text, f"{name}.toml")
+    return _mechanism(parse_toml(text, f"{name}.toml"))
 
 
 def read_mechanism(path: str | PathLike[str]) -> Mechanism:
@@ -50,13 +45,10 @@ def read_mechanism(path: str | PathLike[str]) -> Mechanism:
     Raises
     ------
     FileFormatError
-        If the file is not TOML, or a key is unknown, missing or has a wrong value; the key is named.
+        If the path is no regular file, the file is not TOML, or a key is unknown, missing or has a wrong value; the
+        key is named.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError, TypeError) as error:
-        raise FileFormatError(f"cannot be read: {error}", path) from error
-    return _parse(text, path)
+    return _mechanism(read_toml(path))
 
 
 def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
@@ -64,22 +56,10 @@ def write_mechanism(mechanism: Mechanism, path: str | PathLike[str]) -> None:
 
     The file appears whole or not at all.
     """
-    write_text(path, tomli_w.dumps(mechanism_table(mechanism)))
+    write_toml(path, mechanism_table(mechanism))
 
 
-def _parse(text: str, path: str | PathLike[str]) -> Mechanism:
-    try:
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise FileFormatError(f"not TOML: {error}", path) from error
-    root = Table(data, path)
-    schema = root.integer("schema")
-    if schema != SCHEMA:
-        raise root.error(f"this version reads schema {SCHEMA}, got {schema}", "schema")
-    try:
+def _mechanism(root: Table) -> Mechanism:
+    root.require_schema(SCHEMA)
+    with naming_file(root.path):
         return read_root(root)
-    except FileFormatError:
-        raise
-    except ExoPinError as error:
-        # A value that its record refuses: say in which file.
-        raise FileFormatError(str(error), path) from error

@@ -1,11 +1,11 @@
-"""From a TOML table to a mechanism."""
+"""Conversion of a TOML table to a mechanism."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.files.tables import Table
+from ...core.files.toml_tables import Table
 from ..arm import Arm
 from ..geometry import WristGeometry
 from ..guide import LimbGuide
@@ -25,11 +25,9 @@ def read_root(root: Table) -> Mechanism:
     document, estimated = root.text("source", required=False), root.texts("estimated")
     if document is not None:
         sources["mechanism"] = document
-    geometry_table = root.table("geometry")
-    assert geometry_table is not None
     assert name is not None
-    geometry = _read_geometry(geometry_table, side, sources)
-    arm_table, shoulder_table = root.table("arm", required=False), root.table("shoulder", required=False)
+    geometry = _read_geometry(root.required_table("geometry"), side, sources)
+    arm_table, shoulder_table = root.table("arm"), root.table("shoulder")
     arm = None if arm_table is None else _read_arm(arm_table, sources)
     shoulder = Shoulder() if shoulder_table is None else _read_shoulder(shoulder_table, sources)
     limbs = tuple(_read_limb(table, sources) for table in root.tables("limbs"))
@@ -60,7 +58,7 @@ def _note_source(table: Table, sources: dict[str, str]) -> None:
 
 def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeometry:
     _note_source(table, sources)
-    circles, points = table.table("circles", required=False), table.table("points", required=False)
+    circles, points = table.table("circles"), table.table("points")
     quaternion = table.quantity("number", "neutral_quaternion_xyzw", (4,), required=False)
     table.finish()
     if (circles is None) == (points is None):
@@ -104,9 +102,9 @@ def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
         _note_source(body, sources)
     body_mass = table.quantity("mass", "body_mass", required=False)
     table.finish()
-    # The person's mass belongs to the person's parts; where all is device it is kept with that.
-    worn = not all(part.get_flag("device") for part in parts)
-    arms = [_read_body(part, None if worn and part.get_flag("device") else body_mass) for part in parts]
+    # The person's mass belongs to the person's parts; where all is device it goes with the device.
+    worn = not all(part.is_true("device") for part in parts)
+    arms = [_read_body(part, None if worn and part.is_true("device") else body_mass) for part in parts]
     total = arms[0]
     for part in arms[1:]:
         total = total + part
@@ -124,9 +122,11 @@ def _read_body(table: Table, body_mass: float | None = None) -> Arm:
     if about_centre is not None and about_origin is not None:
         raise table.error("give the inertia once", "inertia_about_centre and inertia_about_origin")
     if signs is not None and about_centre is None and about_origin is None:
-        raise table.error("there is no inertia that it could speak of", "products_of_inertia")
+        raise table.error(
+            "given without an inertia; give the inertia too, or leave this key out", "products_of_inertia"
+        )
     if signs == "integrals":
-        flip = 2.0 * np.eye(3) - 1.0  # keeps the moments, negates the products
+        flip = 2.0 * np.eye(3) - 1.0  # leaves the moments, negates the products
         about_centre = None if about_centre is None else about_centre * flip
         about_origin = None if about_origin is None else about_origin * flip
     if about_origin is not None:
@@ -148,7 +148,7 @@ def _read_shoulder(table: Table, sources: dict[str, str]) -> Shoulder:
 def _read_limb(table: Table, sources: dict[str, str]) -> Limb:
     _note_source(table, sources)
     kind = table.text("kind", choices=("UPU", "SPS"))
-    stroke_table = table.table("stroke", required=False)
+    stroke_table = table.table("stroke")
     stroke = None
     if stroke_table is not None:
         _note_source(stroke_table, sources)
@@ -159,10 +159,10 @@ def _read_limb(table: Table, sources: dict[str, str]) -> Limb:
             stroke_table.quantity("length", "end_fitting", required=False),
         )
         stroke_table.finish()
-    halves = [_read_limb_body(table.table(key, required=False), sources) for key in ("base_body", "platform_body")]
+    halves = [_read_limb_body(table.table(key), sources) for key in ("base_body", "platform_body")]
     limit = table.quantity("angle", "joint_half_diagonal", required=False)
     straight = table.quantity("number", "joint_straight", (3,), required=False)
-    guide = _read_guide(table.table("guide", required=False), sources)
+    guide = _read_guide(table.table("guide"), sources)
     table.finish()
     return Limb(kind, halves[0], halves[1], stroke, limit, straight, guide)  # type: ignore[arg-type]
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
-from os import PathLike, fspath
+from os import PathLike
 from typing import Any
 
-from ...core.errors import FileFormatError, InvalidInput, UnknownName
+from ...core.errors import InvalidInput, UnknownName
+from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ..laws.static import BAR, StaticModel
-from .muscle_toml import Reader, as_number, read_toml, write_toml
 from .published import muscle_model, muscle_models
 from .static_files import parameter_content, parse_parameters
 
@@ -33,9 +33,9 @@ def save_dynamic(
     path : path
         File to write.
     notes : tuple of str
-        What a reader must know.
+        Remarks: corrected misprints, limits of use.
     **extra : mapping
-        Further tables; ``identification`` is the one that is read over.
+        Further tables; the reader leaves out ``identification`` and refuses others.
 
     Raises
     ------
@@ -61,31 +61,30 @@ def save_dynamic(
         },
         "static": parameter_content(model.static),
     }
-    write_toml(content | {key: dict(value) for key, value in extra.items()}, path)
+    write_toml(path, content | {key: dict(value) for key, value in extra.items()})
 
 
-def _friction(reader: Reader) -> FrictionLaw:
-    form = reader.take("form")
+def _friction(table: Table) -> FrictionLaw:
+    form = table.text("form", choices=("constant", "load-dependent"))
     law: FrictionLaw
     if form == "load-dependent":
-        law = LoadDependentFriction.from_bar(*(as_number(reader.take(k), reader, k) for k in _LOAD_DEPENDENT))
-    elif form == "constant":
-        law = ConstantFriction(as_number(reader.take("force_N"), reader, "force_N"))
+        law = LoadDependentFriction.from_bar(*(table.coefficient(key) for key in _LOAD_DEPENDENT))
     else:
-        raise FileFormatError(
-            f"unknown friction form {form!r}; there are: constant, load-dependent", reader.path, "friction.form"
-        )
-    reader.done()
+        law = ConstantFriction(table.coefficient("force_N"))
+    table.finish()
     return law
 
 
-def _static(value: Any, path: str | None) -> StaticModel:
-    if isinstance(value, str):
-        if value not in muscle_models():
-            known = ", ".join(muscle_models())
-            raise FileFormatError(f"unknown muscle model {value!r}; there are: {known}", path, "static")
-        return muscle_model(value)
-    return parse_parameters(value, path)[0]
+def _damping(table: Table) -> Damping:
+    law = Damping.from_bar(*(table.coefficient(key) for key in ("D_1_N_s2_per_m2_bar", "D_2_N_s_per_m_bar")))
+    table.finish()
+    return law
+
+
+def _static(top: Table) -> StaticModel:
+    if top.is_text("static"):
+        return muscle_model(str(top.text("static", choices=muscle_models())))
+    return parse_parameters(top.required_table("static"))[0]
 
 
 def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
@@ -105,24 +104,18 @@ def load_dynamic(path: str | PathLike[str]) -> DynamicModel:
     FileFormatError
         If the file cannot be read or understood; it names the key.
     """
-    place = fspath(path)
-    top = Reader(read_toml(path), place)
-    damping = Reader(top.take("damping"), place, "damping.")
-    D_1, D_2 = (as_number(damping.take(k), damping, k) for k in ("D_1_N_s2_per_m2_bar", "D_2_N_s_per_m_bar"))
-    damping.done()
-    try:
+    top = read_toml(path)
+    with naming_file(path):
         model = DynamicModel(
-            name=str(top.take("name")),
-            static=_static(top.take("static"), place),
-            friction=_friction(Reader(top.take("friction"), place, "friction.")),
-            damping=Damping.from_bar(D_1, D_2),
-            source=str(top.take("source", "")),
+            name=str(top.text("name")),
+            static=_static(top),
+            friction=_friction(top.required_table("friction")),
+            damping=_damping(top.required_table("damping")),
+            source=top.text("source", required=False) or "",
         )
-    except FileFormatError:
-        raise
-    except InvalidInput as error:
-        raise FileFormatError(str(error), place) from None
-    top.done(allowed=("notes", "identification"))
+    top.texts("notes")
+    top.skip("identification")
+    top.finish()
     return model
 
 

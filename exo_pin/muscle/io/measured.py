@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import UnknownName
+from ...core.files.csv_tables import parse_csv
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 
@@ -39,7 +39,7 @@ class Table:
     rows, columns : tuple of str
         Printed heads.
     printed : tuple of tuple of str
-        The cells exactly as printed; "/" and "" mean that nothing is printed.
+        The cells exactly as printed; "/" and "" mean an empty cell.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Table:
     printed: tuple[tuple[str, ...], ...]
 
     def _cells(self, pattern: re.Pattern[str], group: int) -> FloatArray:
-        # The force stands first in its cell, the error in brackets behind it.
+        # A cell holds the force, then the error in brackets.
         find = pattern.match if group == 0 else pattern.search
         found = [[find(cell) for cell in row] for row in self.printed]
         return frozen(np.array([[float(m.group(group)) if m else np.nan for m in row] for row in found]))
@@ -134,19 +134,19 @@ def table(name: str) -> Table:
     key = str(name).lower()
     if key not in tables():
         raise UnknownName("table", name, tables())
-    lines = (files("exo_pin.muscle") / "data" / f"table-{key}.csv").read_text(encoding="utf-8").splitlines()
-    head = [line[2:].split(": ", 1) for line in lines if line.startswith("# ")]
+    text = (files("exo_pin.muscle") / "data" / f"table-{key}.csv").read_text(encoding="utf-8")
+    cells = parse_csv(text, f"table-{key}.csv")
+    head = [comment.split(": ", 1) for comment in cells.comments]
     facts = {k: v for k, v in head if k != "note"}
-    cells = list(csv.reader(line for line in lines if not line.startswith("#")))
     return Table(
         name=key,
         title=facts["title"],
         source=facts["source"],
         units=facts["units"],
         notes=tuple(v for k, v in head if k == "note"),
-        rows=tuple(row[0] for row in cells[1:]),
-        columns=tuple(cells[0][1:]),
-        printed=tuple(tuple(row[1:]) for row in cells[1:]),
+        rows=tuple(row[0] for row in cells.rows),
+        columns=cells.columns[1:],
+        printed=tuple(row[1:] for row in cells.rows),
     )
 
 
@@ -189,7 +189,7 @@ def steady_states(valid_only: bool = False) -> SteadyStates:
     ----------
     valid_only : bool
         Whether to keep only the 25 cells that Table 3-3c calls valid and that have data. (Table 3-3c prints 26
-        errors; Tables 3-1 and 3-2 have nothing at 2.0 bar, 12.74 N.)
+        errors; Tables 3-1 and 3-2 have no data at 2.0 bar, 12.74 N.)
 
     Returns
     -------

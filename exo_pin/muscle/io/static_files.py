@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from os import PathLike, fspath
+from functools import partial
+from os import PathLike
 from typing import Any
 
-from ...core.errors import FileFormatError, InvalidInput
+from ...core.errors import InvalidInput
+from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
 from ..identification.static_identification import coefficient_name
 from ..laws.literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
 from ..laws.polynomial_law import PolynomialModel
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
-from .muscle_toml import Reader, as_number, read_toml, write_toml
 
 __all__ = ["load_parameters", "parameter_content", "parse_parameters", "save_parameters"]
 
@@ -59,14 +60,14 @@ def save_parameters(
     path : path
         File to write; it is written whole or not at all.
     **extra : mapping
-        Further tables of the file; ``identification`` is the one that is read over.
+        Further tables of the file; the reader leaves out ``identification`` and refuses others.
 
     Raises
     ------
     InvalidInput
         As in :func:`parameter_content`.
     """
-    write_toml(parameter_content(model, notes) | {key: dict(value) for key, value in extra.items()}, path)
+    write_toml(path, parameter_content(model, notes) | {key: dict(value) for key, value in extra.items()})
 
 
 def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -77,7 +78,7 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     model : StaticModel
         Of its reference length: a scaled one is refused, since scaling is an assumption and not a measurement.
     notes : tuple of str
-        What a reader must know.
+        Remarks: corrected misprints, limits of use.
 
     Returns
     -------
@@ -131,15 +132,13 @@ def _validity_table(validity: Validity) -> dict[str, Any]:
     return table
 
 
-def parse_parameters(content: Mapping[str, Any], path: str | None = None) -> tuple[StaticModel, tuple[str, ...]]:
-    """Make a static model from the content of a parameter file.
+def parse_parameters(top: Table) -> tuple[StaticModel, tuple[str, ...]]:
+    """Make a static model from the table of a parameter file.
 
     Parameters
     ----------
-    content : mapping
-        As read from TOML.
-    path : str or None
-        The file, for messages.
+    top : Table
+        The file's root, or the table ``static`` of a dynamic set.
 
     Returns
     -------
@@ -151,89 +150,62 @@ def parse_parameters(content: Mapping[str, Any], path: str | None = None) -> tup
     FileFormatError
         If a key is missing, unknown or of a wrong kind, a unit is not the expected one, or a value is impossible.
     """
-    top = Reader(dict(content), path)
-    form = top.take("form")
-    notes = tuple(str(note) for note in top.take("notes", []))
+    form = top.text("form", choices=("polynomial", *_CONSTANTS))
+    notes = top.texts("notes")
     common: dict[str, Any] = {
-        "name": str(top.take("name")),
-        "source": str(top.take("source", "")),
-        "reference_length": as_number(top.take("reference_length_m"), top, "reference_length_m"),
+        "name": top.text("name"),
+        "source": top.text("source", required=False) or "",
+        "reference_length": top.coefficient("reference_length_m"),
     }
-    try:
-        common["validity"] = _parse_validity(Reader(top.take("validity"), path, "validity."))
-        build: Callable[[], StaticModel]
+    with naming_file(top.path):
+        common["validity"] = _parse_validity(top.required_table("validity"))
+        build: Callable[..., StaticModel]
         if form == "polynomial":
-            terms = _parse_terms(top.take("coefficients"), path)
-            build = lambda: PolynomialModel.from_bar(terms, **common)  # noqa: E731
-        elif form in _CONSTANTS:
-            kind, _ = _CONSTANTS[form]
-            constants = _parse_constants(form, Reader(top.take("constants"), path, "constants."))
-            build = lambda: kind(**constants, **common)  # noqa: E731
+            build = partial(PolynomialModel.from_bar, _parse_terms(top))
         else:
-            known = ", ".join(sorted(["polynomial", *_CONSTANTS]))
-            raise FileFormatError(f"unknown form {form!r}; there are: {known}", path, "form")
-        top.done(allowed=("identification",))
-        return build(), notes
-    except FileFormatError:
-        raise
-    except InvalidInput as error:
-        raise FileFormatError(str(error), path) from None
+            build = partial(_CONSTANTS[str(form)][0], **_parse_constants(str(form), top))
+        top.skip("identification")
+        top.finish()
+        return build(**common), notes
 
 
-def _parse_validity(reader: Reader) -> Validity:
-    strain, pressure = reader.take("strain"), reader.take("pressure_bar")
-    if not isinstance(pressure, list) or len(pressure) != 2:
-        raise FileFormatError("expected validity.pressure_bar to be two numbers", reader.path, "validity.pressure_bar")
-    slope = reader.take("capability_slope_N_per_bar", None)
-    intercept = reader.take("capability_intercept_N", None)
-    if (slope is None) != (intercept is None):
-        raise FileFormatError("expected capability slope and intercept together", reader.path, "validity")
+def _parse_validity(table: Table) -> Validity:
+    strain = table.quantity("number", "strain", (2,))
+    pressure = table.quantity("number", "pressure_bar", (2,)).tolist()
     line = None
-    if slope is not None:
-        line = (
-            as_number(slope, reader, "capability_slope_N_per_bar") / BAR,
-            as_number(intercept, reader, "capability_intercept_N"),
-        )
-    basis = str(reader.take("basis", ""))
-    reader.done()
-    bounds = [as_number(p, reader, "pressure_bar") * BAR for p in pressure]
-    return Validity(strain=strain, pressure=(bounds[0], bounds[1]), capability=line, basis=basis)
+    slope, intercept = "capability_slope_N_per_bar", "capability_intercept_N"
+    if slope in table or intercept in table:
+        line = (table.coefficient(slope) / BAR, table.coefficient(intercept))
+    basis = table.text("basis", required=False) or ""
+    table.finish()
+    return Validity(strain=strain, pressure=(pressure[0] * BAR, pressure[1] * BAR), capability=line, basis=basis)
 
 
-def _parse_terms(rows: Any, path: str | None) -> dict[tuple[int, int], float]:
-    if not isinstance(rows, list) or not rows:
-        raise FileFormatError("expected coefficients to be a list of tables", path, "coefficients")
+def _parse_terms(top: Table) -> dict[tuple[int, int], float]:
     terms: dict[tuple[int, int], float] = {}
-    for row in rows:
-        reader = Reader(row, path, "coefficients.")
-        powers = (reader.take("contraction_power"), reader.take("pressure_power"))
-        if not all(isinstance(p, int) and not isinstance(p, bool) and p >= 0 for p in powers):
-            raise FileFormatError(f"expected whole powers of zero or more, got {powers}", path, "coefficients")
+    for row in top.tables("coefficients"):
+        powers = row.integer("contraction_power"), row.integer("pressure_power")
+        if min(powers) < 0:
+            raise row.error(f"expected powers of zero or more, got {powers}", "contraction_power")
         if powers in terms:
-            raise FileFormatError(f"two coefficients have the powers {powers}", path, "coefficients")
-        unit = reader.take("unit")
+            raise row.error(f"two coefficients have the powers {powers}", "contraction_power")
+        unit = row.text("unit")
         if unit != _unit(*powers):
-            raise FileFormatError(
-                f"expected the unit {_unit(*powers)!r} for the powers {powers}, got {unit!r}",
-                path,
-                "coefficients.unit",
-            )
-        terms[powers] = as_number(reader.take("value"), reader, "value")
-        reader.take("symbol", "")
-        reader.done()
+            raise row.error(f"expected the unit {_unit(*powers)!r} for the powers {powers}, got {unit!r:.80}", "unit")
+        terms[powers] = row.coefficient("value")
+        row.text("symbol", required=False)
+        row.finish()
+    if not terms:
+        raise top.error("expected an array of tables with at least one coefficient", "coefficients")
     return terms
 
 
-def _parse_constants(form: str, reader: Reader) -> dict[str, Any]:
-    constants: dict[str, Any] = {
-        name: as_number(reader.take(key), reader, key) * BAR**power for name, key, power in _CONSTANTS[form][1]
-    }
+def _parse_constants(form: str, top: Table) -> dict[str, Any]:
+    table = top.required_table("constants")
+    constants: dict[str, Any] = {name: table.coefficient(key) * BAR**power for name, key, power in _CONSTANTS[form][1]}
     if form == "colbrunn":
-        rows = reader.take("efficiency_per_bar")
-        if not isinstance(rows, list):
-            raise FileFormatError("expected constants.efficiency_per_bar to be a list", reader.path, "constants")
-        constants["efficiency"] = [as_number(c, reader, "efficiency_per_bar") / BAR**k for k, c in enumerate(rows)]
-    reader.done()
+        constants["efficiency"] = [c / BAR**k for k, c in enumerate(table.coefficients("efficiency_per_bar"))]
+    table.finish()
     return constants
 
 
@@ -254,4 +226,4 @@ def load_parameters(path: str | PathLike[str]) -> StaticModel:
     FileFormatError
         If the file cannot be read or understood; it names the key.
     """
-    return parse_parameters(read_toml(path), fspath(path))[0]
+    return parse_parameters(read_toml(path))[0]

@@ -1,28 +1,27 @@
-"""Pictures through a headless browser, if there is one: Chromium or a relative, spoken to by its DevTools protocol."""
+"""Pictures through a headless browser, if there is one: Chromium or a relative."""
 
 from __future__ import annotations
 
 import asyncio
 import base64
-import json
+import contextlib
 import os
 import shutil
-import subprocess
 import tempfile
+import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Coroutine
+from concurrent.futures import CancelledError
 from pathlib import Path
 from types import TracebackType
 from typing import Any
-
-from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 from ...core.errors import BrowserFailed, BrowserNotFound, InvalidInput
 from ...core.records import OneProcess
 
 __all__ = ["BROWSERS", "BROWSER_VARIABLE", "Browser", "find_browser"]
 
-#: Programs that are looked for, and the environment variable that names another one.
+#: Names of browser programs, tried in this order, and the environment variable that names another one.
 BROWSERS = (
     "chromium",
     "chromium-browser",
@@ -33,24 +32,6 @@ BROWSERS = (
     "brave-browser",
 )
 BROWSER_VARIABLE = "EXO_PIN_BROWSER"
-
-#: WebGL is drawn in software, so that it works without a screen and a graphics card; nothing is asked of a network.
-_OPTIONS = (
-    "--headless=new",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-quic",
-    "--no-first-run",
-    "--no-default-browser-check",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-extensions",
-    "--hide-scrollbars",
-    "--disable-dev-shm-usage",
-    "--remote-debugging-port=0",
-)
-_LARGEST_MESSAGE = 200 * 1024 * 1024
 
 
 def find_browser(program: str | None = None) -> str:
@@ -98,28 +79,27 @@ class Browser(OneProcess):
         width, height = (int(part) for part in size)
         if not (16 <= width <= 8192 and 16 <= height <= 8192):
             raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {width} x {height}")
-        self._program, self._timeout, self._size = find_browser(program), timeout, (width, height)
+        self._program, self._timeout = find_browser(program), timeout
+        # Imported when the first picture is made: pages and HTML files need no browser.
+        from .chromium import CHROMIUM_ERRORS, chromium
+
+        # choreographer cancels commands when the browser ends.
+        self._errors = (*CHROMIUM_ERRORS, CancelledError, OSError)
         self._folder = Path(tempfile.mkdtemp(prefix="exo_pin_browser_"))
-        self._number = 0
-        # Notebooks run a loop of their own in the main thread; this one has its own.
-        self._pool = ThreadPoolExecutor(1)
+        # A notebook has an event loop of its own in the main thread; the browser's runs in another thread.
         self._loop = asyncio.new_event_loop()
-        # A sandbox needs a user that root is not.
-        root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-        command = [self._program, *_OPTIONS, *root, f"--user-data-dir={self._folder / 'profile'}", "about:blank"]
-        self._socket: WebSocketClientConnection | None = None
-        self._process: subprocess.Popen[bytes] | None = None
+        self._thread = threading.Thread(target=_run_until_stopped, args=(self._loop,), daemon=True)
+        self._thread.start()
+        self._tab: Any = None
+        self._browser = chromium(self._program, str(self._folder))
         try:
-            self._process = subprocess.Popen(
-                command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-            )
-            self._socket = self._run(self._connect(self._process))
+            self._run(self._browser.open(), "the start")
+            self._tab = self._browser.get_tab()
+            if self._tab is None:
+                raise BrowserFailed(self._program, "it opened no page")
             self._command(
                 "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
             )
-        except OSError as error:
-            self.close()
-            raise BrowserFailed(self._program, f"it does not start: {error}") from error
         except BaseException:
             self.close()
             raise
@@ -174,56 +154,38 @@ class Browser(OneProcess):
 
     def close(self) -> None:
         """End the browser and remove its files."""
-        if self._process is not None and self._process.poll() is None:
-            self._process.terminate()
-            try:
-                self._process.wait(10)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
-        self._pool.submit(self._loop.close).result()
-        self._pool.shutdown()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        if not self._thread.is_alive():
+            return
+        try:
+            with contextlib.suppress(BrowserFailed):  # it has ended already
+                self._run(self._browser.close(), "closing")
+        finally:
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join()
+            shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _run(self, job: Any) -> Any:
-        return self._pool.submit(self._loop.run_until_complete, job).result()
-
-    async def _connect(self, process: subprocess.Popen[bytes]) -> WebSocketClientConnection:
-        """Wait for the port that the browser has chosen, and take hold of its page."""
-        told = self._folder / "profile" / "DevToolsActivePort"
-        end = time.monotonic() + self._timeout
-        while not (told.is_file() and len(told.read_text().splitlines()) >= 2):
-            if process.poll() is not None:
-                raise BrowserFailed(self._program, f"it ended with status {process.returncode}")
-            if time.monotonic() > end:
-                raise BrowserFailed(self._program, f"it did not start within {self._timeout:g} s")
-            await asyncio.sleep(0.05)
-        port, path = told.read_text().splitlines()[:2]
-        browser = await websocket_connect(f"ws://127.0.0.1:{port}{path}", max_message_size=_LARGEST_MESSAGE)
-        targets = await self._ask(browser, "Target.getTargets", {})
-        page = next(target for target in targets["targetInfos"] if target["type"] == "page")
-        browser.close()
-        return await websocket_connect(
-            f"ws://127.0.0.1:{port}/devtools/page/{page['targetId']}", max_message_size=_LARGEST_MESSAGE
-        )
+    def _run(self, task: Coroutine[Any, Any, Any], what: str) -> Any:
+        """Result of a coroutine of the browser's thread; ``what`` it does is for the message."""
+        try:
+            return asyncio.run_coroutine_threadsafe(asyncio.wait_for(task, self._timeout), self._loop).result()
+        except TimeoutError:
+            raise BrowserFailed(self._program, f"no answer to {what} within {self._timeout:g} s") from None
+        except self._errors as error:
+            raise BrowserFailed(self._program, f"it ended during {what}: {error}") from error
 
     def _command(self, method: str, **parameters: Any) -> dict[str, Any]:
-        assert self._socket is not None
-        return self._run(self._ask(self._socket, method, parameters))
+        answer = self._run(self._tab.send_command(method, params=parameters), method)
+        if "error" in answer:
+            raise BrowserFailed(self._program, f"{method}: {answer['error'].get('message')}")
+        return dict(answer["result"])
 
-    async def _ask(self, socket: WebSocketClientConnection, method: str, parameters: dict[str, Any]) -> dict[str, Any]:
-        self._number += 1
-        number = self._number
-        await socket.write_message(json.dumps({"id": number, "method": method, "params": parameters}))
-        while True:
-            try:
-                text = await asyncio.wait_for(socket.read_message(), self._timeout)
-            except TimeoutError:
-                raise BrowserFailed(self._program, f"no answer to {method} within {self._timeout:g} s") from None
-            if text is None:
-                raise BrowserFailed(self._program, "it closed the connection")
-            answer = json.loads(text)
-            if answer.get("id") == number:
-                if "error" in answer:
-                    raise BrowserFailed(self._program, f"{method}: {answer['error'].get('message')}")
-                return dict(answer["result"])
+
+def _run_until_stopped(loop: asyncio.AbstractEventLoop) -> None:
+    """Run an event loop, and cancel what is left when it stops."""
+    loop.run_forever()
+    left = asyncio.all_tasks(loop)
+    for task in left:
+        task.cancel()
+    if left:
+        loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+    loop.close()

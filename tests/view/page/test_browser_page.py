@@ -1,8 +1,11 @@
 """What a browser shows: known points have the colours they should have, and the numbers stand on the page."""
 
 import io
+import os
+import signal
 import subprocess
 import sys
+import tempfile
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from exo_pin.core.errors import BrowserFailed, BrowserNotFound, MissingExtra
 from exo_pin.view import Browser, Scene, find_browser
 from exo_pin.view.colours import BLUE, GREEN, ORANGE, RED
 
+pytest.importorskip("choreographer")
 try:
     find_browser()
 except BrowserNotFound as missing:
@@ -125,7 +129,7 @@ def test_exported_page_shows_limbs_arm_and_arrows_where_they_are(browser, tmp_pa
     check_picture(shot(browser), scene, name)
 
 
-def test_exported_page_needs_no_network_and_says_the_numbers(browser):
+def test_exported_page_needs_no_network_and_shows_the_numbers(browser):
     scene = make_scene(human=False)
     answer = scene.show(pose("raised"))
     browser.open_html(scene.html())
@@ -247,7 +251,7 @@ def shot_of(browser, scene):
     return shot(browser)
 
 
-def test_command_writes_a_picture_of_the_size_asked_for(tmp_path):
+def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
     command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--png", str(target), "--size", "400x300"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -257,6 +261,25 @@ def test_command_writes_a_picture_of_the_size_asked_for(tmp_path):
     assert image.std() > 10
 
 
-def test_a_browser_that_fails_says_so(tmp_path):
-    with pytest.raises(BrowserFailed, match="ended with status"):
+def test_failing_browser_is_reported(tmp_path):
+    with pytest.raises(BrowserFailed, match="/bin/false: it ended during the start"):
         Browser(SIZE, program="/bin/false")
+
+
+def test_a_browser_that_is_killed_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with Browser(SIZE, timeout=20.0) as window:
+        window.open_html("<!doctype html><body data-state='drawn'></body>")
+        assert window.evaluate("1 + 1") == 2
+        with pytest.raises(BrowserFailed, match="no_such_name is not defined"):
+            window.evaluate("no_such_name")
+        os.killpg(window._browser.subprocess.pid, signal.SIGKILL)
+        with pytest.raises(BrowserFailed, match=r"ended|no answer"):
+            window.evaluate("1 + 1")
+    assert list(tmp_path.glob("exo_pin_browser_*")) == []
+
+
+def test_the_arguments_of_the_program_are_left_alone():
+    code = "import sys; sys.argv = ['a', '--l', '1']; import exo_pin.view.page.chromium; print(sys.argv)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "['a', '--l', '1']\n"

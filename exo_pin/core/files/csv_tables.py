@@ -1,0 +1,142 @@
+"""CSV tables, read strictly: the header names the columns with their units, one line is one row.
+
+Lines that start with ``#`` are comments, blank lines are left out. Cells are separated by commas and may be quoted as
+:mod:`csv` does it, within their line; numbers have a decimal point. Every row has as many cells as the header.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from os import PathLike
+
+import numpy as np
+
+from ..errors import FileFormatError
+from ..records import Record
+from ..validation import FloatArray, frozen
+from .text_files import read_text
+
+__all__ = ["CsvTable", "csv_text", "parse_csv", "read_csv"]
+
+# float() alone would read 1_000, digits of other scripts, inf and nan.
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+
+
+@dataclass(frozen=True)
+class CsvTable(Record):
+    """A table of text cells.
+
+    Attributes
+    ----------
+    path : path-like or None
+        The file, for messages.
+    columns : tuple of str
+        Names in the header, all different.
+    rows : tuple of tuple of str
+        Cells, without the blanks around them.
+    lines : tuple of int
+        Line of each row in the file, from 1.
+    comments : tuple of str
+        Comment lines without their ``#`` and the blanks around them.
+    """
+
+    path: str | PathLike[str] | None
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    comments: tuple[str, ...]
+
+    def numbers(self, columns: Sequence[str]) -> FloatArray:
+        """Columns as finite numbers.
+
+        Parameters
+        ----------
+        columns : sequence of str
+            Their names; other columns are not read.
+
+        Returns
+        -------
+        ndarray
+            Shape (n, len(columns)), read-only.
+
+        Raises
+        ------
+        FileFormatError
+            If a column is missing, or a cell is no finite number; the message names its line and column.
+        """
+        missing = [name for name in columns if name not in self.columns]
+        if missing:
+            raise FileFormatError(
+                f"expected the columns {', '.join(columns)}; missing: {', '.join(missing)}; "
+                f"the header has {', '.join(self.columns)}",
+                self.path,
+            )
+        places = [self.columns.index(name) for name in columns]
+        values = np.empty((len(self.rows), len(places)))
+        for index, (line, row) in enumerate(zip(self.lines, self.rows, strict=True)):
+            for column, place in enumerate(places):
+                cell = row[place]
+                value = float(cell) if _NUMBER.fullmatch(cell) else np.nan
+                if not np.isfinite(value):
+                    expected = f"line {line}: expected a finite number in column {columns[column]}"
+                    raise FileFormatError(f"{expected}, got {cell!r:.80}", self.path)
+                values[index, column] = value
+        return frozen(values)
+
+
+def read_csv(path: str | PathLike[str]) -> CsvTable:
+    """Read a CSV file.
+
+    Raises
+    ------
+    FileFormatError
+        If the path is no regular file, the text is not UTF-8 (a byte-order mark is allowed), there is no header, a
+        column is named twice, a row has more or fewer cells than the header, or a quote is not closed in its line.
+    """
+    return parse_csv(read_text(path), path)
+
+
+def parse_csv(text: str, path: str | PathLike[str] | None) -> CsvTable:
+    """The table of a CSV text; ``path`` is for messages. It raises as :func:`read_csv` does."""
+    comments, lines, rows = [], [], []
+    # StringIO ends lines where editors do; str.splitlines would also end them at form feeds and the like.
+    for number, line in enumerate(io.StringIO(text, newline=None), 1):
+        if line.startswith("#"):
+            comments.append(line[1:].strip())
+        elif line.strip():
+            lines.append(number)
+            rows.append(_cells(line.rstrip("\n"), number, path))
+    if not rows:
+        raise FileFormatError("is empty; expected a header line that names the columns", path)
+    header = rows[0]
+    twice = sorted({name for name in header if header.count(name) > 1})
+    if twice:
+        raise FileFormatError(f"line {lines[0]}: the header names {', '.join(map(repr, twice))} twice", path)
+    if len(header) == 1 and re.search("[;\t]", header[0]):
+        message = f"expected cells separated by commas, with decimal points, got {header[0]!r:.80}"
+        raise FileFormatError(f"line {lines[0]}: {message}", path)
+    for number, row in zip(lines[1:], rows[1:], strict=True):
+        if len(row) != len(header):
+            raise FileFormatError(f"line {number}: expected {len(header)} cells as in the header, got {len(row)}", path)
+    return CsvTable(path, header, tuple(rows[1:]), tuple(lines[1:]), tuple(comments))
+
+
+def _cells(line: str, number: int, path: str | PathLike[str] | None) -> tuple[str, ...]:
+    try:
+        return tuple(cell.strip() for cell in next(csv.reader([line], strict=True)))
+    except csv.Error as error:
+        raise FileFormatError(f"line {number}: not CSV: {error}", path) from error
+
+
+def csv_text(columns: Iterable[str], rows: Iterable[Iterable[str]], comments: Iterable[str] = ()) -> str:
+    """The text of a table, comments first; :func:`parse_csv` reads it back."""
+    out = io.StringIO()
+    out.writelines(f"# {comment}\n" for comment in comments)
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return out.getvalue()

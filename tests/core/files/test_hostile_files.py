@@ -1,0 +1,244 @@
+"""Every kind of file that the package reads, as text that is wrong and as a path that is no file."""
+
+import os
+import socket
+import subprocess
+import sys
+from functools import partial
+
+import pytest
+import tomli_w
+from places import URDF
+
+import exo_pin as ep
+from exo_pin import muscle
+from exo_pin.chain.formats.closures_file import read_closures, write_closures
+from exo_pin.chain.formats.parallel_robots import read_parallel_robot
+from exo_pin.cli.muscle_identify_command import read_columns
+from exo_pin.core.errors import FileFormatError
+from exo_pin.core.files.csv_tables import read_csv
+from exo_pin.core.files.toml_tables import DEEPEST, read_toml
+from exo_pin.load_case import read_movement
+
+EXO = ep.load("prototype")
+LOOPS = read_closures(URDF / "prototype.closures.toml")
+POSES = "".join(f"{t},{10 + t},0,0\n" for t in range(6))
+RESPONSE = "".join(f"{t},{t},1\n" for t in range(6))
+
+
+def write_design(path):
+    EXO.save(path)
+
+
+def write_loops(path):
+    write_closures(LOOPS, path)
+
+
+def write_static(path):
+    muscle.save_parameters(muscle.muscle_model("best"), path)
+
+
+def write_dynamic(path):
+    muscle.save_dynamic(muscle.dynamic_model("tang-3-31"), path)
+
+
+def write_movement(path):
+    path.write_text("time_s,flexion_deg,abduction_deg,internal_rotation_deg\n" + POSES)
+
+
+def write_rest(path):
+    path.write_text("contraction_mm,pressure_bar,force_N\n" + RESPONSE)
+
+
+def write_response(path):
+    path.write_text("time_s,contraction_mm,pressure_bar\n" + RESPONSE)
+
+
+REST = ("contraction_mm", "pressure_bar", "force_N")
+TOML = {
+    "design": (ep.load, write_design, ("mass_kg", "base_radius_m", "platform_angles_rad")),
+    "closures": (read_closures, write_loops, ("gravity_m_s2",)),
+    "static muscle": (muscle.load_parameters, write_static, ("value", "strain", "reference_length_m")),
+    "dynamic muscle": (muscle.load_dynamic, write_dynamic, ("D_2_N_s_per_m_bar", "load_bar_per_kg")),
+}
+CSV = {
+    "movement": (read_movement, write_movement),
+    "states at rest": (partial(read_columns, names=REST), write_rest),
+    "response": (partial(read_columns, names=("time_s", "contraction_mm", "pressure_bar")), write_response),
+}
+READERS = {
+    **{name: reader for name, (reader, *_) in (TOML | CSV).items()},
+    "any TOML": read_toml,
+    "any CSV": read_csv,
+    "robot.yaml": read_parallel_robot,
+    "urdf": lambda path: ep.ClosedChain.from_urdf(path, LOOPS),
+}
+
+
+def good_text(writer, tmp_path):
+    path = tmp_path / "good.toml"
+    writer(path)
+    return path.read_text(encoding="utf-8")
+
+
+def refused(reader, path, message):
+    with pytest.raises(FileFormatError, match=message) as caught:
+        reader(path)
+    assert caught.value.path == str(path)
+    assert len(str(caught.value)) < 2000
+
+
+@pytest.mark.parametrize("kind", READERS)
+def test_paths_that_are_no_file(kind, tmp_path):
+    reader = READERS[kind]
+    refused(reader, str(tmp_path / "none" / "a.toml"), "No such file|no such file")
+    pipe, folder, own = tmp_path / "pipe.toml", tmp_path / "folder.toml", tmp_path / "socket.toml"
+    os.mkfifo(pipe)
+    folder.mkdir()
+    (folder / "robot.yaml").mkdir()
+    refused(reader, str(pipe), "this is a pipe; save it as a file")
+    if kind != "robot.yaml":
+        refused(reader, str(folder), "this is a folder")
+    with socket.socket(socket.AF_UNIX) as end:
+        end.bind(str(own))
+        refused(reader, str(own), "this is a socket|cannot be read")
+    zero = tmp_path / "zero.toml"
+    zero.symlink_to("/dev/zero")
+    refused(reader, str(zero), "this is a device")
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00a")
+    if kind != "urdf":
+        refused(reader, str(binary), "expected UTF-8")
+
+
+@pytest.mark.parametrize("kind", [kind for kind in READERS if kind != "design"])
+@pytest.mark.parametrize("path", [None, 3, b"a.toml", "a\0.toml", object()])
+def test_values_that_are_no_path(kind, path):
+    with pytest.raises(FileFormatError):
+        READERS[kind](path)
+
+
+@pytest.mark.parametrize("kind", TOML)
+def test_toml_texts_that_are_wrong(kind, tmp_path):
+    reader, writer, number_keys = TOML[kind]
+    good = good_text(writer, tmp_path)
+    path = tmp_path / "bad.toml"
+
+    def check(text, message):
+        path.write_text(text, encoding="utf-8")
+        refused(reader, path, message)
+
+    check("", "missing")
+    check("a = [" * 3 + "[" * 5000 + "]" * 5000, "not TOML")
+    check(good.replace("\n", "\n" + "x = " + "[" * 400 + "]" * 400 + "\n", 1), f"deeper than {DEEPEST}|not TOML")
+    check("x" + ".x" * 3000 + " = 1\n" + good, f"deeper than {DEEPEST}|not TOML")
+    check("x = 0x" + "f" * 6000 + "\n" + good, "x: expected an integer of at most 64 bits")
+    check("x = " + "9" * 6000 + "\n" + good, "not TOML")
+    check("x = 1\nx = 2\n" + good, "not TOML: Cannot overwrite")
+    check("nane = 1\n" + good, r"nane: unknown key \(did you mean 'name'\?\)")
+    check(good + "\0", "not TOML")
+    lines = good.splitlines()
+    for key in number_keys:
+        place, *_ = [index for index, line in enumerate(lines) if line.startswith(key + " = ")]
+        value = lines[place].split(" = ", 1)[1]
+        for wrong in ("true", "nan", "-inf", '"1"', "1979-05-27", "[[1.0], [1.0, 2.0]]", "{a = 1}", "[true, 1.0, 1.0]"):
+            # An array goes on in the following lines.
+            end = place if value != "[" else place + lines[place:].index("]")
+            check("\n".join([*lines[:place], f"{key} = {wrong}", *lines[end + 1 :]]), key)
+
+
+@pytest.mark.parametrize("kind", TOML)
+def test_byte_order_mark_and_line_ends_change_nothing(kind, tmp_path):
+    reader, writer, *_ = TOML[kind]
+    good = good_text(writer, tmp_path)
+    path, other = tmp_path / "good.toml", tmp_path / "marked.toml"
+    other.write_bytes(b"\xef\xbb\xbf" + good.replace("\n", "\r\n").encode())
+    first, second = reader(path), reader(other)
+    again = tmp_path / "again.toml"
+    if kind == "closures":
+        assert first == second
+    elif kind == "design":
+        second.save(again)
+        assert again.read_text() == good
+    else:
+        save = muscle.save_parameters if kind == "static muscle" else muscle.save_dynamic
+        save(second, again)
+        assert again.read_text() == good
+
+
+@pytest.mark.parametrize("kind", CSV)
+def test_csv_texts_that_are_wrong(kind, tmp_path):
+    reader, writer = CSV[kind]
+    good = good_text(writer, tmp_path)
+    head, first, *rest = good.splitlines()
+    path = tmp_path / "bad.csv"
+
+    def check(text, message):
+        path.write_text(text, encoding="utf-8")
+        refused(reader, path, message)
+
+    check("", "is empty")
+    check("# only a comment\n\n", "is empty")
+    check(head + "," + head.split(",")[0] + "\n", "names '.*' twice")
+    check(good.replace(",", ";"), "separated by commas")
+    check(good.replace(",", "\t"), "separated by commas")
+    check(head + "\n\n# c\n" + first + ",7\n", r"line 4: expected \d cells")
+    check(head + "\n" + first.rsplit(",", 1)[0] + "\n", r"line 2: expected \d cells")
+    check(head + '\n"' + first + "\n", "line 2: not CSV")
+    check(head + '\n"' + "1" * 200_000 + '"\n', "line 2: not CSV")
+    column = head.rsplit(",", 1)[1]
+    for wrong in ("nan", "inf", "1e999", "1_0", "0x1", "true", "", "١", "1,".strip(",") + " 0", "1\x0c2", "x" * 5000):
+        check("\n".join([head, first.rsplit(",", 1)[0] + "," + wrong, *rest]), f"line 2: .* in column {column}")
+
+
+@pytest.mark.parametrize("kind", CSV)
+def test_marks_comments_blanks_and_quotes_change_nothing(kind, tmp_path):
+    reader, writer = CSV[kind]
+    good = good_text(writer, tmp_path)
+    head, *rest = good.splitlines()
+    quoted = ['"' + line.replace(",", '","') + '"' for line in rest]
+    text = "\r".join(["# made by hand", "", head.replace(",", ", "), "#0,0,0", *rest[:2], "", *quoted[2:]])
+    other = tmp_path / "other.csv"
+    other.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    first, second = reader(tmp_path / "good.toml"), reader(other)
+    if kind == "movement":
+        assert first.times.tolist() == second.times.tolist()
+        assert first.orientations.as_quat().tolist() == second.orientations.as_quat().tolist()
+    else:
+        assert first.tolist() == second.tolist()
+
+
+def test_standard_input_is_read_only_from_a_file(tmp_path):
+    path = tmp_path / "good.csv"
+    write_rest(path)
+    code = "import sys; from exo_pin.core.files.csv_tables import read_csv; print(len(read_csv(sys.argv[1]).rows))"
+    command = [sys.executable, "-c", code, "/dev/stdin"]
+    with path.open() as stream:
+        assert subprocess.run(command, stdin=stream, capture_output=True, text=True, check=True).stdout == "6\n"
+    piped = subprocess.run(command, input=path.read_text(), capture_output=True, text=True, check=False, timeout=100)
+    assert "this is a pipe; save it as a file first" in piped.stderr
+    refused(read_csv, "-", "standard input is not read; save it as a file first")
+
+
+def test_a_quantity_without_its_unit_is_an_unknown_key(tmp_path):
+    path = tmp_path / "bare.toml"
+    path.write_text("length = 1.0\nlength_m = 2.0\n")
+    table = read_toml(path)
+    assert table.quantity("length", "length") == 2.0
+    with pytest.raises(FileFormatError, match="length: unknown key"):
+        table.finish()
+    path.write_text("length = 1.0\n")
+    with pytest.raises(FileFormatError, match="length_m or length_mm: missing; the file has 'length', which is no"):
+        read_toml(path).quantity("length", "length")
+
+
+def test_muscle_files_may_hold_what_their_program_found(tmp_path):
+    path = tmp_path / "set.toml"
+    for save, model, load in (
+        (muscle.save_parameters, muscle.muscle_model("best"), muscle.load_parameters),
+        (muscle.save_dynamic, muscle.dynamic_model("tang-3-31"), muscle.load_dynamic),
+    ):
+        save(model, path, identification={"rms_N": 0.4, "any": [[1.0], "x"]})
+        assert load(path).name == model.name
+        path.write_text(path.read_text() + tomli_w.dumps({"measurement": {"rms_N": 0.4}}))
+        refused(load, path, "measurement: unknown key")

@@ -44,13 +44,13 @@ def test_the_folder_is_what_is_written_now(tmp_path):
     assert {path.name for path in FOLDER.iterdir()} == set(PUBLISHED)
     write_published_urdf(tmp_path)
     for name in PUBLISHED:
-        (now, found), (then, expected) = (_told(folder / name) for folder in (tmp_path, FOLDER))
+        (now, found), (then, expected) = (_skeleton_and_numbers(folder / name) for folder in (tmp_path, FOLDER))
         assert now == then, f"{name} is stale"
         # The last digit is the processor's affair: linear algebra rounds as its instructions do.
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14, err_msg=f"{name} is stale")
 
 
-def _told(path):
+def _skeleton_and_numbers(path):
     """A file's text without its numbers, and the numbers."""
     text = path.read_text()
     number = r"-?\d+\.?\d*(?:e[+-]?\d+)?"

@@ -1,10 +1,11 @@
-"""URDF text: links, joints and pictures, numbers written so that they read back bit for bit."""
+"""A URDF made of links, joints and pictures; its numbers read back bit for bit."""
 
 from __future__ import annotations
 
+import copy
+import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +26,7 @@ COLOURS = {
     "base": (0.45, 0.45, 0.50, 1.0),
 }
 
-# What URDF demands and nobody knows: N or N m, m/s or rad/s.
+# URDF requires limits of effort and velocity, which are unknown here: N or N m, m/s or rad/s.
 _SLIDE_EFFORT, _SPEED = 1000.0, 100.0
 
 
@@ -50,7 +51,7 @@ class Body(Record):
 
 @dataclass(frozen=True)
 class JointStrength:
-    """What a hinge or slide can give and bear.
+    """Limits, damping and friction of a hinge or slide.
 
     Attributes
     ----------
@@ -101,7 +102,8 @@ class Document:
 
     def __init__(self, name: str, notes: Sequence[str] = ()) -> None:
         self.name = name
-        self._notes, self._lines = list(notes), list[str]()
+        self._notes = list(notes)
+        self._robot = ET.Element("robot", name=name)
 
     def note(self, text: str) -> None:
         """Add a comment to the head."""
@@ -109,11 +111,11 @@ class Document:
 
     def link(self, name: str, body: Body | None, pictures: Sequence[Picture] = ()) -> None:
         """Add a link; without a body it has no ``<inertial>``."""
-        inner = [*_inertial(body), *(line for picture in pictures for line in _visual(picture))]
-        if inner:
-            self._lines += [f"  <link name={quoteattr(name)}>", *inner, "  </link>"]
-        else:
-            self._lines.append(f"  <link name={quoteattr(name)}/>")
+        link = ET.SubElement(self._robot, "link", name=name)
+        if body is not None:
+            _inertial(link, body)
+        for picture in pictures:
+            _visual(link, picture)
 
     def joint(
         self,
@@ -129,45 +131,45 @@ class Document:
     ) -> None:
         """Add a joint; its frame is parallel to its parent's unless a rotation, shape (3, 3), is given.
 
-        Limits are in rad or m. Without a strength its limits of effort and velocity are what URDF wants and nobody
-        knows.
+        Limits are in rad or m. URDF requires limits of effort and velocity: without a strength they are placeholders.
         """
-        turned = "" if rotation is None else f' rpy="{_numbers(_roll_pitch_yaw(rotation))}"'
-        self._lines += [
-            f"  <joint name={quoteattr(name)} type={quoteattr(kind)}>",
-            f"    <parent link={quoteattr(parent)}/>",
-            f"    <child link={quoteattr(child)}/>",
-            f'    <origin xyz="{_numbers(origin)}"{turned}/>',
-            f'    <axis xyz="{_numbers(axis)}"/>',
-        ]
+        joint = ET.SubElement(self._robot, "joint", name=name, type=kind)
+        ET.SubElement(joint, "parent", link=parent)
+        ET.SubElement(joint, "child", link=child)
+        place = ET.SubElement(joint, "origin", xyz=_numbers(origin))
+        if rotation is not None:
+            place.set("rpy", _numbers(_roll_pitch_yaw(rotation)))
+        ET.SubElement(joint, "axis", xyz=_numbers(axis))
         if kind not in ("fixed", "floating"):
-            self._lines += _limit_and_dynamics(kind, limits, strength)
-        self._lines.append("  </joint>")
+            _limit_and_dynamics(joint, kind, limits, strength)
 
     def text(self) -> str:
         """The XML."""
+        robot = copy.deepcopy(self._robot)
+        used = {material.get("name") for material in robot.iter("material")}
+        for place, key in enumerate(key for key in COLOURS if key in used):
+            material = ET.Element("material", name=key)
+            ET.SubElement(material, "color", rgba=_numbers(COLOURS[key]))
+            robot.insert(place, material)
+        ET.indent(robot)
+        # ElementTree writes no comment before the root.
         head = ['<?xml version="1.0"?>', *(f"<!-- {note.replace('--', '- -')} -->" for note in self._notes)]
-        used = [key for key in COLOURS if any(f'name="{key}"/>' in line for line in self._lines)]
-        paint = [f'  <material name="{key}"><color rgba="{_numbers(COLOURS[key])}"/></material>' for key in used]
-        return "\n".join([*head, f"<robot name={quoteattr(self.name)}>", *paint, *self._lines, "</robot>"]) + "\n"
+        return "\n".join([*head, ET.tostring(robot, encoding="unicode"), ""])
 
 
-def _limit_and_dynamics(kind: str, limits: ArrayLike | None, strength: JointStrength | None) -> list[str]:
+def _limit_and_dynamics(joint: ET.Element, kind: str, limits: ArrayLike | None, strength: JointStrength | None) -> None:
     if strength is None:
         # A passive joint gives no effort.
         strength = JointStrength(_SLIDE_EFFORT if kind == "prismatic" else 0.0, _SPEED)
-    span = ""
-    if limits is not None:
-        low, high = np.asarray(limits, dtype=float)
-        span = f'lower="{_number(low)}" upper="{_number(high)}" '
-    lines = []
     if limits is not None or strength.effort < NO_LIMIT or strength.velocity < NO_LIMIT:
-        effort, velocity = (_number(min(limit, NO_LIMIT)) for limit in (strength.effort, strength.velocity))
-        lines.append(f'    <limit {span}effort="{effort}" velocity="{velocity}"/>')
+        limit = ET.SubElement(joint, "limit")
+        if limits is not None:
+            low, high = np.asarray(limits, dtype=float)
+            limit.attrib |= {"lower": _number(low), "upper": _number(high)}
+        limit.set("effort", _number(min(strength.effort, NO_LIMIT)))
+        limit.set("velocity", _number(min(strength.velocity, NO_LIMIT)))
     if strength.damping != 0.0 or strength.friction != 0.0:
-        damping, friction = _number(strength.damping), _number(strength.friction)
-        lines.append(f'    <dynamics damping="{damping}" friction="{friction}"/>')
-    return lines
+        ET.SubElement(joint, "dynamics", damping=_number(strength.damping), friction=_number(strength.friction))
 
 
 def _number(value: float) -> str:
@@ -188,37 +190,26 @@ def _numbers(values: ArrayLike) -> str:
     return " ".join(_number(value) for value in np.asarray(values, dtype=float))
 
 
-def _inertial(body: Body | None) -> list[str]:
-    if body is None:
-        return []
-    tensor = body.inertia
+def _inertial(link: ET.Element, body: Body) -> None:
+    inertial = ET.SubElement(link, "inertial")
+    ET.SubElement(inertial, "origin", xyz=_numbers(body.centre))
+    ET.SubElement(inertial, "mass", value=_number(body.mass))
     entries = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-    moments = " ".join(f'{key}="{_number(tensor[entry])}"' for key, entry in entries.items())
-    return [
-        "    <inertial>",
-        f'      <origin xyz="{_numbers(body.centre)}"/>',
-        f'      <mass value="{_number(body.mass)}"/>',
-        f"      <inertia {moments}/>",
-        "    </inertial>",
-    ]
+    ET.SubElement(inertial, "inertia", {key: _number(body.inertia[entry]) for key, entry in entries.items()})
 
 
-def _visual(picture: Picture) -> list[str]:
+def _visual(link: ET.Element, picture: Picture) -> None:
     start = np.array(picture.start)
-    radius = _number(picture.radius)
+    visual = ET.SubElement(link, "visual")
+    origin, geometry = ET.SubElement(visual, "origin"), ET.SubElement(visual, "geometry")
     if picture.end is None:
-        origin, shape = f'xyz="{_numbers(start)}"', f'<sphere radius="{radius}"/>'
+        origin.set("xyz", _numbers(start))
+        ET.SubElement(geometry, "sphere", radius=_number(picture.radius))
     else:
         line = np.array(picture.end) - start
-        length = float(np.linalg.norm(line))
         # Rz(yaw) Ry(pitch) turns the cylinder's own z axis onto the line.
         pitch, yaw = np.arctan2(np.hypot(line[0], line[1]), line[2]), np.arctan2(line[1], line[0])
-        origin = f'xyz="{_numbers(start + line / 2)}" rpy="{_numbers([0.0, pitch, yaw])}"'
-        shape = f'<cylinder radius="{radius}" length="{_number(length)}"/>'
-    return [
-        "    <visual>",
-        f"      <origin {origin}/>",
-        f"      <geometry>{shape}</geometry>",
-        f'      <material name="{picture.colour}"/>',
-        "    </visual>",
-    ]
+        origin.attrib |= {"xyz": _numbers(start + line / 2), "rpy": _numbers([0.0, pitch, yaw])}
+        length = float(np.linalg.norm(line))
+        ET.SubElement(geometry, "cylinder", radius=_number(picture.radius), length=_number(length))
+    ET.SubElement(visual, "material", name=picture.colour)

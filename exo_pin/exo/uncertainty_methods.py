@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..load_case import CentreOffset, Load, Motion
-from ..reaction.constraints.side_force_bounds import ConstraintBounds
-from ..uncertainty.bound_sensitivities import BoundSensitivity, bound_sensitivity
 from ..uncertainty.clearance import worst_clearance
 from ..uncertainty.force_sensitivity import Sensitivity, sensitivity
 from ..uncertainty.parameter_ranking import Ranking, Uncertainty, rank
@@ -83,20 +81,6 @@ class UncertaintyQuestions(Subject):
         See :func:`exo_pin.uncertainty.force_sensitivity.sensitivity`.
         """
         return sensitivity(self.mechanism, orientation, motion, load, split, centre_offset)
-
-    def bound_sensitivity(
-        self,
-        orientation: Rotation,
-        constraint_bounds: ConstraintBounds,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
-    ) -> BoundSensitivity:
-        """Derivatives of the least |F_s| by the bounds on the side forces.
-
-        See :func:`exo_pin.uncertainty.bound_sensitivities.bound_sensitivity`.
-        """
-        return bound_sensitivity(self.mechanism, orientation, constraint_bounds, motion, load, centre_offset)
 
     def ranking(
         self,

@@ -133,7 +133,6 @@ def _unknowns(folder):
     exo.worst_clearance(POSE, 1e-4)
     exo.worst_stiffness(POSE, 1e4, 1e5)
     exo.sensitivity(POSE)
-    exo.bound_sensitivity(POSE, (-5, 5))
     exo.ranking(POSES)
     exo.reaction(POSE, centre_offset=ep.CentrePath(np.radians([0, 30, 60, 90]), 1e-3 * np.eye(4, 3)))
 

@@ -1,4 +1,4 @@
-"""Reading whole files: regular files only, so that a pipe or a device is an error and never a wait."""
+"""Reading of whole regular files; a pipe or a device is an error, because reading one may wait for ever."""
 
 from __future__ import annotations
 
@@ -25,10 +25,13 @@ def read_file(path: str | PathLike[str]) -> bytes:
     Raises
     ------
     FileFormatError
-        If the path is not a path, names no file, or names a folder, pipe, device or socket.
+        If the path is not a path, names no file, or names a folder, pipe, device or socket; or is ``-``. A file
+        redirected to standard input can be read as ``/dev/stdin``.
     """
     if not isinstance(path, (str, PathLike)):
         raise FileFormatError(f"expected the path of a file, got {path!r:.60}")
+    if path == "-":
+        raise FileFormatError("cannot be read: standard input is not read; save it as a file first", path)
     try:
         mode = os.stat(path).st_mode
         if not stat.S_ISREG(mode):

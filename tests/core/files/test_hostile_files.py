@@ -2,6 +2,8 @@
 
 import os
 import socket
+import subprocess
+import sys
 from functools import partial
 
 import pytest
@@ -204,6 +206,18 @@ def test_marks_comments_blanks_and_quotes_change_nothing(kind, tmp_path):
         assert first.orientations.as_quat().tolist() == second.orientations.as_quat().tolist()
     else:
         assert first.tolist() == second.tolist()
+
+
+def test_standard_input_is_read_only_from_a_file(tmp_path):
+    path = tmp_path / "good.csv"
+    write_rest(path)
+    code = "import sys; from exo_pin.core.files.csv_tables import read_csv; print(len(read_csv(sys.argv[1]).rows))"
+    command = [sys.executable, "-c", code, "/dev/stdin"]
+    with path.open() as stream:
+        assert subprocess.run(command, stdin=stream, capture_output=True, text=True, check=True).stdout == "6\n"
+    piped = subprocess.run(command, input=path.read_text(), capture_output=True, text=True, check=False, timeout=100)
+    assert "this is a pipe; save it as a file first" in piped.stderr
+    refused(read_csv, "-", "standard input is not read; save it as a file first")
 
 
 def test_a_quantity_without_its_unit_is_an_unknown_key(tmp_path):

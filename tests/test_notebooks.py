@@ -58,7 +58,7 @@ def test_stored_outputs_are_of_one_run_and_live_without_it(path):
     assert path.stat().st_size < 1_000_000
 
 
-def test_a_failing_notebook_is_told(tmp_path):
+def test_failing_notebook_is_reported(tmp_path):
     nbformat = pytest.importorskip("nbformat")
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("assert 1 == 2")])
     nbformat.write(notebook, tmp_path / "bad.ipynb")
@@ -68,7 +68,7 @@ def test_a_failing_notebook_is_told(tmp_path):
     assert "AssertionError" in done.stderr
 
 
-def test_stale_text_is_told(tmp_path):
+def test_stale_text_is_reported(tmp_path):
     """run.py compares what is stored with what is printed: words exactly, numbers to their last digits."""
     nbformat = pytest.importorskip("nbformat")
     cell = nbformat.v4.new_code_cell("print('force 12.34 N')", execution_count=1)

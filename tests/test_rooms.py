@@ -57,7 +57,7 @@ def test_every_room_has_its_place():
     assert {room(name) for name in FILES} - {""} == set(ORDER)
 
 
-def test_rooms_import_only_what_stands_below_them():
+def test_rooms_import_only_lower_rooms():
     place = {name: k for k, name in enumerate(ORDER)}
     wrong = [
         (name, target)

@@ -92,7 +92,7 @@ class _Parser(argparse.ArgumentParser):
     """A parser that answers a wrong command with one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"exo-pin: {message} ({self.prog} --help tells more)\n")
+        self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")
 
 
 def _parser() -> argparse.ArgumentParser:

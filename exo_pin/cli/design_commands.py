@@ -1,4 +1,4 @@
-"""``exo-pin presets``, ``check`` and ``urdf``: designs as such."""
+"""``exo-pin presets``, ``check`` and ``urdf``: list, check and export designs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``exo-pin forces``: what actuators, joints and closures of any robot carry, and what of it is determined."""
+"""``exo-pin forces``: forces in actuators, joints and closures of any robot, and which of them are determined."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def add_commands(commands: Any) -> None:
     add_configuration(parser)
     add_person(parser)
     parser.add_argument(
-        "--joint", action="append", default=[], metavar="NAME", help="a joint or closure to tell; may be repeated"
+        "--joint", action="append", default=[], metavar="NAME", help="a joint or closure to report; may be repeated"
     )
-    parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as the file says)")
+    parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as in the file)")
     parser.add_argument(
         "--external", action="append", default=[], metavar="FRAME=FX,FY,FZ[,MX,MY,MZ]",
         help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
@@ -61,8 +61,8 @@ def _forces(options: argparse.Namespace) -> int:
         unique = forces.effort_is_unique[chain.velocity_slice(joint)]
         rows = zip(forces.effort(joint), unique, forces.effort_interval(joint), strict=True)
         for value, alone, (low, high) in rows:
-            told = "unique" if alone else f"undetermined, from {low:.6g} to {high:.6g}"
-            print(f"effort of {joint:24} {value:14.6f} {told}")
+            range_text = "unique" if alone else f"undetermined, from {low:.6g} to {high:.6g}"
+            print(f"effort of {joint:24} {value:14.6f} {range_text}")
     for reaction in reactions:
         print(f"\n{reaction}")
     return 0
@@ -118,5 +118,5 @@ def _as_json(
 
 
 def _finite(intervals: np.ndarray) -> list[list[float | None]]:
-    """JSON knows no infinity: an open end is null."""
+    """JSON has no infinity: a missing bound is null."""
     return [[float(end) if np.isfinite(end) else None for end in pair] for pair in intervals]

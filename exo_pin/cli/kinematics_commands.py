@@ -1,4 +1,4 @@
-"""``exo-pin kinematics`` and ``exo-pin singularity``: poses from what is measured, and where the limbs lose the arm."""
+"""``exo-pin kinematics`` and ``exo-pin singularity``: poses from measurements, and singular poses."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _modes_table(exo: ShoulderExo, modes: AssemblyModes, unit: str, scale: float
             + f" {modes.residual[k] * scale:14.1e} {modes.margin[k]:9.4f}"
         )
     doubt = "; another may be meant" if modes.ambiguous else ""
-    lines.append(f"* closest to the pose asked about{doubt}. Two modes meet where the margin is 0.")
+    lines.append(f"* closest to the given pose{doubt}. Two modes meet where the margin is 0.")
     return "\n".join(lines)
 
 
@@ -222,7 +222,7 @@ def _number(value: Any) -> float | None:
 
 
 def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
-    """Draw what was asked for; return the files."""
+    """Draw the requested pictures; return the files."""
     if options.map is None and options.surface is None and options.tilt_torsion is None:
         return []
     from ..view.plots.singularity_plots import determinant_map, locus_surface, tilt_torsion_map

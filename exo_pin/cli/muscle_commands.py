@@ -128,7 +128,9 @@ def _add_step(commands: Any) -> None:
     parser.add_argument("--to-bar", type=float, required=True)
     parser.add_argument("--lag-s", type=float, default=0.1, help="time constant of the filling (default: 0.1)")
     parser.add_argument("--duration-s", type=float, default=4.0)
-    parser.add_argument("--mark", action="store_true", help="go on outside the model's range and say how much")
+    parser.add_argument(
+        "--mark", action="store_true", help="go on outside the model's range and report the share of time"
+    )
     parser.add_argument("--csv", help="write time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside")
     parser.add_argument(
         "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"

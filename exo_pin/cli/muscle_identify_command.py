@@ -102,16 +102,16 @@ def _identify(args: argparse.Namespace) -> int:
         source=f"identified from {Path(args.csv).name}",
     )
     intervals = found.intervals(args.level)
-    kept = len(found.residuals)
-    total = kept if found.region is None else len(found.region.kept)
-    print(f"{kept} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
+    used = len(found.residuals)
+    total = used if found.region is None else len(found.region.selected)
+    print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
     for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
         print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
     if found.indistinct:
-        print(f"cannot be told apart (compare forces): {', '.join(found.indistinct)}")
+        print(f"the data cannot distinguish (compare forces): {', '.join(found.indistinct)}")
     strain, pressure = found.model.validity.strain, found.model.validity.pressure
     print(
-        f"holds from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
+        f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
         f"{pressure[1] / BAR:.2f} bar"
     )
     if args.output:
@@ -138,7 +138,7 @@ def _identify_dynamic(args: argparse.Namespace) -> int:
     for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
         print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
     if found.indistinct:
-        print(f"cannot be told apart (compare responses): {', '.join(found.indistinct)}")
+        print(f"the data cannot distinguish (compare responses): {', '.join(found.indistinct)}")
     if args.output:
         table = {
             "samples": found.samples,

@@ -133,7 +133,7 @@ def _carried(exo: ShoulderExo) -> str:
     arm = exo.mechanism.require_arm("weight")
     own = arm.person
     if own is None:
-        return f"moving part of the device {arm.mass:.3g} kg, nobody's arm in it"
+        return f"moving part of the device {arm.mass:.3g} kg, without a person's arm"
     if own.mass == arm.mass:
         return f"moving part {arm.mass:.3g} kg"
     return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"

@@ -1,4 +1,4 @@
-"""``exo-pin thesis``: the source recomputed."""
+"""``exo-pin thesis``: the published numbers recomputed."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def add_commands(commands: Any) -> None:
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
     parser.add_argument("--no-human", action="store_true", help="draw no person")
-    parser.add_argument("--scale", type=float, metavar="N", help="newtons that 10 cm of an arrow stand for")
+    parser.add_argument("--scale", type=float, metavar="N", help="newtons for 10 cm of an arrow")
     parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
     parser.add_argument("--ghost", metavar="F,A,I", help="a second pose as a ghost: three angles, degrees")
     parser.add_argument(
@@ -56,7 +56,7 @@ def add_commands(commands: Any) -> None:
         action="append",
         default=[],
         metavar="JOINT=VALUE",
-        help="where a joint of a robot that is no wrist stands, rad or m; the others close its loops; may be repeated",
+        help="position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
     )
     parser.add_argument("--seconds", type=float, default=3.0, metavar="S", help="how long that takes (default 3)")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
@@ -84,7 +84,7 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
-    # The person's height stands first; what is written there has been read as a person by now.
+    # The person's height comes first; the text has been parsed as a person by now.
     tall = None if options.person is None else float(options.person.split(",")[0])
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow, stature=tall)
     scene.show(start)
@@ -113,9 +113,9 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
         "--ghost": options.ghost,
         "--to": options.to,
     }
-    asked = [name for name, value in given.items() if value]
-    if asked:
-        raise InvalidInput(f"{exo.name} is no wrist, so there is nothing for {', '.join(asked)} (joints: --set)")
+    unusable = [name for name, value in given.items() if value]
+    if unusable:
+        raise InvalidInput(f"{exo.name} is no wrist, so it has no {', '.join(unusable)}; set joints with --set")
     scene = exo.view()
     assert isinstance(scene, ChainScene)
     if options.set:
@@ -129,7 +129,7 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
 def _deliver(
     scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], moving: _Moving | None
 ) -> int:
-    """Write the files that are asked for, or serve."""
+    """Write the requested files, or serve the page."""
     if options.html is None and options.png is None:
         return _serve(scene, options, moving)
     if options.png is not None:

@@ -1,1 +1,1 @@
-"""What every room stands on: errors, checks of input, conventions of orientation, progress, files."""
+"""Errors, checks of input, conventions of orientation, progress and files, used by every room."""

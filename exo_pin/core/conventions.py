@@ -1,4 +1,4 @@
-"""The only place where triples of orientation angles become rotations.
+"""Conversion between orientation angles and rotations.
 
 Frames: {O_A} is fixed to the torso with its origin at the shoulder centre O, x forward, y to the left, z up,
 on both sides of the body. {O_B} turns with the arm, which hangs along -z. An orientation is the active rotation
@@ -100,7 +100,7 @@ def shoulder_rotation(
 
     Left shoulder: Ry(-flexion) Rx(abduction) Rz(-internal). The right shoulder is the mirror image in the x-z
     plane, which negates abduction and axial rotation. The first and last angle are not separate at ±90° of
-    abduction: keep the Rotation, not the angles, as the state of a computation.
+    abduction: use the Rotation, not the angles, as the state of a computation.
 
     Parameters
     ----------

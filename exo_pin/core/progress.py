@@ -1,4 +1,4 @@
-"""Progress of long computations, shown only where it is asked for."""
+"""Progress of long computations, shown when ``progress=True``."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def track(items: Sequence[T] | Iterable[T], what: str, show: bool, total: int | 
     items : iterable
         What to iterate over.
     what : str
-        Stands before the bar.
+        Text before the bar.
     show : bool
         Whether to show it; never by itself.
     total : int, optional
-        How many there are, where ``items`` does not know.
+        Number of items, if ``items`` has no length.
     """
     if not show:
         yield from items
         return
-    # Imported by name, and only here: nothing else needs it, and it has no types of its own.
+    # Imported by name, and only here: no other module uses it, and it has no types of its own.
     yield from import_module("tqdm").tqdm(items, desc=what, total=total, leave=False)

@@ -1,4 +1,4 @@
-"""Records that survive pickling and copying, and objects that say why they do not.
+"""Records that survive pickling and copying, and objects that explain why they cannot.
 
 Pickle and deepcopy make new arrays that can be written, also of arrays that could not. Here the state of an object
 names the arrays that are read-only, so that the copy's are, too.
@@ -68,10 +68,10 @@ def _tuple_again(kind: type[Any], values: tuple[Any, ...], arrays: list[np.ndarr
 class OneProcess:
     """Base of objects that cannot leave their process, nor be copied: they hold a server, a program, or raw memory.
 
-    ``_instead`` says what to do instead.
+    ``_instead`` names the alternative.
     """
 
-    _instead: ClassVar[str] = "send or copy what it was made from, and make a new one from that"
+    _instead: ClassVar[str] = "send or copy the object it was made from, and make a new one from it"
 
     def __reduce_ex__(self, _: Any) -> NoReturn:
         raise TypeError(f"{type(self).__name__} cannot be pickled or copied: {self._instead}")

@@ -1,4 +1,4 @@
-"""Checks that every public entry makes on the arrays it is given.
+"""Checks of arguments, made by every public function.
 
 Each function returns a read-only float64 copy, so that what was checked is what is used.
 """
@@ -88,7 +88,7 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     value : array_like
         What was passed.
     shape : tuple
-        Expected shape; None stands for any length.
+        Expected shape; None means any length.
     stack : bool
         Whether leading stack dimensions are allowed before ``shape``.
 

@@ -1,4 +1,4 @@
-"""The part that moves about the shoulder: the person's arm and what the device adds to it."""
+"""The part that moves about the shoulder: the person's arm and the moving part of the device."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ class Arm(Record):
         Shape (3,), m, in {O_B}.
     inertia : ndarray or None
         Shape (3, 3), kg m², about the centre of mass, axes of {O_B}, as in URDF and Pinocchio (products of
-        inertia are the negative of the integrals). None where it is not known: then motion cannot be asked for.
+        inertia are the negative of the integrals). None where it is not known: then a motion raises MissingData.
     device : bool
         Whether the body belongs to the device and not to the person.
     body_mass : float or None
         Mass of the whole person, kg, where it is known.
     parts : tuple of Arm
-        What a sum is made of; a single body has itself as its only part.
+        Summands of a sum; a single body is its own only part.
 
     Raises
     ------
@@ -160,7 +160,7 @@ class Arm(Record):
 
     @property
     def person(self) -> Arm | None:
-        """What of it belongs to the person; None if nothing does."""
+        """The part of the arm that belongs to the person; None if there is none."""
         own = [part for part in self.parts if not part.device]
         return _combined(own) if own else None
 

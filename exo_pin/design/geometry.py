@@ -1,4 +1,4 @@
-"""Where the universal joints of a spherical parallel wrist sit, and how their frames lie."""
+"""Positions and frames of the universal joints of a spherical parallel wrist."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class WristGeometry(Record):
     platform_points : ndarray
         Shape (n, 3), m, joint centres B_i in the arm frame {O_B}.
     base_axis, platform_axis : ndarray or None
-        Shape (3,), unit vector along the axis of the circle that the joints stand on, pointing from the
+        Shape (3,), unit vector along the axis of the circle that the joints lie on, pointing from the
         circle's plane towards O (+y for the base of (4-2), +z for its platform). With an axis, the joint
         frames follow (4-15); without it they follow the limb's plane O A_i B_i in the neutral pose.
     neutral : Rotation
@@ -200,7 +200,7 @@ class WristGeometry(Record):
         UnknownName
             If a name is no dimension of a wrist.
         InvalidInput
-            If a circle's dimension is asked of a geometry made from points.
+            If a circle's dimension is changed in a geometry made from points.
         """
         on_circles = {item.name for item in fields(CircleDimensions)}
         on_points = {"base_points", "platform_points", "base_axis", "platform_axis", "neutral"}
@@ -218,8 +218,8 @@ class WristGeometry(Record):
                 circle_changes.setdefault("alpha_B", circle_changes["alpha_A"])
             circles = replace(self.circles, **circle_changes)
             return WristGeometry._on_circles(circles, point_changes.get("neutral", self.neutral))
-        kept = self.circles if set(point_changes) <= {"neutral"} else None
-        return replace(self, circles=kept, **point_changes)
+        same = self.circles if set(point_changes) <= {"neutral"} else None
+        return replace(self, circles=same, **point_changes)
 
     def mirrored(self) -> WristGeometry:
         """Mirror image in the x-z plane: the same device for the other shoulder."""

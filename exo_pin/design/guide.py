@@ -1,4 +1,4 @@
-"""What keeps a limb from giving way sideways."""
+"""The guide of a limb: its bending and torsional stiffness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a limb is: its joints, the bodies it is made of, the actuator's stroke."""
+"""A limb: its joints, its bodies and the actuator's stroke."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Limb:
     stroke : Stroke or None
         What the actuator can do.
     joint_limit : float or None
-        Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that a universal joint's angles keep to, counted from
+        Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that limits a universal joint's angles, counted from
         where its two yokes are in line, rad.
     joint_straight : tuple of float or None
         That direction, along the limb, in the joint's own frame ({A_i} at the base, {B_i} at the platform), shape

@@ -1,4 +1,4 @@
-"""One frozen record of all that a design is."""
+"""A design: geometry, limbs, arm and shoulder in one frozen record."""
 
 from __future__ import annotations
 
@@ -132,8 +132,8 @@ class Mechanism(Record):
     def replace(self, **changes: Any) -> Mechanism:
         """Return a new mechanism with some fields changed.
 
-        A geometry with another number of limbs keeps ``limbs`` only if all of them are alike; otherwise pass
-        ``limbs`` too. Sources of what is changed are kept as that from which it was changed; those of an arm go with
+        With another number of joints ``limbs`` is adapted only if all limbs are alike; otherwise pass
+        ``limbs`` too. Sources of changed values are marked "changed from"; those of an arm go with
         the arm.
 
         Raises
@@ -190,11 +190,11 @@ def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:
 
 def _sources_after(sources: Mapping[str, str], changed: set[str]) -> dict[str, str]:
     """Sources of a mechanism some of whose parts have been replaced: a citation must not vouch for other numbers."""
-    kept = {}
+    marked = {}
     for key, text in sources.items():
         part = re.split(r"[.\[]", key)[0]
         if part == "arm" and "arm" in changed:
             continue
         stale = part in changed or (key == "mechanism" and "geometry" in changed)
-        kept[key] = f"changed from: {text}" if stale and not text.startswith("changed from: ") else text
-    return kept
+        marked[key] = f"changed from: {text}" if stale and not text.startswith("changed from: ") else text
+    return marked

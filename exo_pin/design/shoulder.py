@@ -1,4 +1,4 @@
-"""The joint at O that carries the arm."""
+"""The shoulder: range and stiffness of the joint at O."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Shoulder(Record):
         The diamond |θx - centre| + |θz| < half_diagonal of Table 5-6 in the shoulder's Y-X-Z angles, rad (θx is
         abduction, θz axial rotation; flexion is free). None where no range is known.
     stiffness : ndarray or None
-        K_s, shape (3, 3), N/m, base frame: force per displacement of the joint's centre. A number stands for the
+        K_s, shape (3, 3), N/m, base frame: force per displacement of the joint's centre. A number means the
         same in every direction. None where it is not known; no value for a person was found in the literature,
         so sweep it.
     """
@@ -83,7 +83,7 @@ class Shoulder(Record):
         Returns
         -------
         ndarray of bool
-            Shape (...). Without a known range everything is allowed. Of the two Y-X-Z triples that stand for
+            Shape (...). Without a known range everything is allowed. Of the two Y-X-Z triples that describe
             one orientation, (θy, θx, θz) and (θy + 180°, 180° - θx, θz + 180°), one within the range suffices.
         """
         angles = shoulder_angles(orientation, as_side(side))

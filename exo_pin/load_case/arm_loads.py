@@ -1,4 +1,4 @@
-"""What limbs and shoulder together must carry, over stacks of poses: weight, inertia and applied loads."""
+"""Weight, inertia and applied loads of the arm, over stacks of poses."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def carried(
 ) -> tuple[FloatArray, FloatArray]:
     """Force and moment about O, shape (N, 3) each: weight and inertia of a body that turns with the arm, and a load.
 
-    A body at rest feels no inertia, so an unknown one does not enter: nothing asks for motion without it.
+    At rest the inertia does not enter, so it may be unknown; a motion needs it.
     """
     total_force, total_moment = np.empty_like(force), np.empty_like(moment)
     arm_load(

@@ -1,4 +1,4 @@
-"""A shoulder whose centre moves as the arm is lifted."""
+"""Motion of the shoulder's centre with the elevation of the arm."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["CentrePath", "elevation_angle"]
 def elevation_angle(orientation: Rotation) -> FloatArray:
     """Angle between the upper arm, -z of {O_B}, and -z of the base, shape (...), rad: 0 hanging, π straight up."""
     R = as_rotation("orientation", orientation).as_matrix()
-    # As an arc tangent, which keeps its accuracy where the arm hangs.
+    # As an arc tangent, which is accurate where the arm hangs, too.
     return np.asarray(np.arctan2(np.hypot(R[..., 0, 2], R[..., 1, 2]), R[..., 2, 2]))
 
 
@@ -29,7 +29,7 @@ def elevation_angle(orientation: Rotation) -> FloatArray:
 class CentrePath(Record):
     """Where the anatomical centre of the shoulder goes as the arm is elevated.
 
-    Between the given points a cubic that keeps their order (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238)
+    Between the given points a monotone cubic (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238)
     interpolates each coordinate, so that it does not swing out between them. No path is assumed: measure one, or take
     one from the literature.
 
@@ -67,7 +67,7 @@ class CentrePath(Record):
         Raises
         ------
         InvalidInput
-            If an elevation lies outside those that are known: nothing is extrapolated.
+            If an elevation lies outside the given ones: there is no extrapolation.
         """
         angles = as_finite("elevation", elevation, (), stack=True)
         low, high = float(self.elevation[0]), float(self.elevation[-1])
@@ -81,7 +81,7 @@ class CentrePath(Record):
         return np.asarray(PchipInterpolator(self.elevation, self.displacement)(np.clip(angles, low, high)))
 
     def offset(self, orientation: Rotation) -> CentreOffset:
-        """Offset of the device in poses of shape (...): the base stays behind by what the centre moves."""
+        """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre."""
         return CentreOffset.of_moving_shoulder(self.at(elevation_angle(orientation)), np.asarray(self.fit))
 
     def mirrored(self) -> CentrePath:

@@ -1,4 +1,4 @@
-"""How the arm moves and what pulls on it: the terms of a query that are not the mechanism's."""
+"""Motion of the arm, load on it and offset of the device."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ class Load(Record):
     frame: Literal["base", "arm"] = "base"
 
     def __post_init__(self) -> None:
-        nothing = isinstance(self.moment, (int, float)) and self.moment == 0
-        moment = np.zeros(3) if nothing else self.moment
+        is_zero = isinstance(self.moment, (int, float)) and self.moment == 0
+        moment = np.zeros(3) if is_zero else self.moment
         for name, value in (("force", self.force), ("moment", moment), ("at", self.at)):
             array = as_finite(name, value, (3,), stack=True)
             if np.abs(array).max(initial=0.0) > _STRONGEST:
@@ -81,7 +81,7 @@ class Load(Record):
 
 @dataclass(frozen=True, eq=False)
 class CentreOffset(Record):
-    """Where the device's centre lies, seen from the anatomical centre of the shoulder.
+    """Offset of the device's centre from the anatomical centre of the shoulder.
 
     Attributes
     ----------

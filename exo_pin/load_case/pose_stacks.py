@@ -1,4 +1,4 @@
-"""Turning what a caller passes into flat stacks for the kernels, and back."""
+"""Conversion of arguments into flat stacks for the kernels, and back."""
 
 from __future__ import annotations
 

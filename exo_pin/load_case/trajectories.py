@@ -18,11 +18,11 @@ from .motion_and_load import Motion
 
 __all__ = ["Movement"]
 
-#: Fewest samples from which a second derivative can be told.
+#: Fewest samples that determine a second derivative.
 _FEWEST = 4
 #: Samples nearer in time than this, s, are one sample.
 _SHORTEST_STEP = 1e-9
-#: Two samples farther apart than this, rad, do not say which way the arm turned between them.
+#: Two samples farther apart than this, rad, do not determine which way the arm turned between them.
 _FARTHEST_STEP = np.radians(120.0)
 #: The filters of warnings belong to all threads: one thread at a time changes them and changes them back.
 _FILTERS = threading.Lock()

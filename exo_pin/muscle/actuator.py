@@ -33,7 +33,7 @@ class Muscle:
         Greatest gauge pressure in Pa; None for the upper end of the model's validity range.
     least_pressure : float or None
         Pressure in Pa below which the muscle is never vented; None for a muscle that may be vented to atmosphere,
-        where it hangs slack and pulls nothing.
+        where it is slack and its force is zero.
 
     Raises
     ------

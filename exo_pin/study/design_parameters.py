@@ -1,4 +1,4 @@
-"""What a sweep can vary, and how a value of it changes a design."""
+"""Parameters of a sweep and the designs with their values."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _circle(exo: ShoulderExo, name: str, value: Any) -> ShoulderExo:
         raise InvalidInput(f"{name} needs joints on circles")
     if not head.startswith("alpha"):
         return exo.replace(geometry=exo.geometry.replace(**{head: value}))
-    # Both halves are given, because the geometry would keep aligned ones aligned.
+    # Both are given, because the geometry would change alpha_B with alpha_A where they are equal.
     halves = {half: getattr(circles, half) for half in ("alpha_A", "alpha_B")}
     for half in halves if head == "alpha" else (head,):
         halves[half] = value if head == name else _one_angle(name, halves[half], value)

@@ -1,4 +1,4 @@
-"""Designs over the same poses: figures of one, two side by side, every combination of parameters."""
+"""Comparison of designs over the same poses: one design, two designs, all combinations of parameters."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
     -------
     dict
         ``peak_F_s_N``, ``p95_F_s_N``, ``median_F_s_N`` : |F_s| over the poses that can be held; NaN if none can.
-        The peak of a design that crosses det X = 0 says how near to it a pose of the grid lies, and little else.
+        If a design crosses det X = 0, its peak depends on how near to the crossing a pose of the grid lies.
         ``holdable`` : fraction of poses with an answer within the limits given.
         ``pull_only`` : fraction that limbs which only pull can hold, massless limbs; else NaN.
         ``least_margin`` : smallest dimensionless distance from the singular surface.
@@ -171,7 +171,7 @@ def sweep(
     -------
     StudyTable
         A column a parameter (a column a component for arrays), then those of :func:`evaluate`, then ``error``: why a
-        design could not be built or asked, empty for all others. Such a design has NaN in its figures and
+        design could not be built or evaluated, empty for all others. Such a design has NaN in its figures and
         spoils no other.
 
     Raises
@@ -192,7 +192,7 @@ def sweep(
     exo = exo.replace()
     if jobs == 2:
         _require_picklable(exo, values, options)
-    evaluate(exo, poses, **options)  # a question that cannot be asked at all raises here, and not row by row
+    evaluate(exo, poses, **options)  # arguments that fit no design raise here, and not row by row
     combinations = [dict(zip(values, choice, strict=True)) for choice in itertools.product(*values.values())]
     tasks = [(exo, choice, poses, hand, options) for choice in combinations]
     if jobs == 1:

@@ -1,4 +1,4 @@
-"""What cannot be had together: the designs that no other design betters in everything."""
+"""Pareto front: the designs that no other design dominates."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         return pandas.DataFrame(self._columns)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the table; the file appears whole or not at all, an empty cell stands for NaN."""
+        """Write the table; the file appears whole or not at all, an empty cell means NaN."""
         rows = ([_cell(column[row], repr) for column in self._columns.values()] for row in range(self.row_count))
         write_text(path, csv_text(self, rows))
 

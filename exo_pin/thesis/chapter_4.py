@@ -30,7 +30,7 @@ def _about(axis: int, angle: float) -> FloatArray:
 
 
 class _Example:
-    """The mechanism of Scenario One in its pose (0, 45, 45)°, with everything that the equations speak of."""
+    """The mechanism of Scenario One in its pose (0, 45, 45)°, with all quantities of the equations."""
 
     def __init__(self) -> None:
         self.geometry: WristGeometry = preset("scenario-one").geometry
@@ -87,7 +87,7 @@ def _orientation() -> list[Row]:
         compare("(4-7), (4-8)", "R at (20, -30, 10)°, entry by entry", "", written.ravel(), R.ravel(), 1e-12),
         compare("Section 4.2.2", "error of the closest of all poses with those lengths", "°", 0.0,
                 np.degrees(closest), 1e-9, digits=9,
-                note=f"{int(four.count)} real solutions; the text speaks of eight"),
+                note=f"{int(four.count)} real solutions; the text gives eight"),
         compare("(4-22)", "R at θ = (0, -110, 0)° from the angles of its matrix", "",
                 printed.as_matrix().ravel(), S.ravel(), 1e-12, mended=mended.as_matrix().ravel(),
                 note="arcsin and arctan stay within ±90°, but flexion reaches -110°: arctan of two arguments"),
@@ -115,7 +115,7 @@ def _joints(e: _Example) -> list[Row]:
         compare("(4-9)", "limb vectors at (0, 45, 45)°", "m", vectors.ravel(), (e.l[:, None] * e.t).ravel(), 1e-12),
         compare("(4-10)", "third column of R_OAi against the limb's direction in {A_i}", "", written[:, :, 2].ravel(),
                 in_joint.ravel(), 1e-9, mended=proper[:, :, 2].ravel(),
-                note="the entries are those of Rx Ry; transposed, as the left side says, they are right"),
+                note="the entries are those of Rx Ry; transposed, as on the left side, they are right"),
         compare("(4-11) to (4-13)", "limb vector in {A_i} over l_i", "", wrong.ravel(), in_joint.ravel(), 1e-9,
                 mended=right.ravel(), note=order),
         compare("(4-15)", "R_Ai of the prototype", "", frames.ravel(), geometry.base_frames.ravel(), 1e-12),
@@ -287,7 +287,7 @@ def _rig() -> list[Row]:
                 note="20 mm is the largest component, not the distance"),
         compare("Table 5-2, inverse kinematics", "θ_xA for the lengths of that row", "°", [-75.4, -59.4, 43.4],
                 np.degrees(np.arcsin(-inverse_lengths / (2 * _RIG))), 0.1, digits=1,
-                note=_RIG_NOTE + "; the last two stand as θ_yA in the other row as well"),
+                note=_RIG_NOTE + "; the last two are printed as θ_yA in the other row as well"),
         compare("Table 5-2, forward kinematics", "l_i for the measured θ_xA", "mm", [271.4833, 182.4, 180.5],
                 -2 * _RIG * np.sin(measured), 1.0, digits=1, note=_RIG_NOTE + "; a positive angle has no length"),
     ]  # fmt: skip

@@ -1,6 +1,6 @@
-"""The ledger: what the thesis prints, what exo_pin computes, and the verdict.
+"""The ledger: numbers of the thesis, numbers of exo_pin, and the verdict.
 
-Every computed number is computed when it is asked for; printed numbers are typed in as printed.
+Numbers of exo_pin are computed on demand; printed numbers are typed in as printed.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
     rows : iterable of Row
         The rows.
     most : int
-        A source with more rows of one verdict than this is told by their number.
+        A source with more rows of one verdict than this is summarised by their number.
     """
     groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:

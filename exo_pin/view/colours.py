@@ -51,7 +51,7 @@ _CIVIDIS = np.array(
 
 
 def number(colour: str) -> int:
-    """A ``#RRGGBB`` colour as three.js wants it."""
+    """A ``#RRGGBB`` colour as three.js expects it."""
     return int(colour[1:], 16)
 
 

@@ -1,4 +1,4 @@
-"""How limbs can be drawn."""
+"""Styles in which limbs are drawn."""
 
 from __future__ import annotations
 

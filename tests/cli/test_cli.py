@@ -66,7 +66,7 @@ def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
         (["plot", "--out", "/tmp/picture.xyz"], "picture.xyz"),
     ],
 )
-def test_a_question_that_cannot_be_asked_is_one_line_and_status_2(capsys, arguments, message):
+def test_invalid_arguments_give_one_line_and_status_2(capsys, arguments, message):
     status, out, err = run(capsys, *arguments)
     assert status == 2
     assert out == ""
@@ -101,7 +101,7 @@ def test_plot_of_a_singular_pose_and_of_an_unloaded_arm(capsys, tmp_path):
     assert run(capsys, "plot", "--out", str(tmp_path / "none"))[0] == 2
 
 
-def test_check_tells_good_from_bad(capsys):
+def test_check_reports_consistent_and_inconsistent_files(capsys):
     status, out, _ = run(capsys, "check", "prototype")
     assert status == 0
     assert "consistent" in out

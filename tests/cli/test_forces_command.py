@@ -53,7 +53,7 @@ def test_loads_on_one_body_add_up(capsys, robot):
     assert run(capsys, "forces", path, *twice, "--joint", "ball_0") == once
 
 
-def test_what_cannot_be_asked_is_told(capsys, robot):
+def test_invalid_arguments_are_reported(capsys, robot):
     path = robot(four_bar())
     for arguments, words in (
         (("--external", "rocker=1,2"), "FRAME=FX"),

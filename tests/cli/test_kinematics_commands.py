@@ -81,7 +81,7 @@ def test_singularity_report(capsys, tmp_path):
         (("singularity", "nothing"), "unknown preset"),
     ],
 )
-def test_questions_that_cannot_be_asked(capsys, arguments, said):
+def test_invalid_arguments(capsys, arguments, said):
     status, _, err = run(capsys, *arguments)
     assert status == 2
     assert said in err

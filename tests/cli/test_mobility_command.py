@@ -59,7 +59,7 @@ def test_joints_can_be_set(capsys, robot):
         (["--frame", "hand"], "unknown frame"),
     ],
 )
-def test_what_cannot_be_asked_is_one_line(arguments, said, capsys, robot):
+def test_invalid_arguments_give_one_line(arguments, said, capsys, robot):
     status, out, err = run(capsys, "mobility", robot(delta("rigid")), *arguments)
     assert status == 2
     assert out == ""

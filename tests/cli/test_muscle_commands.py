@@ -78,7 +78,7 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     write_states(data)
     out = run("identify", data, "--length-mm", 300, "--output", output, "--name", "mine")
     assert out.startswith("27 of 66 measurements")
-    assert "cannot be told apart (compare forces): K_1, K_2, C_1, S_1, S_2, S_3" in out
+    assert "the data cannot distinguish (compare forces): K_1, K_2, C_1, S_1, S_2, S_3" in out
     model = load_parameters(output)
     assert model.name == "mine"
     reference = muscle_model("fitted-second-order")

@@ -61,7 +61,7 @@ def test_certificate(capsys):
         (["--guide", "-1", "2"], "bending_rigidity"),
     ],
 )
-def test_questions_that_cannot_be_asked(capsys, arguments, message):
+def test_invalid_arguments(capsys, arguments, message):
     status, out, error = run(capsys, "reaction", *POSE, *arguments)
     assert status == 2
     assert out == ""

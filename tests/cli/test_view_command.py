@@ -57,7 +57,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
         ([*BARE, "--scale", "0"], "--scale"),
     ],
 )
-def test_a_question_that_cannot_be_asked_is_one_line_and_status_2(capsys, arguments, message):
+def test_invalid_arguments_give_one_line_and_status_2(capsys, arguments, message):
     status, out, err = run(capsys, *arguments)
     assert status == 2
     assert out == ""

@@ -200,7 +200,7 @@ centre_of_mass_m = [0.0, 0.0, -0.2]
         ("schema = 1", "schema = ", None, "not TOML"),
     ],
 )
-def test_a_wrong_file_is_told_what_and_where(tmp_path, old, new, key, message):
+def test_error_names_the_file_and_the_key(tmp_path, old, new, key, message):
     path = tmp_path / "mine.toml"
     path.write_text(GOOD)
     read_mechanism(path)
@@ -262,7 +262,7 @@ def test_replacing_dimensions():
     assert four.limb_count == 4
 
 
-def test_mirroring_twice_is_nothing():
+def test_mirroring_twice_is_the_identity():
     mechanism = preset("prototype")
     assert same(mechanism, mechanism.mirrored().mirrored())
     right = mechanism.mirrored()

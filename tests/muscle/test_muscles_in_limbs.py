@@ -18,7 +18,7 @@ def test_stiffness_of_a_limb_is_the_slope_of_its_force():
     np.testing.assert_allclose(muscle.stiffness(length, pressure), slope, rtol=1e-6)
 
 
-def test_muscles_hold_the_device_and_their_pressures_pull_what_was_asked():
+def test_muscles_hold_the_device_and_pressures_give_the_required_forces():
     """The prototype with its fourth muscle mounted (base hole 100°, arm hole 280°), each muscle contracted by 20 %."""
     exo = ep.load("prototype")
     base, platform = np.radians([31.3, 59.6, 119.8, 100.0]), np.radians([31.3, 59.6, 119.8, 280.0])

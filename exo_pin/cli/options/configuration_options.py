@@ -1,4 +1,4 @@
-"""The configuration of a chain that a command's options name."""
+"""Options for the configuration of a chain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options that several commands share: which design, in which pose, on whom."""
+"""Options of several commands: design, pose, person."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ANGLES = (
 def add_design(parser: argparse.ArgumentParser) -> None:
     """Add the design's name or file, and the side of the body."""
     parser.add_argument("design", nargs="?", default="prototype", metavar="PRESET|FILE", help="default: prototype")
-    parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as the design says)")
+    parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as in the design)")
 
 
 def add_pose(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +41,7 @@ def add_person(parser: argparse.ArgumentParser) -> None:
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
-    """Add what the limbs can do."""
+    """Add the limits of the limbs' forces."""
     parser.add_argument("--pull", action="store_true", help="limbs that only pull")
     parser.add_argument("--tension", metavar="MIN,MAX", help="limits of the limb forces, N")
 

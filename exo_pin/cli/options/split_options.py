@@ -1,4 +1,4 @@
-"""Options of ``exo-pin reaction`` on what is assumed: which splits, what stiffness, how well the device fits."""
+"""Options of ``exo-pin reaction`` for the assumptions: splits, stiffness, offset of the device."""
 
 from __future__ import annotations
 
@@ -44,10 +44,12 @@ def add_splits(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         type=float,
         metavar=("EI", "GJ"),
-        help="for elastic: bending and torsional rigidity of every limb's guide, N m² (default: as the design says)",
+        help="for elastic: bending and torsional rigidity of every limb's guide, N m² (default: as in the design)",
     )
     parser.add_argument(
-        "--certificate", action="store_true", help="say what each number rests on, and what would determine it"
+        "--certificate",
+        action="store_true",
+        help="print the assumptions behind each number, and the data that would determine it",
     )
 
 
@@ -70,7 +72,7 @@ def offset_mm(options: argparse.Namespace) -> tuple[float, ...]:
 def answers_of(
     exo: ShoulderExo, orientation: Rotation, bounds: ConstraintBounds, options: argparse.Namespace
 ) -> list[Reaction]:
-    """One answer a split, in the order asked for."""
+    """One result for each split, in the given order."""
     splits = _splits(exo, options.compare)
     if bounds is not None and "minimal" not in splits:
         raise InvalidInput("--side-force-limit belongs to minimal: name it in --compare")
@@ -96,11 +98,11 @@ def certificates(answers: Sequence[Reaction], bounds: ConstraintBounds) -> str:
     return "\n".join(lines)
 
 
-def _splits(exo: ShoulderExo, wanted: str | None) -> list[str]:
-    if wanted is None:
+def _splits(exo: ShoulderExo, names: str | None) -> list[str]:
+    if names is None:
         forces = exo.mechanism.limb_count + int(exo.mechanism.is_upu.sum())
         return ["spherical", "minimal", "standalone"][: 3 if forces >= 6 else 2]
-    splits = [name.strip() for name in wanted.split(",")]
+    splits = [name.strip() for name in names.split(",")]
     for name in splits:
         if name not in get_args(Split):
             raise UnknownName("split", name, get_args(Split))

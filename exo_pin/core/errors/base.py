@@ -1,4 +1,4 @@
-"""The base of all errors."""
+"""Base class of all errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What closed chains cannot do: closing, moving, carrying."""
+"""Errors of closed chains: loop closure, motion, forces."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class BeyondLimits(ExoPinError, RuntimeError):
     q : ndarray
         Shape (nq,), the closed configuration.
     joints : tuple of str
-        The joints that stand outside their limits there.
+        The joints that are outside their limits there.
     """
 
     def __init__(self, q: Any, joints: Iterable[str]) -> None:
@@ -88,7 +88,7 @@ class UndrivenMotion(ExoPinError, RuntimeError):
     q : ndarray
         Shape (nq,), the configuration.
     missing : ndarray
-        Shape (nv,), the generalised force that nothing makes, N and N m.
+        Shape (nv,), the part of the generalised force that no actuator supplies, N and N m.
     joints : tuple of str
         Joints of which a generalised force is missing, the largest first.
     """
@@ -112,7 +112,7 @@ class InfeasibleForces(ExoPinError, RuntimeError):
     excess : float
         How far, N or N m, the bounds would have to give at least if all gave alike.
     bounds : tuple of str
-        The bounds that stand in each other's way.
+        The bounds that contradict each other.
     """
 
     def __init__(self, excess: float, bounds: Iterable[str]) -> None:
@@ -143,7 +143,7 @@ class MasslessMotion(ExoPinError, ValueError):
 
 
 class SingularConfiguration(ExoPinError, RuntimeError):
-    """No acceleration keeps the loops closed in this state: its velocity leads where the loops cannot follow.
+    """No acceleration satisfies the loop-closure constraints in this state.
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ class SingularConfiguration(ExoPinError, RuntimeError):
         self.v = v
         self.opening = float(opening)
         super().__init__(
-            f"the chain stands in a singular configuration with a velocity that no acceleration follows: the loops "
+            f"the chain is in a singular configuration, and no acceleration fits its velocity: the loops "
             f"would part by {self.opening:.3g} (lengths and rad a second squared)"
         )
 
@@ -203,7 +203,7 @@ class SimulationStopped(ExoPinError, RuntimeError):
         self.q = q
         self.v = v
         super().__init__(
-            f"the motion was followed to {self.time:.6g} s, where {reason}: as a rule the chain stands in a singular "
+            f"the motion was integrated to {self.time:.6g} s, where {reason}: as a rule the chain is in a singular "
             "configuration there, from which more than one motion goes on"
         )
 

@@ -1,4 +1,4 @@
-"""Questions that cannot be asked as they are: input, files, missing data and extras."""
+"""Errors of input: arguments, names, files, missing data and missing extras."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ADVICE = {
     errno.EACCES: "; the file, if there is one, and its folder must be writable",
     errno.EPERM: "; the file, if there is one, and its folder must be writable",
     errno.EROFS: "; choose another disk",
-    errno.EPIPE: "; its reader has ended",
+    errno.EPIPE: "; the program that reads the pipe has ended",
 }
 
 
@@ -38,16 +38,16 @@ class InvalidInput(ExoPinError, ValueError):
 
 
 class UnknownName(InvalidInput):
-    """A name (preset, key, frame, closure type, ...) that nothing answers to.
+    """A name (preset, key, frame, closure type, ...) does not exist.
 
     Attributes
     ----------
     kind : str
-        What was looked for, for example ``"preset"``.
+        What the name is of, for example ``"preset"``.
     name : str
-        The name that was asked for.
+        The name that was given.
     available : tuple of str
-        The names there are.
+        The names that exist.
     """
 
     def __init__(self, kind: str, name: object, available: Iterable[str], where: str = "") -> None:
@@ -62,7 +62,7 @@ class UnknownName(InvalidInput):
 
 
 class MissingData(ExoPinError, ValueError):
-    """The question needs a value that the mechanism does not have.
+    """The computation needs a value that the mechanism does not have.
 
     What a source does not print is left out of its parameter set; it never defaults to 0 or 1.
 
@@ -93,7 +93,7 @@ class MissingExtra(ExoPinError, ImportError):
 
 
 class FileFormatError(InvalidInput):
-    """A file cannot be read as what it should be.
+    """A file cannot be read, or its content does not have the expected format.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class FileFormatError(InvalidInput):
 class FileNotWritten(InvalidInput):
     """The system refuses to write a file.
 
-    What stood there before is still there, unless it is a pipe or a device, which may have got a part.
+    An old file is unchanged. A pipe or a device may have received a part of the content.
 
     Attributes
     ----------
@@ -134,7 +134,7 @@ class NonConvexBound(InvalidInput):
 
 
 class InfeasibleBounds(InvalidInput):
-    """A lower bound stands above its upper bound.
+    """A lower bound is above its upper bound.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class InfeasibleBounds(InvalidInput):
 
 
 class NotAWrist(ExoPinError, RuntimeError):
-    """A closed form of the wrist was asked of a robot that is none, or is not known to be one.
+    """A closed form of the wrist was called for a robot that is no wrist, or is not recognised as one.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What can go wrong with muscles beyond the errors of :mod:`exo_pin.core.errors`."""
+"""Errors of muscle models and their identification."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["NotIdentifiable", "OutsideValidity"]
 
 
 class OutsideValidity(InvalidInput):
-    """A muscle model was asked about a state that it was never identified for.
+    """A state lies outside the range in which a muscle model was identified.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class OutsideValidity(InvalidInput):
 
 
 class NotIdentifiable(ExoPinError, ValueError):
-    """The data cannot determine the coefficients that were asked for.
+    """The data cannot determine the requested coefficients.
 
     Attributes
     ----------

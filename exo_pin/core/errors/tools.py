@@ -1,4 +1,4 @@
-"""Solvers and programs that did not do what was asked of them."""
+"""Errors of solvers and of other programs."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class BrowserNotFound(ExoPinError, RuntimeError):
     Attributes
     ----------
     programs : tuple of str
-        What was looked for.
+        The programs that were searched for.
     """
 
     def __init__(self, programs: Iterable[str], variable: str) -> None:
         self.programs = tuple(programs)
         super().__init__(
-            f"a still picture needs a headless browser, and none of these is there: {', '.join(self.programs)}. "
+            f"a still picture needs a headless browser, and none of these is installed: {', '.join(self.programs)}. "
             f"Install one (Debian: chromium) or name it in {variable}; save_html and --html need none"
         )
 

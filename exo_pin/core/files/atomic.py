@@ -1,4 +1,4 @@
-"""The writer of every file of the package: a reader finds the old file or the new one, never half of it.
+"""Atomic writing: a reader finds the old file or the new one, never half of it.
 
 A regular file is written beside its place under a random name, put on the disk and then moved over the old one. So
 
@@ -60,7 +60,7 @@ def write_bytes(path: str | PathLike[str], content: bytes) -> None:
     InvalidInput
         If the path is a folder, a block device or a socket.
     FileNotWritten
-        If the system refuses: no such folder, no permission, disk full, the reader of a pipe gone.
+        If the system refuses: no such folder, no permission, disk full, no reader at the other end of a pipe.
     """
     target = find_target(path)
     try:
@@ -111,7 +111,7 @@ def _replace(target: Target, content: bytes) -> None:
         try:
             _write_new(temporary, mode, content)
             os.replace(temporary, target.path)
-        except FileExistsError:  # somebody else's
+        except FileExistsError:  # of another program
             raise
         except BaseException:
             with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""Writing figures of matplotlib."""
+"""Files of matplotlib's figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 150.0) -> 
     Parameters
     ----------
     path : path-like
-        Its ending says in which format (.png, .svg, .pdf, ...). A pipe, a device or a path without ending gets a PNG.
+        Its ending is the format (.png, .svg, .pdf, ...). A pipe, a device or a path without ending gets a PNG.
     figure : matplotlib.figure.Figure
         What to write.
     dpi : float
@@ -29,7 +29,7 @@ def write_figure(path: str | PathLike[str], figure: Any, dpi: float = 150.0) -> 
     Raises
     ------
     InvalidInput
-        If matplotlib does not know the ending.
+        If matplotlib has no such format.
     FileNotWritten
         If the file cannot be written.
     """

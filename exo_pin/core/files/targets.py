@@ -1,4 +1,4 @@
-"""Where a path leads: a descriptor of this process, a pipe or device, or a regular file, with all links followed.
+"""Resolution of a path: a descriptor of this process, a pipe or device, or a regular file, with all links followed.
 
 ``/dev/stdout``, ``/dev/fd/N`` and ``/proc/self/fd/N`` look like links to a file. They are names of an open descriptor:
 the file behind may have no path, or be in use at another position. So links are followed by hand, and a descriptor is
@@ -51,7 +51,7 @@ class Target(NamedTuple):
 def is_stream(path: str | PathLike[str]) -> bool:
     """Whether a path leads to a pipe, a device or an open descriptor such as ``/dev/stdout``.
 
-    Such a path has no ending that could say in which format to write.
+    Such a path has no ending that could name the format.
     """
     try:
         return find_target(path).is_stream

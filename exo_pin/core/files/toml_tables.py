@@ -116,7 +116,7 @@ def _holds_flag(value: Any) -> bool:
 
 
 class Table:
-    """A TOML table whose keys are taken one by one, so that :meth:`finish` can name those that nobody knows.
+    """A TOML table whose keys are taken one by one, so that :meth:`finish` can name the unknown ones.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Mechanisms as TOML files: reading, writing, and the published ones that come with the package."""
+"""Mechanisms as TOML files, and the published mechanisms of the package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a TOML table to a mechanism."""
+"""Conversion of a TOML table to a mechanism."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
         _note_source(body, sources)
     body_mass = table.quantity("mass", "body_mass", required=False)
     table.finish()
-    # The person's mass belongs to the person's parts; where all is device it is kept with that.
+    # The person's mass belongs to the person's parts; where all is device it goes with the device.
     worn = not all(part.is_true("device") for part in parts)
     arms = [_read_body(part, None if worn and part.is_true("device") else body_mass) for part in parts]
     total = arms[0]
@@ -126,7 +126,7 @@ def _read_body(table: Table, body_mass: float | None = None) -> Arm:
             "given without an inertia; give the inertia too, or leave this key out", "products_of_inertia"
         )
     if signs == "integrals":
-        flip = 2.0 * np.eye(3) - 1.0  # keeps the moments, negates the products
+        flip = 2.0 * np.eye(3) - 1.0  # leaves the moments, negates the products
         about_centre = None if about_centre is None else about_centre * flip
         about_origin = None if about_origin is None else about_origin * flip
     if about_origin is not None:

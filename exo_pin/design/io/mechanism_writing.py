@@ -1,4 +1,4 @@
-"""From a mechanism to a TOML table, in SI units."""
+"""Conversion of a mechanism to a TOML table, in SI units."""
 
 from __future__ import annotations
 

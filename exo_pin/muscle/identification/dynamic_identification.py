@@ -113,7 +113,7 @@ class DynamicIdentification(Record):
     condition_number : float
         Of the sensitivities, columns of unit length.
     indistinct : tuple of str
-        Coefficients that the recordings cannot tell apart.
+        Coefficients that the recordings cannot distinguish.
     inside : float
         Share of the simulated samples that lie in the model's range.
     """
@@ -178,14 +178,14 @@ def identify_dynamic(
     Parameters
     ----------
     recordings : sequence of Recording
-        At least one; several loads and pressures tell the coefficients apart better.
+        At least one; several loads and pressures determine the coefficients better.
     static : StaticModel
-        The static force law, which is kept.
+        The static force law, which is not changed.
     start : array_like or None
         Shape (5,), first guess in the units of the answer; None to start from the best few of a set of frictions
         and dampings.
     load_bar_per_kg : float
-        Factor of the hung mass in φ(F_ext), kept; the source found 1.
+        Factor of the hung mass in φ(F_ext), not changed; the source found 1.
     name, source : str
         Name and source of the parameter set.
 

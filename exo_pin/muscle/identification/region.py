@@ -1,10 +1,10 @@
-"""Where the force law holds, found from the data: the thick line of Tables 3-3a and 3-3b (Section 3.2.1).
+"""Region of validity of the force law, found from the data: the thick line of Tables 3-3a and 3-3b (Section 3.2.1).
 
 A weight beyond the muscle's capability leaves the braid almost unstretched, and the muscle then follows another
 law. So the measurements, sorted by contraction, are split in two regimes; each gets its own least-squares fit and
 its own scatter, and the split is judged by its likelihood (a change point). Of all splits that the data cannot tell
 from the most likely one at 95 %, the one that keeps the fewest measurements is taken. The capability line is then
-the straight line in pressure and force that parts kept from rejected measurements by the widest margin.
+the straight line in pressure and force that separates selected from rejected measurements by the widest margin.
 """
 
 from __future__ import annotations
@@ -81,21 +81,21 @@ class Region(Record):
 
     Attributes
     ----------
-    kept : ndarray of bool
+    selected : ndarray of bool
         Shape (n,), in the order of the measurements.
     splits : ndarray
         Shape (m,), how many measurements each split that was tried keeps.
     deviance : ndarray
-        Shape (m,), -2 log likelihood of each split above that of the best; the data cannot tell splits below
+        Shape (m,), -2 log likelihood of each split above that of the best; the data cannot distinguish splits below
         3.84 from the best at 95 %.
     validity : Validity
-        Ranges of the kept measurements and the capability line.
+        Ranges of the selected measurements and the capability line.
     margin : float
-        Half the width of the empty band around the capability line, N; zero if the line does not part kept from
-        rejected measurements, infinite if nothing was rejected.
+        Half the width of the empty band around the capability line, N; zero if the line does not separate selected from
+        rejected measurements, infinite if none was rejected.
     """
 
-    kept: NDArray[np.bool_]
+    selected: NDArray[np.bool_]
     splits: NDArray[np.int_]
     deviance: FloatArray
     validity: Validity
@@ -108,21 +108,21 @@ def _squares(matrix: FloatArray, force: FloatArray) -> float:
 
 
 def capability_line(
-    pressure: FloatArray, force: FloatArray, kept: NDArray[np.bool_]
+    pressure: FloatArray, force: FloatArray, selected: NDArray[np.bool_]
 ) -> tuple[tuple[float, float] | None, float]:
-    """Straight line in pressure and force that parts kept from rejected measurements by the widest margin.
+    """Straight line in pressure and force that separates selected from rejected measurements by the widest margin.
 
     Parameters
     ----------
     pressure, force : ndarray
         Shape (n,), Pa and N.
-    kept : ndarray of bool
-        Shape (n,); the kept ones shall lie below the line.
+    selected : ndarray of bool
+        Shape (n,); the selected ones shall lie below the line.
 
     Returns
     -------
     line : (float, float) or None
-        Slope in N/Pa and intercept in N; None if nothing was rejected.
+        Slope in N/Pa and intercept in N; None if none was rejected.
     margin : float
         As in :class:`Region`.
 
@@ -131,10 +131,10 @@ def capability_line(
     SolverFailed
         If the linear program does not end.
     """
-    if kept.all():
+    if selected.all():
         return None, np.inf
     n = len(force)
-    side = np.where(kept, 1.0, -1.0)
+    side = np.where(selected, 1.0, -1.0)
     # Unknowns: slope (N/bar), intercept, margin, and one violation a measurement, which costs more than any margin
     # could bring, so that it is used only where no line parts the two.
     rows = np.column_stack([-side * pressure / BAR, -side, np.ones(n), -np.eye(n)])
@@ -199,16 +199,16 @@ def find_region(
     whole = len(x) * np.log((_squares(matrix, sorted_force) + floor) / len(x))
     # A second regime must pay for its coefficients, its scatter and its place (the information criterion of Bayes).
     price = (len(powers) + 2) * np.log(len(x))
-    kept = np.ones(len(x), dtype=bool)
+    selected = np.ones(len(x), dtype=bool)
     if deviance.min() + price < whole:
         alike = splits[deviance - deviance.min() <= chi2.ppf(confidence, 1)]
-        kept[order[alike.min() :]] = False
-    line, margin = capability_line(p, f, kept)
-    basis = f"change point in contraction over {len(x)} measurements, {int(kept.sum())} kept"
+        selected[order[alike.min() :]] = False
+    line, margin = capability_line(p, f, selected)
+    basis = f"change point in contraction over {len(x)} measurements, {int(selected.sum())} selected"
     return Region(
-        kept=kept,
+        selected=selected,
         splits=splits,
         deviance=frozen(deviance - deviance.min()),
-        validity=hull(x[kept], p[kept], length, line, basis),
+        validity=hull(x[selected], p[selected], length, line, basis),
         margin=margin,
     )

@@ -1,4 +1,4 @@
-"""Which force law to use: candidates fitted to the same measurements and judged by leave-one-out errors.
+"""Selection of a force law: candidates fitted to the same measurements and judged by leave-one-out errors.
 
 Candidates are polynomials in contraction and pressure, (3-10) among them, and the laws of the literature. One that
 would not behave like a muscle where it was measured (pull more when shorter, or less with more air) is not

@@ -1,8 +1,8 @@
-"""Coefficients of a static force law from measurements, by linear least squares, with what they are worth.
+"""Coefficients of a static force law from measurements, by linear least squares, with confidence intervals.
 
 The law is linear in its coefficients, so fit, covariance and leave-one-out errors are closed forms. The
 coefficients of (3-10) are nearly interchangeable on such data (K_2 against S_2, say): refits give other
-coefficients and the same forces. So the answer names the coefficients that the data cannot tell apart, and gives
+coefficients and the same forces. So the result names the coefficients that the data cannot distinguish, and gives
 the uncertainty of the force.
 """
 
@@ -36,7 +36,7 @@ def coefficient_name(powers: tuple[int, int]) -> str:
 
 
 def collinear(jacobian: FloatArray) -> NDArray[np.bool_]:
-    """Which columns the data cannot tell apart.
+    """Columns that the data cannot distinguish.
 
     Columns are scaled to unit length. A column is flagged if more than half of the variance of its coefficient
     comes from directions with a condition index above ``CONDITION_LIMIT`` (variance decomposition of Belsley, Kuh
@@ -94,7 +94,7 @@ class StaticIdentification(Record):
     variance_inflation : ndarray
         Shape (k,), how much the variance of a coefficient is raised by the others being unknown too.
     indistinct : tuple of str
-        Coefficients that the data cannot tell apart; compare forces, not these.
+        Coefficients that the data cannot distinguish; compare forces, not these.
     region : Region or None
         How the measurements were chosen, if they were.
     """
@@ -214,7 +214,7 @@ def identify_static(
         raise InvalidInput(f"expected select to be 'all' or 'region', got {select!r}")
     region = find_region(x, p, f, length, powers) if select == "region" else None
     if region is not None:
-        x, p, f = x[region.kept], p[region.kept], f[region.kept]
+        x, p, f = x[region.selected], p[region.selected], f[region.selected]
     names = tuple(coefficient_name(pair) for pair in powers)
     n, k = len(f), len(powers)
     if n <= k:

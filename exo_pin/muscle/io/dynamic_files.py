@@ -33,7 +33,7 @@ def save_dynamic(
     path : path
         File to write.
     notes : tuple of str
-        What a reader must know.
+        Remarks: corrected misprints, limits of use.
     **extra : mapping
         Further tables; the reader leaves out ``identification`` and refuses others.
 

@@ -39,7 +39,7 @@ class Table:
     rows, columns : tuple of str
         Printed heads.
     printed : tuple of tuple of str
-        The cells exactly as printed; "/" and "" mean that nothing is printed.
+        The cells exactly as printed; "/" and "" mean an empty cell.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Table:
     printed: tuple[tuple[str, ...], ...]
 
     def _cells(self, pattern: re.Pattern[str], group: int) -> FloatArray:
-        # The force stands first in its cell, the error in brackets behind it.
+        # A cell holds the force, then the error in brackets.
         find = pattern.match if group == 0 else pattern.search
         found = [[find(cell) for cell in row] for row in self.printed]
         return frozen(np.array([[float(m.group(group)) if m else np.nan for m in row] for row in found]))
@@ -189,7 +189,7 @@ def steady_states(valid_only: bool = False) -> SteadyStates:
     ----------
     valid_only : bool
         Whether to keep only the 25 cells that Table 3-3c calls valid and that have data. (Table 3-3c prints 26
-        errors; Tables 3-1 and 3-2 have nothing at 2.0 bar, 12.74 N.)
+        errors; Tables 3-1 and 3-2 have no data at 2.0 bar, 12.74 N.)
 
     Returns
     -------

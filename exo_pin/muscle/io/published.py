@@ -34,7 +34,7 @@ class ParameterSet:
     ----------
     model : StaticModel
     notes : tuple of str
-        Misprints that were corrected, and what else a user must know.
+        Corrected misprints, limits of use.
     """
 
     model: StaticModel
@@ -109,15 +109,15 @@ def refit() -> dict[str, StaticModel]:
     """
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
-    kept = states.select(region.kept)
-    columns = (kept.contraction, kept.pressure, kept.force)
-    source = f"fitted to the {len(kept.force)} steady states of Tables 3-1 and 3-2 that lie in the region found"
+    selected = states.select(region.selected)
+    columns = (selected.contraction, selected.pressure, selected.force)
+    source = f"fitted to the {len(selected.force)} steady states of Tables 3-1 and 3-2 that lie in the region found"
     fitted = {
         "best": select_model(*columns, NOMINAL_LENGTH).model,
         "fitted-second-order": identify_static(*columns, NOMINAL_LENGTH, SECOND_ORDER).model,
         "fitted-pujana-arrese": identify_static(*columns, NOMINAL_LENGTH, _PUJANA_ARRESE).model,
     }
-    for form in candidates(len(kept.force)):
+    for form in candidates(len(selected.force)):
         if form.powers is None:
             fitted[f"fitted-{form.name}"] = form.fit(*columns, NOMINAL_LENGTH)
     return {name: replace(model, name=name, source=source, validity=region.validity) for name, model in fitted.items()}

@@ -78,7 +78,7 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     model : StaticModel
         Of its reference length: a scaled one is refused, since scaling is an assumption and not a measurement.
     notes : tuple of str
-        What a reader must know.
+        Remarks: corrected misprints, limits of use.
 
     Returns
     -------

@@ -107,7 +107,7 @@ class DynamicModel:
         return inside
 
     def explain(self, contraction: float, velocity: float, pressure: float, mass: float) -> str:
-        """Say which bound a state breaks; an empty string if it breaks none."""
+        """Text that names the bound a state violates; empty if it violates none."""
         force = float(self.static.unchecked_force(contraction, pressure))
         reason = self.static.validity.explain(contraction / self.static.reference_length, pressure, force)
         if reason:

@@ -1,4 +1,4 @@
-"""What opposes a moving muscle: Coulomb friction (3-16) and damping (3-21), with the ranges where they do oppose.
+"""Coulomb friction (3-16) and damping (3-21) of a muscle, with the ranges in which they oppose the motion.
 
 As printed, both can drive the motion instead: the Coulomb term (P + φ)(N_2 x² + N_1 x + N_0) is negative where a
 factor is, and the damping P (D_1 v² + D_2 v) pushes where D_1 v + D_2 < 0, above 0.8 m/s for (3-30). Those states

@@ -122,7 +122,7 @@ class Colbrunn(ChouHannaford):
         The additive F_max limit of the table, N. Its footnote calls it the largest force at the pressure, which as
         a summand would pull without air; 0 leaves it out.
     least_length : float
-        L_min in m, of the reference muscle. The table says nothing about shorter muscles: here they pull with 0 N,
+        L_min in m, of the reference muscle. The table has no shorter muscles: here they pull with 0 N,
         being fully contracted.
     """
 

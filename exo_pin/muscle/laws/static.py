@@ -1,4 +1,4 @@
-"""Static muscle models: the force a muscle pulls with at rest, its derivatives and its inverses.
+"""Static muscle models: force at rest, its derivatives and its inverses.
 
 Contraction x = L_0 - L is in m, positive when the muscle is shorter than its nominal length L_0; pressure is gauge
 pressure in Pa; force is in N, positive when the muscle pulls. Every model was identified on a muscle of one length.
@@ -74,7 +74,7 @@ class StaticModel(ABC):
     validity : Validity
         Where they hold.
     nominal_length : float or None
-        Nominal length, m, of the muscle that is asked about; None for ``reference_length``.
+        Nominal length, m, of the muscle; None for ``reference_length``.
     source : str
         Where the parameters come from.
     """
@@ -107,7 +107,7 @@ class StaticModel(ABC):
 
     @property
     def length(self) -> float:
-        """Nominal length in m of the muscle that is asked about."""
+        """Nominal length in m of the muscle."""
         return self.reference_length if self.nominal_length is None else self.nominal_length
 
     @property
@@ -184,7 +184,7 @@ class StaticModel(ABC):
         """Pressure at which the muscle pulls a given force.
 
         The lowest pressure from 0 to the upper end of the validity range at which the force rises through the
-        one asked for.
+        given one.
 
         Parameters
         ----------
@@ -215,7 +215,7 @@ class StaticModel(ABC):
         """Contraction at which the muscle pulls a given force at a given pressure.
 
         The smallest contraction from 0 to the upper end of the validity range at which the force falls through the
-        one asked for, so a hung weight rests there stably (dF/dx < 0).
+        given one, so a hung weight rests there stably (dF/dx < 0).
 
         Parameters
         ----------

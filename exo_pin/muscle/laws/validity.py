@@ -1,4 +1,4 @@
-"""Where a muscle model holds: pressure, strain, capability limit, and that a muscle cannot push."""
+"""Range of validity of a muscle model: strain, pressure, capability limit, no push."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Validity:
         return rows
 
     def contains(self, strain: FloatArray, pressure: FloatArray, force: FloatArray | None = None) -> BoolArray:
-        """Whether each state is inside; without ``force`` only strain and pressure are asked.
+        """Whether each state is inside; without ``force`` only strain and pressure are checked.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class Validity:
         return inside
 
     def explain(self, strain: float, pressure: float, force: float | None = None) -> str:
-        """Say which bound a state breaks, with numbers; an empty string if it breaks none."""
+        """Text that names the bound a state violates, with numbers; empty if it violates none."""
         for row in self._bounds(strain, pressure, force):
             if not row.holds():
                 side = "at most" if row.upper else "at least"
@@ -150,7 +150,7 @@ class Validity:
         model : str
             Name of the model, for the message.
         values : ndarray
-            Shape (...), what the model says.
+            Shape (...), force of the model, N.
         strain, pressure, force : ndarray
             Shape (...), the states; see :meth:`contains`.
         outside : {"raise", "mark"}

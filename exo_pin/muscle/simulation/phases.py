@@ -1,4 +1,4 @@
-"""Stick and slip phases of a hung mass, parted by located events.
+"""Stick and slip phases of a hung mass, separated by located events.
 
 Each phase is a smooth equation for SciPy's ``solve_ivp``. Sliding ends where the velocity passes zero; then the
 mass sticks if friction can hold it, else it slides back. Sticking ends where the net force reaches the friction
@@ -37,7 +37,7 @@ _STEPS_PER_PERIOD = 50
 #: First step of a sliding phase, s.
 _FIRST_STEP = 1e-6
 
-#: Stands for a margin of zero that counts as inside.
+#: Replaces a margin of zero, which counts as inside.
 _INSIDE = 1e-300
 
 Event = Callable[[float, FloatArray], float]
@@ -117,15 +117,15 @@ class Phases:
     def sliding_events(self, mode: Mode) -> list[Event]:
         """Return what ends a sliding phase: standing still, the stop, an edge of the friction or damping range."""
 
-        def stands(t: float, y: FloatArray) -> float:
+        def at_rest(t: float, y: FloatArray) -> float:
             return float(y[1])
 
         def touches(t: float, y: FloatArray) -> float:
             return float(y[0]) - self.stop
 
-        stands.terminal = True  # type: ignore[attr-defined]
-        stands.direction = -float(mode)  # type: ignore[attr-defined]
-        events: list[Event] = [stands]
+        at_rest.terminal = True  # type: ignore[attr-defined]
+        at_rest.direction = -float(mode)  # type: ignore[attr-defined]
+        events: list[Event] = [at_rest]
         if mode is Mode.LENGTHENING:
             touches.terminal, touches.direction = True, -1.0  # type: ignore[attr-defined]
             events.append(touches)
@@ -163,7 +163,7 @@ class Phases:
         return events
 
     def check(self, t: FloatArray, states: FloatArray) -> None:
-        """Raise if a step of a sliding phase left the model's range and the caller wants to know."""
+        """Raise if a step of a sliding phase left the model's range and ``outside`` is "raise"."""
         if not self.enforce:
             return
         p = self.pressure.sample(t)
@@ -184,7 +184,7 @@ class Phases:
             rhs: Callable[[float, FloatArray], list[float]] = lambda t, y: [0.0] * STATE_SIZE  # noqa: E731
         else:
             self.edges = self.edges or [value >= 0 for value in self.margins(t, y)]
-            # Events are seen by a change of sign from step to step. The first step must be too short for the
+            # Events are found by a change of sign from step to step. The first step must be too short for the
             # velocity to leave zero and come back, the others for two reversals.
             stiffness = abs(float(self.model.static._stiffness(y[0], self.pressure(t))))
             period = 2 * pi * sqrt(self.mass / stiffness) if stiffness > 0 else inf

@@ -1,4 +1,4 @@
-"""Pressure inside the muscle as a function of time: what drives a step response."""
+"""Pressure inside the muscle as a function of time, the input of a step response."""
 
 from __future__ import annotations
 

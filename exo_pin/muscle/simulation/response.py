@@ -1,4 +1,4 @@
-"""What a step response is worth: contraction over time, stick and slip, energies, settling."""
+"""Result of a step response: contraction over time, stick and slip, energies, settling."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class StepResponse(Record):
         Raises
         ------
         InvalidInput
-            If the mass ends where it began, so that nothing relative to the step has a meaning.
+            If the mass ends where it began, so that no number relative to the step is defined.
         """
         step = self.steady_state - float(self.contraction[0])
         if abs(step) < 1e-12:
@@ -99,8 +99,8 @@ class StepResponse(Record):
     def settling_time(self, band: float = 0.02) -> float:
         """Time in s from the start until the contraction stays within ``band`` times the step of its steady state.
 
-        Interpolated between samples; infinite if it left the band in the last tenth of the time, so that nobody
-        knows whether it has settled.
+        Interpolated between samples; infinite if it left the band in the last tenth of the time, so that it
+        may not have settled.
 
         Raises
         ------

@@ -71,7 +71,7 @@ def simulate(
         At the start, m/s, shortening positive.
     outside : {"raise", "mark"}
         What to do when the motion leaves the range of the model, which is looked at in every step. "mark" goes on
-        with pull, friction and damping cut at zero, and says in ``inside`` where. Held by its braid the muscle is
+        with pull, friction and damping cut at zero, and ``inside`` marks where. Held by its braid the muscle is
         outside the force law's range, so a response from an empty muscle needs "mark".
     stop : float
         Contraction in m at which the braid holds. Table 3-2 shows -0.1 to 1.1 mm for every weight at 0.4 bar.
@@ -93,7 +93,7 @@ def simulate(
     InvalidInput
         If an argument is not usable, or the start lies beyond the stop.
     OutsideValidity
-        With "raise", when the motion leaves the range; it says when.
+        With "raise", when the motion leaves the range; the message has the time.
     SolverFailed
         If the integration does not end.
     """

@@ -50,7 +50,7 @@ def fit_rows() -> Iterator[LedgerRow]:
                 printed,
                 value,
                 "reproduced" if inside else "not reproducible",
-                f"refit of Table A-1, {fitted}; its print rounding is worth {slack:.3g}",
+                f"refit of Table A-1, {fitted}; rounding in print changes it by up to {slack:.3g}",
             )
 
 

@@ -31,7 +31,7 @@ def dynamic_rows() -> Iterator[LedgerRow]:
         printed,
         _viscosity(300.0),
         "misprint, corrected",
-        f"the text says 273 K, which gives {_viscosity(273.0):.4e}; 300 K gives the printed value",
+        f"the text has 273 K, which gives {_viscosity(273.0):.4e}; 300 K gives the printed value",
     )
     t34, tb1 = table("3-4").groups, table("b-1").groups
     both = np.isfinite(t34[..., 0]) & np.isfinite(tb1[..., 0])

@@ -1,4 +1,4 @@
-"""Every published number of Chapter 3 and Appendices A and B beside the one computed here, at each call anew."""
+"""Ledger of Chapter 3 and Appendices A and B: every published number and the computed one."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _flipped(model: PolynomialModel, powers: tuple[int, int]) -> PolynomialModel
 
 
 def _grid() -> tuple[FloatArray, FloatArray]:
-    """Contraction in m and pressure in Pa of Tables 3-2 and 3-1, NaN where nothing is printed."""
+    """Contraction in m and pressure in Pa of Tables 3-2 and 3-1, NaN where no number is printed."""
     return table("3-2").values / 1e3, table("3-1").values * BAR
 
 
@@ -174,16 +174,16 @@ def _fits() -> Iterator[LedgerRow]:
         )
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
-    agree = int((region.kept == states.called_valid).sum())
+    agree = int((region.selected == states.called_valid).sum())
     yield LedgerRow(
         "Tables 3-3a, 3-3b",
         "measured cells on the right side of the thick line, of 66",
         66,
         agree,
         "reproduced" if agree == len(states.force) else "not reproducible",
-        "change point in contraction; it keeps all that the tables keep, and "
+        "change point in contraction; it selects all that the tables select, and "
         + ", ".join(
             f"({states.regulator[i] / BAR:.1f} bar, {states.force[i]:.2f} N)"
-            for i in np.nonzero(region.kept & ~states.called_valid)[0]
+            for i in np.nonzero(region.selected & ~states.called_valid)[0]
         ),
     )

@@ -1,4 +1,4 @@
-"""One published number beside the one computed here."""
+"""A published number and the computed one."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class _Page(RequestHandler):
     """Gives out one text."""
 
     def initialize(self, text: Callable[[], str], kind: str) -> None:
-        """Take what the application says about this address."""
+        """Store the settings of this address."""
         self._text, self._kind = text, kind
 
     def get(self) -> None:
@@ -39,21 +39,21 @@ class _Page(RequestHandler):
 class _Socket(WebSocketHandler):
     """A browser that looks on: it gets the scene, then every change."""
 
-    def initialize(self, snapshot: Callable[[], bytes], lookers: set[Any]) -> None:
-        """Take what the application says about this address."""
-        self._snapshot, self._lookers = snapshot, lookers
+    def initialize(self, snapshot: Callable[[], bytes], connections: set[Any]) -> None:
+        """Store the settings of this address."""
+        self._snapshot, self._connections = snapshot, connections
 
     def open(self, *_: str, **__: str) -> None:
         """Greet a browser with the whole scene."""
-        self._lookers.add(self)
+        self._connections.add(self)
         self.write_message(self._snapshot(), binary=True)
 
     def on_message(self, message: str | bytes) -> None:
-        """Browsers have nothing to say."""
+        """Messages of browsers are ignored."""
 
     def on_close(self) -> None:
         """Forget a browser that has left."""
-        self._lookers.discard(self)
+        self._connections.discard(self)
 
 
 class Server(OneProcess):
@@ -78,14 +78,14 @@ class Server(OneProcess):
             raise InvalidInput(f"expected port to be a whole number from 0 to 65535, got {port!r}")
         listening = _free_socket(first)
         self.port: int = listening.getsockname()[1]
-        self._lookers: set[_Socket] = set()
+        self._connections: set[_Socket] = set()
         self._loop = asyncio.new_event_loop()
         started = threading.Event()
         application = Application(
             [
                 (r"/", _Page, {"text": live_page, "kind": "text/html"}),
                 (r"/viewer.js", _Page, {"text": viewer_script, "kind": "text/javascript"}),
-                (r"/socket", _Socket, {"snapshot": snapshot, "lookers": self._lookers}),
+                (r"/socket", _Socket, {"snapshot": snapshot, "connections": self._connections}),
             ],
             log_function=lambda _: None,
         )
@@ -109,7 +109,7 @@ class Server(OneProcess):
 
     def publish(self, commands: bytes) -> None:
         """Send a run of commands to everyone who looks on; returns at once."""
-        if self._lookers:
+        if self._connections:
             self._loop.call_soon_threadsafe(self._send, commands)
 
     def close(self) -> None:
@@ -119,17 +119,17 @@ class Server(OneProcess):
             self._thread.join()
 
     def _send(self, commands: bytes) -> None:
-        for looker in list(self._lookers):
+        for connection in list(self._connections):
             try:
-                looker.write_message(commands, binary=True)
+                connection.write_message(commands, binary=True)
             except WebSocketClosedError:  # left, and not yet forgotten
-                self._lookers.discard(looker)
+                self._connections.discard(connection)
 
     async def _stop(self) -> None:
         self._http.stop()
-        for looker in list(self._lookers):
-            looker.close()
-        # Another turn of the loop, so that the browsers are told; connections that they keep would never answer again.
+        for connection in list(self._connections):
+            connection.close()
+        # Another turn of the loop, so that the browsers get the message before their connections close.
         await asyncio.sleep(0.05)
         await self._http.close_all_connections()
         self._loop.stop()

@@ -1,4 +1,4 @@
-"""How a scene is seen: from where, and as a live page, a file, a still picture or a notebook cell."""
+"""Camera and output of a scene: live page, HTML file, still picture, notebook cell."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["Pages"]
 
 
 class Pages(OneProcess, ABC):
-    """Ways to look at a scene; base of every scene."""
+    """Output of a scene; base class of every scene."""
 
     _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
 
@@ -36,8 +36,8 @@ class Pages(OneProcess, ABC):
         Parameters
         ----------
         position, target : array_like, optional
-            Shape (3,), m, base frame: where it stands and where it looks. Left out: where
-            all that matters is seen; of a wrist, from in front of the shoulder and a little outside.
+            Shape (3,), m, base frame: its position and the point it looks at. Left out: a
+            view of the whole mechanism; of a wrist, from in front of the shoulder and a little outside.
         field_of_view : float
             From the bottom of the picture to the top, degrees.
         """
@@ -45,7 +45,7 @@ class Pages(OneProcess, ABC):
         look = centre if target is None else as_finite("target", target, (3,))
         eye = default + look - centre if position is None else as_finite("position", position, (3,))
         if float(np.linalg.norm(eye - look)) < 1e-6:
-            raise InvalidInput("expected the camera to stand away from where it looks")
+            raise InvalidInput("expected a camera position that differs from its target")
         angle = as_positive("field_of_view", field_of_view)
         if angle >= 180.0:
             raise InvalidInput(f"expected a field of view below 180 degrees, got {angle:g}")
@@ -53,7 +53,7 @@ class Pages(OneProcess, ABC):
 
     @property
     def serial(self) -> int:
-        """Number of the last update; a page that has drawn it says so in ``document.body.dataset.serial``."""
+        """Number of the last update; a page that has drawn it has it in ``document.body.dataset.serial``."""
         return self._stage.serial
 
     def serve(self, port: int | None = None) -> str:
@@ -122,7 +122,7 @@ class Pages(OneProcess, ABC):
 
     @abstractmethod
     def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
-        """Where the camera stands and where it looks, if nothing else is said; shape (3,) each, m."""
+        """Default position and target of the camera; shape (3,) each, m."""
 
     def escaped(self) -> str:
         """:meth:`html` as the value of an attribute."""

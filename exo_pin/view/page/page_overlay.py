@@ -1,7 +1,7 @@
 """The page around Meshcat's viewer: numbers, legend and labels over the scene, live and in exported files.
 
 Meshcat has no text. The page wraps its viewer, unchanged, and takes two more kinds of command: panels of text, and a
-serial number by which a reader of the page can tell that an update has arrived.
+serial number that shows that an update has arrived.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _template() -> str:
 
 
 def live_page() -> str:
-    """The page that a server gives out; it asks the same server for the viewer and for the scene."""
+    """The page of a server; it loads the viewer and the scene from the same server."""
     return _page('<script src="viewer.js"></script>', "connect();")
 
 

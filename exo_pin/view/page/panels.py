@@ -1,4 +1,4 @@
-"""What the page says in words: the numbers of a pose, and the frame around it in a notebook."""
+"""Text of the page: the numbers of a pose, and the frame around it in a notebook."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ __all__ = ["notebook_cell", "numbers_panel"]
 
 _SPLITS = {
     "spherical": "limbs carry no side force (split “spherical”)",
-    "minimal": "side forces that make |F_s| least (split “minimal”): a bound, no prediction",
-    "elastic": "shared out by stiffness (split “elastic”)",
+    "minimal": "lower bound of |F_s| over the side forces within their limits (split “minimal”)",
+    "elastic": "distributed by stiffness (split “elastic”)",
     "standalone": "wrist without a shoulder joint (split “standalone”)",
 }
 _STATUS = {
@@ -32,7 +32,7 @@ _STATUS = {
 
 
 def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, notes: Sequence[str]) -> dict[str, Any]:
-    """The panel of a pose: what is shown, |F_s|, det X, and what to know about them."""
+    """The panel of a pose: its title, |F_s|, det X, and notes about them."""
     flexion, abduction, internal = (_degrees(angle) for angle in shoulder_angles(pose, exo.side, degrees=True))
     determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)
     values, remarks = [], []
@@ -56,7 +56,7 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
 
 
 def _assumption(exo: ShoulderExo, split: str) -> str:
-    """What the numbers rest on, in words."""
+    """The assumption behind the numbers, as text."""
     if split == "minimal" and all(limb.kind == "SPS" for limb in exo.limbs):
         return "of the limb forces that hold the arm, those of least |F_s| (split “minimal”)"
     return _SPLITS.get(split, f"split “{split}”")

@@ -109,8 +109,8 @@ class Playing(ABC):
 
     def _offsets(self, poses: Rotation, query: dict[str, Any]) -> list[Offset] | None:
         """Where the device's centre is in each pose, None if it is the shoulder's."""
-        asked = query.get("centre_offset")
-        return None if asked is None else offsets(asked, poses, query.get("split", "spherical"))
+        given = query.get("centre_offset")
+        return None if given is None else offsets(given, poses, query.get("split", "spherical"))
 
     def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         values = as_finite("pressures", pressures, (self._exo.geometry.limb_count,), stack=True)

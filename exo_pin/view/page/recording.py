@@ -1,4 +1,4 @@
-"""A motion as frames: what moves, the colours, and the numbers that belong to them."""
+"""A recorded motion: placements, colours and numbers of every frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A design and a pose by sliders in a notebook: everything moves, and the numbers with it."""
+"""Sliders in a notebook for the pose and the dimensions of a design."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ class Sliders(OneProcess):
     """Sliders for the pose and the main dimensions, over a scene.
 
     As the last line of a notebook cell it shows itself: sliders, numbers and the scene. The sliders need ipywidgets
-    (extra ``notebooks``); without it the cell shows the scene as it stands, and :meth:`set` moves it.
+    (extra ``notebooks``); without it the cell shows the scene as it is, and :meth:`set` moves it.
 
     The live scene is a frame to a port of the machine where Python runs. In a notebook whose server is elsewhere that
     port has to be forwarded (``ssh -L 7000:127.0.0.1:7000``), or take ``live=False``: then the scene travels through
-    the notebook itself and is drawn anew when a slider is let go.
+    the notebook itself and is drawn anew when a slider is released.
 
     Parameters
     ----------
     exo : ShoulderExo
         Where to start.
     dimensions : sequence of str, optional
-        Which of r_A, r_B, h_A, h_B have sliders; all, if the joints stand on circles, else none.
+        Which of r_A, r_B, h_A, h_B have sliders; all, if the joints lie on circles, else none.
     live : bool
         Whether the scene is served on a port.
     split : str
@@ -56,7 +56,7 @@ class Sliders(OneProcess):
     UnknownName
         If a dimension has no slider.
     InvalidInput
-        If dimensions are asked of a geometry made from points.
+        If ``dimensions`` is given for a geometry made from points.
     """
 
     _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
@@ -87,12 +87,12 @@ class Sliders(OneProcess):
 
     @property
     def exo(self) -> ShoulderExo:
-        """The design that the sliders stand for."""
+        """The design of the present slider values."""
         return self.scene.exo
 
     @property
     def values(self) -> dict[str, float]:
-        """Where the sliders stand: angles in degrees, dimensions in m."""
+        """Values of the sliders: angles in degrees, dimensions in m."""
         return dict(self._values)
 
     def set(self, **values: float) -> Reaction | None:
@@ -193,7 +193,7 @@ class Sliders(OneProcess):
         return str(notebook_cell(f'srcdoc="{self.scene.escaped()}"', 520).data)
 
     def _draw(self, values: dict[str, float]) -> None:
-        """Draw a design and a pose; nothing changes if there is no such thing."""
+        """Draw a design and a pose; if they are impossible the picture does not change."""
         dimensions = {name: value for name, value in values.items() if name in DIMENSIONS}
         flexion, abduction, internal = (values[name] for name in ANGLES)
         pose = shoulder_rotation(flexion, abduction, internal, side=self._start.side, degrees=True)

@@ -1,4 +1,4 @@
-"""Plots of answers: forces along a motion, limb forces with their limits, methods side by side."""
+"""Plots of reactions: forces along a motion, limb forces with their limits, methods side by side."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def tension_history(
         Of shape (k,).
     limits : (lower, upper), optional
         N, tension positive, each broadcasting to (k, n). Limits that all limbs share are drawn once, as a band;
-        limits of their own in each limb's colour, thin. Where a limb is beyond them, crosses say so.
+        limits of their own in each limb's colour, thin. Crosses mark where a limb is beyond them.
     ax : matplotlib Axes, optional
         Where to draw; a new figure if left out.
 
@@ -93,7 +93,7 @@ def tension_history(
     stamps = _stamps(times, reaction)
     axes = _axes(ax)
     forces = reaction.actuator_forces
-    # Without limits, none are in the way and none are drawn.
+    # Without limits none are drawn.
     low, high = _limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
     shared = bool((low == low[:, :1]).all() and (high == high[:, :1]).all())
     if limits is not None and shared:

@@ -1,7 +1,7 @@
 """Plots with matplotlib: the mechanism, forces along a motion, methods side by side, maps over the range of motion.
 
 One style for all: colours of the Okabe-Ito palette (safe for colour-blind readers) with line styles and labels that
-tell things apart in grey as well, and units on every axis.
+distinguish the curves in grey prints as well, and units on every axis.
 """
 
 from __future__ import annotations

@@ -75,9 +75,9 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     if states is not None:
         if not np.isclose(model.scale, 1.0):
             raise InvalidInput("expected a model of the length the states were measured at, got a scaled one")
-        for kept, face, label in ((True, "white", "measured, called valid"), (False, "none", "measured, beyond")):
-            pick = states.called_valid == kept
-            edge = _INK if kept else _GREY
+        for valid, face, label in ((True, "white", "measured, called valid"), (False, "none", "measured, beyond")):
+            pick = states.called_valid == valid
+            edge = _INK if valid else _GREY
             axis.scatter(
                 states.contraction[pick] * 1e3,
                 states.pressure[pick] / BAR,

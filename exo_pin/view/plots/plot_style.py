@@ -1,4 +1,4 @@
-"""One style for all plots: matplotlib, asked for once, and palettes that colour-blind readers and grey prints keep."""
+"""One style for all plots: matplotlib, imported here, and palettes for colour-blind readers and grey prints."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def pyplot() -> Any:
 
 
 def tidy(ax: Any) -> None:
-    """The frame of a plot: no lines where nothing is measured, a light grid."""
+    """The frame of a plot: no line at the top and right, a light grid."""
     ax.spines[["top", "right"]].set_visible(False)
     ax.grid(color="0.9", linewidth=0.8)
     ax.set_axisbelow(True)

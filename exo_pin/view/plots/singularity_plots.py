@@ -1,7 +1,7 @@
 """Pictures of the singular surface: over flexion and abduction, over tilt and torsion, and in space.
 
-Purple and orange stand for the two sides, black for the locus, and a hatch for the side across from rest, so that
-colour-blind readers and grey prints lose nothing.
+Purple and orange are the two sides of the locus, black the locus, and a hatch the side that rest is not on, so that
+colour-blind readers and grey prints show the same.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def determinant_map(
     internal_rotation : float
         Held fixed, degrees.
     ranges : iterable of RangeOfMotion
-        Drawn as frames; the part of each that lies across the locus, over all its rotations, stands in the legend.
+        Drawn as frames; the legend has the share of each on the other side of the locus, over all its rotations.
     step : float
         Of the grid, degrees.
 
@@ -79,7 +79,7 @@ def determinant_map(
     _locus(ax, piece)
     labels = [item.name for item in drawn]
     if rest != 0:
-        # Seen from a rest pose that is singular itself nothing lies across.
+        # If the rest pose itself is singular, there is no other side.
         crossings = region.daily_crossings(exo.geometry, drawn, side=exo.side)
         labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
     for style, item, label in zip(_STYLES * 3, drawn, labels, strict=False):
@@ -109,7 +109,7 @@ def determinant_map(
         ylabel="abduction, °",
         xlim=(piece.x[0], piece.x[-1]),
         ylim=(piece.y[0], piece.y[-1]),
-        title=f"{exo.mechanism.title or exo.name}\nwhere the limbs lose the arm, at {piece.fixed}",
+        title=f"{exo.mechanism.title or exo.name}\nsingular poses, at {piece.fixed}",
     )
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
@@ -142,7 +142,7 @@ def tilt_torsion_map(
 ) -> Any:
     """Map det X over where the arm points, at a fixed torsion.
 
-    Seen along the hanging arm: the centre is rest, the distance from it the tilt of the arm, the direction its azimuth
+    View along the hanging arm: the centre is rest, the distance from it the tilt of the arm, the direction its azimuth
     (0 forward, 90° outward). No angle locks inside this picture.
 
     Parameters

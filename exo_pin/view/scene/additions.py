@@ -1,4 +1,4 @@
-"""What can be added to a scene: points and surfaces coloured by a value."""
+"""Additions to a scene: points and surfaces coloured by a value."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class Additions(ABC):
         Raises
         ------
         UnknownName
-            If there is nothing of that name.
+            If there is no addition of that name.
         """
         there = {*self._bars, *self._items}
         if name not in there:

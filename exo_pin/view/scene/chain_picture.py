@@ -25,7 +25,7 @@ __all__ = ["ChainPicture", "closure_words"]
 
 #: Radius of a link's rod, of a joint's ball and of a closure's mark, of the size of the whole.
 _ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
-#: Links shorter than this are points, m; a loop that stands open by less is closed as far as can be seen.
+#: Links shorter than this are points, m; a smaller gap of a loop is not visible.
 _POINT = 1e-6
 #: Makes a bar of unit height six long, with its middle at zero.
 _LONG = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 6.0, -3.0], [0.0, 0.0, 0.0, 1.0]])
@@ -90,7 +90,7 @@ class ChainPicture(OneProcess):
                 placed[:3, 3] = frame.translation
                 self._stage.set_transform(f"{path}/{end}", placed)
             gap = b.translation - a.translation
-            # Nothing is drawn at zero size: where the loop is closed the line is a speck inside the mark.
+            # No shape is drawn at zero size: where the loop is closed the line is a speck inside the mark.
             wide = 0.3 * size if np.linalg.norm(gap) > _POINT else _POINT
             self._stage.set_transform(f"{path}/gap", segment(a.translation, b.translation, wide))
 
@@ -104,7 +104,7 @@ class ChainPicture(OneProcess):
             )
 
     def joint_points(self, q: FloatArray) -> dict[str, FloatArray]:
-        """Where the joints stand, m, by name."""
+        """Positions of the joints, m, by name."""
         frames = self._chain.placements(q)
         return {name: frames[name].translation for name in self._chain.model.names[1:] if name in frames}
 
@@ -160,7 +160,7 @@ class ChainPicture(OneProcess):
         ]
         far = [point for point in found if np.linalg.norm(point) > _POINT]
         if not far and joint > 0 and model.inertias[joint].mass > 0.0:
-            # A last link, whose end no frame tells: as far again as its centre of mass.
+            # A last link, whose end has no frame: as far again as its centre of mass.
             far = [2.0 * model.inertias[joint].lever]
         return [np.array(point) for point in np.unique(np.round(far, 9), axis=0)] if far else []
 

@@ -1,4 +1,4 @@
-"""The scene of any closed chain: links, joints and what closes its loops."""
+"""The scene of any closed chain: links, joints and closures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .stage import Stage
 
 __all__ = ["ChainScene"]
 
-#: A loop that stands open by more than this is told and drawn, m and rad.
+#: A gap of a loop larger than this is reported and drawn, m and rad.
 _OPEN = 1e-6
 #: More labels than this would hide the mechanism.
 _MOST_LABELS = 9
@@ -38,7 +38,7 @@ _FLAT = 0.08
 class ChainScene(Additions, Pages):
     """A closed chain in a configuration, drawn by Meshcat.
 
-    Links look as their URDF says; links that have no visuals are rods between the joints that they join. Closures are
+    Links look as in their URDF; links that have no visuals are rods between the joints that they join. Closures are
     marked, and an open one has a line across its gap. A scene needs no browser and no server; :meth:`serve`,
     :meth:`save_html` and :meth:`save_png` show it. Base frame: the chain's world, z up.
 
@@ -97,7 +97,7 @@ class ChainScene(Additions, Pages):
         return tuple(self._picture.notes)
 
     def show(self, q: ArrayLike) -> None:
-        """Draw a configuration as it is, closed or not; the page says how far its loops stand open.
+        """Draw a configuration as it is, closed or not; the page has the gap of its loops.
 
         The camera follows if it would leave the picture, unless :meth:`camera` has placed it.
 
@@ -116,12 +116,12 @@ class ChainScene(Additions, Pages):
     def camera(
         self, position: ArrayLike | None = None, target: ArrayLike | None = None, field_of_view: float = 32.0
     ) -> None:
-        """Place the camera; see :meth:`exo_pin.view.Scene.camera`. Left out: where all of the chain is seen."""
+        """Place the camera; see :meth:`exo_pin.view.Scene.camera`. Left out: a view of the whole chain."""
         super().camera(position, target, field_of_view)
         self._aimed = position is not None or target is not None
 
     def move(self, joints: Mapping[str, ArrayLike]) -> FloatArray:
-        """Put joints where they are asked to be, and close the loops with the others.
+        """Set joints to the given values, and close the loops with the others.
 
         Parameters
         ----------
@@ -203,7 +203,7 @@ class ChainScene(Additions, Pages):
         gap = float(np.abs(self._chain.residual(q)).max(initial=0.0))
         notes = [{"text": note, "warn": True} for note in self._picture.notes]
         if gap > _OPEN:
-            notes.append({"text": f"the loops stand open by {gap:.2g} (m, rad)", "warn": True})
+            notes.append({"text": f"the loops have a gap of {gap:.2g} (m, rad)", "warn": True})
         beyond = self._chain.beyond_limits(q)
         if beyond:
             notes.append({"text": f"beyond their limits: {', '.join(beyond)}", "warn": True})
@@ -228,7 +228,7 @@ class ChainScene(Additions, Pages):
             {"glyph": "line", "colour": BLUE, "text": "actuated joint"},
             {"glyph": "line", "colour": GREY, "text": "joint"},
             {"glyph": "line", "colour": PURPLE, "text": "closes a loop"},
-            {"glyph": "line", "colour": ORANGE, "text": "gap, or a distance that is kept"},
+            {"glyph": "line", "colour": ORANGE, "text": "gap, or a constant distance"},
         ]
         legend = {
             "scale": "Joints and closures",
@@ -243,12 +243,12 @@ class ChainScene(Additions, Pages):
         spread, axes = np.linalg.eigh(np.cov(points.T))
         towards = np.array([1.3, 1.25, 0.7])
         if spread[0] < _FLAT**2 * spread[2]:
-            # From the side that shows, a little aside so that depth is seen; a flat one that lies has its y upwards.
+            # From the side that shows, a little aside so that depth is visible; a flat one that lies has its y upwards.
             flat = axes[:, 0] * np.sign(axes[np.abs(axes[:, 0]).argmax(), 0])
             towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])
         towards /= np.linalg.norm(towards)
         right = np.cross([0.0, 0.0, 1.0], towards)
-        # The page's cards stand on the left: the chain stands a little to the right of the middle.
+        # The page's cards are on the left: the chain is drawn a little to the right of the middle.
         target = target - _ASIDE * self._picture.size * right / np.linalg.norm(right)
         away = _ROOM * self._picture.size / 2 / np.sin(_HALF_VIEW)
         return target + away * towards, target

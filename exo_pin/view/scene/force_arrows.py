@@ -1,4 +1,4 @@
-"""Forces in the scene: arrows to one scale, with what they are and how large in words."""
+"""Forces in the scene: arrows to one scale, with labels."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["LONGEST", "ForcePicture", "PoseForces", "nice_step"]
 _WEIGHT_LENGTH = 0.12
 #: No arrow is drawn longer, m.
 LONGEST = 0.40
-#: Radius of arrows' shafts, and how far tension arrows stand beside their limb, m.
+#: Radius of arrows' shafts, and distance of tension arrows from their limb, m.
 _MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
 
 
@@ -108,7 +108,7 @@ class ForcePicture(OneProcess):
         geometry: WristGeometry,
         labels: Sequence[dict[str, Any]] = (),
     ) -> None:
-        """Draw the forces of a pose, or none, on joints that stand where ``geometry`` has them, and more labels."""
+        """Draw the forces of a pose, or none, on the joints of ``geometry``, and further labels."""
         self._labels = [*labels] if self._exo.arm is None else [self._bar_label, *labels]
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
@@ -186,6 +186,6 @@ class ForcePicture(OneProcess):
         self._scale_arrow = Arrow(self._stage, "/meshcat/forces/scale", GREY, _LIMB)
         if self._exo.arm is not None:
             self._scale_arrow.show(start, vector)
-        # Labels stand to the right of their points; seen from the front, that is the left of the body.
+        # Labels are to the right of their points; from the front, that is the left of the body.
         beside = start + vector if self._exo.side == "left" else start
         self._bar_label = {"text": f"scale {0.1 / self.scale:g} N", "at": beside.tolist(), "colour": BLACK}

@@ -1,4 +1,4 @@
-"""The cone in which a shoulder's socket keeps the head of the humerus."""
+"""Picture of the glenoid cone."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 The package ships data and no loader. The figure is Y-up (x forward, z to its right) and its shoulders turn about
 Z, X and Y in that order; the signs of the axes are read from the URDF. It can be scaled to a person's stature, as a
-whole. Its Euler angles are made here, at the edge, and nothing is computed from them.
+whole. Its Euler angles are made here, at the edge, and no result depends on them.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def _shares() -> Iterator[Path]:
 
 
 class Human(OneProcess):
-    """A person whose shoulder stands at O and whose arm follows the pose.
+    """A person whose shoulder is at O and whose arm follows the pose.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Human(OneProcess):
     side : {"left", "right"}
         Which of its shoulders is the one.
     opacity : float
-        Of the arm that wears the device; 1 is opaque, less lets joints and forces in it be seen.
+        Of the arm that wears the device; 1 is opaque, less shows joints and forces in it.
     elbow_flexion : float
         rad.
     stature : float, optional
@@ -106,7 +106,7 @@ class Human(OneProcess):
         self._q = pin.neutral(self._model)
         joints = [self._model.joints[self._model.getJointId(f"{side}_shoulder_{axis}")] for axis in "ZXY"]
         self._index = [joint.idx_q for joint in joints]
-        # A joint turns about the positive or the negative axis, which its short name tells: RZ, or "about -x".
+        # A joint turns about the positive or the negative axis, given by its short name: RZ, or "about -x".
         self._signs = np.array([self._sign(side, axis) for axis in "ZXY"])
         elbow = self._model.joints[self._model.getJointId(f"{side}_elbow_Z")]
         self._q[elbow.idx_q] = elbow_flexion

@@ -25,7 +25,7 @@ __all__ = ["MechanismPicture", "urdf_visuals"]
 #: Radius of a muscle at its nominal length and of its end fittings, m, and the angle of its braid there: for the
 #: picture only. Threads that do not stretch make the radius follow from the length.
 _RADIUS, _FITTING_RADIUS, _BRAID = 0.011, 0.006, np.radians(25.0)
-#: Share of the joint distance at each end that is not muscle, where the design does not say.
+#: Share of the joint distance at each end that is not muscle, where the design has no value.
 _FITTING_SHARE = 0.15
 
 
@@ -67,7 +67,7 @@ class MechanismPicture(OneProcess):
     ) -> None:
         self._stage, self.mechanism, self.root, self._muscles = stage, mechanism, root, muscles
         if mechanism.arm is None:
-            # Where the parts stand does not depend on the arm's mass, and forces are not asked for here.
+            # Positions of the parts do not depend on the arm's mass, and no forces are computed here.
             mechanism = mechanism.replace(arm=Arm(1.0, np.array([0.0, 0.0, -0.2])))
         self._equilibrium = EquilibriumModel(mechanism)
         model = self._equilibrium.chain.model

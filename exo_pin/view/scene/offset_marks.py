@@ -1,4 +1,4 @@
-"""A device whose centre is not the shoulder's, as it is drawn: its joints shifted, and marks where its centres are."""
+"""Picture of a device with a centre offset: shifted joints and marks of its centres."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ _FITS = 1e-6
 Offset = tuple[FloatArray, FloatArray]
 
 
-def offsets(asked: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str = "spherical") -> list[Offset]:
+def offsets(given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split: str = "spherical") -> list[Offset]:
     """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them."""
-    known = asked.offset(poses) if isinstance(asked, CentrePath) else asked
+    known = given.offset(poses) if isinstance(given, CentrePath) else given
     base, cuff = as_offset(known, poses.shape)
     if split == "standalone":
         # Without a ball joint the device has one centre, where the cuff's seat puts it.
@@ -68,7 +68,7 @@ class OffsetMarks(OneProcess):
         self.show(None, np.eye(3))
 
     def show(self, offset: Offset | None, matrix: FloatArray) -> list[dict[str, Any]]:
-        """Draw them, or nothing, in a pose of shape (3, 3); the labels that belong to them."""
+        """Draw them, if there are any, in a pose of shape (3, 3); return their labels."""
         base, cuff = (np.zeros(3), np.zeros(3)) if offset is None else (offset[0], matrix @ offset[1])
         together = float(np.linalg.norm(base - cuff)) < _FITS
         labels = []

@@ -1,4 +1,4 @@
-"""The scene a user holds: a design on a person, in a pose, with its forces."""
+"""The scene of a wrist: a design on a person, in a pose, with its forces."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Scene(Socket, Playing, Pages):
     exo : ShoulderExo
         The design. Without an arm there are no forces to draw.
     human : bool, optional
-        Whether a person is drawn. Left out: if the figure is installed, else the scene says that it is not.
+        Whether a person is drawn. Left out: if the figure is installed; else a note on the page reports it.
     limbs : {"rods", "muscles"}
         Telescoping rods, or muscles that swell as they shorten and take their colour from tension or pressure.
     metres_per_newton : float, optional
@@ -129,7 +129,7 @@ class Scene(Socket, Playing, Pages):
     def replace_exo(self, exo: ShoulderExo) -> None:
         """Draw another design of the same side, in the same pose; the forces are those of the new one.
 
-        They are asked for as in the last :meth:`show`, but for pressures, which belong to a design.
+        Options are those of the last :meth:`show`, except pressures, which belong to a design.
 
         Raises
         ------
@@ -223,7 +223,7 @@ class Scene(Socket, Playing, Pages):
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
 
     def _place(self, offset: Offset | None) -> None:
-        """Draw the design where an offset has it, if it stands elsewhere."""
+        """Draw the design where an offset puts it, if that is another place."""
         if not _same(offset, self._offset):
             self._offset = offset
             self._draw_mechanism()
@@ -235,7 +235,7 @@ class Scene(Socket, Playing, Pages):
             "exo",
             muscles=self._style == "muscles",
             with_arm=self._human is None,
-            # Its shapes belong to limbs that stand where it has them.
+            # Its shapes belong to limbs at that place.
             urdf=self._looks if self._offset is None else None,
         )
 
@@ -255,7 +255,7 @@ class Scene(Socket, Playing, Pages):
         self._picture.colour_muscles(colours)
 
     def _set_exo(self, exo: ShoulderExo) -> None:
-        # Asked first, so that a design that cannot be drawn leaves everything as it is.
+        # Computed first, so that a design that cannot be drawn changes no part of the scene.
         self._exo, self._massive = _drawable(exo)
         self._offset, self._looks = None, exo.urdf
         self._draw_mechanism()
@@ -271,7 +271,7 @@ class Scene(Socket, Playing, Pages):
 
 
 def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
-    """The design, without masses that a wrist's record cannot hold, and what to say about that."""
+    """The design, without masses that a wrist's record cannot hold, and a note about them."""
     try:
         _ = exo.mechanism
     except NotAWrist as error:

@@ -1,4 +1,4 @@
-"""Shapes that the scene adds to the URDF's own: arrows, a cone, a muscle; and how they are moved."""
+"""Shapes besides the URDF's visuals: arrows, a cone, a muscle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .stage import Stage
 
 __all__ = ["Arrow", "along", "flat_material", "frustum", "lathe", "segment", "trimmed"]
 
-#: Nothing is drawn at zero size, because a matrix without an inverse has no normals: it is drawn this small, m.
+#: No shape is drawn at zero size, because a matrix without an inverse has no normals: it is drawn this small, m.
 _NOTHING = 1e-6
 
 
@@ -47,7 +47,7 @@ def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> An
     opacity : float
         1 is opaque.
     on_top : bool
-        Whether it shows through whatever stands before it.
+        Whether it shows through objects in front of it.
     """
     dimmed = "#" + "".join(f"{round(0.6 * int(colour[i : i + 2], 16)):02X}" for i in (1, 3, 5))
     base = "#" + "".join(f"{round(0.4 * int(colour[i : i + 2], 16)):02X}" for i in (1, 3, 5))
@@ -142,7 +142,7 @@ class Arrow(OneProcess):
             self._stage.set_transform(path, placed)
 
     def hide(self) -> None:
-        """Draw nothing."""
-        nothing = np.diag([_NOTHING, _NOTHING, _NOTHING, 1.0])
+        """Hide the shapes."""
+        hidden = np.diag([_NOTHING, _NOTHING, _NOTHING, 1.0])
         for path in self._paths:
-            self._stage.set_transform(path, nothing)
+            self._stage.set_transform(path, hidden)

@@ -1,6 +1,6 @@
-"""What is in the scene, kept as Meshcat's commands: shown live, written to a file, or recorded frame by frame.
+"""The content of a scene as Meshcat's commands: shown live, written to a file, or recorded frame by frame.
 
-A :class:`Stage` stands where Meshcat's own window would: Pinocchio's MeshcatVisualizer and Meshcat's Visualizer send
+A :class:`Stage` replaces Meshcat's own window: Pinocchio's MeshcatVisualizer and Meshcat's Visualizer send
 their commands to it. It needs no server and no browser; with a server, browsers that look on get what changes.
 """
 
@@ -97,7 +97,7 @@ class Stage(OneProcess):
             self._apply(data)
 
     def set_transform(self, path: str, matrix: FloatArray) -> None:
-        """Place a node, unless it stands there already.
+        """Place a node, unless it is there already.
 
         Parameters
         ----------
@@ -133,13 +133,13 @@ class Stage(OneProcess):
             self.viewer[name].set_property("visible", False)
 
     def set_panel(self, name: str, data: Any) -> None:
-        """Write a panel of the page, unless it says that already."""
+        """Write a panel of the page, unless its content is the same."""
         if self._panels.get(name) != data:
             self.changes.panels[name] = data
             self._apply({"type": "panel", "path": "", "name": name, "data": data})
 
     def panel(self, name: str) -> Any:
-        """What a panel says, None if nothing."""
+        """Content of a panel, None if it is empty."""
         return self._panels.get(name)
 
     @contextmanager
@@ -171,7 +171,7 @@ class Stage(OneProcess):
             return _run([*commands, self._stamp()])
 
     def placements(self) -> dict[str, FloatArray]:
-        """Where every placed node stands, path to matrix of shape (4, 4)."""
+        """Placement of every placed node, path to matrix of shape (4, 4)."""
         return {path: node.matrix for path, node in self._nodes.items() if node.matrix is not None}
 
     def colours(self) -> dict[str, tuple[float, ...]]:
@@ -186,7 +186,7 @@ class Stage(OneProcess):
     def _apply(self, data: dict[str, Any]) -> None:
         """Remember a command and pass it on.
 
-        The server's thread reads what is remembered, so nothing is added or taken away outside of the lock.
+        The server's thread reads the same commands, so they change only inside of the lock.
         """
         kind, path = data["type"], data["path"]
         packed = _packed(data)
@@ -194,13 +194,13 @@ class Stage(OneProcess):
             if kind == "panel":
                 self._panels[data["name"]] = data["data"]
             elif kind == "delete":
-                for gone in [key for key in self._nodes if key == path or key.startswith(f"{path}/")]:
-                    del self._nodes[gone]
+                for old in [key for key in self._nodes if key == path or key.startswith(f"{path}/")]:
+                    del self._nodes[old]
             else:
                 node = self._nodes.setdefault(path, _Node())
                 if kind == "set_object":
                     node.object = packed
-                    # The viewer makes a new object, which knows nothing of colours given to the old one.
+                    # The viewer makes a new object, which does not have the colours of the old one.
                     node.properties.pop("color", None)
                     node.colour = None
                 elif kind == "set_transform":

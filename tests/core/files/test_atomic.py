@@ -43,7 +43,7 @@ def test_a_new_file_has_the_mode_of_the_umask(umask, tmp_path):
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o664, 0o755])
-def test_an_existing_file_keeps_its_mode(mode, tmp_path):
+def test_mode_of_an_existing_file_is_unchanged(mode, tmp_path):
     path = tmp_path / "file"
     path.write_bytes(OLD)
     path.chmod(mode)
@@ -53,7 +53,7 @@ def test_an_existing_file_keeps_its_mode(mode, tmp_path):
     assert names(tmp_path) == ["file"]
 
 
-def test_bits_that_lend_the_owner_s_rights_are_not_kept(tmp_path):
+def test_set_user_and_group_bits_are_cleared(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(OLD)
     path.chmod(0o4755)
@@ -83,7 +83,7 @@ def test_a_folder_and_a_missing_folder_are_refused(tmp_path):
     assert names(tmp_path) == []
 
 
-def as_nobody(function):
+def as_unprivileged_user(function):
     """Call a function in a child process, as somebody who is not root; return whether it ended well."""
     child = os.fork()
     if child == 0:
@@ -114,10 +114,10 @@ def test_what_may_not_be_written_is_refused():
         for folder_mode, file_mode in ((0o777, 0o444), (0o555, 0o666)):
             folder.chmod(folder_mode)
             path.chmod(file_mode)
-            assert as_nobody(refused)
+            assert as_unprivileged_user(refused)
             assert path.read_bytes() == OLD
         folder.chmod(0o777)
-        assert as_nobody(lambda: write_bytes(path, NEW))
+        assert as_unprivileged_user(lambda: write_bytes(path, NEW))
         assert path.read_bytes() == NEW
         assert names(folder) == ["file"]
     finally:

@@ -44,14 +44,14 @@ def test_clean_responses_give_them_exactly():
     assert found.sigma < 1e-7
 
 
-def test_a_search_without_a_first_guess_finds_the_valley():
+def test_search_without_initial_guess_finds_the_valley():
     found = identify_dynamic(recordings(1e-4, seed=3, samples=41)[:2], dynamic_model("tang-3-31").static)
     assert found.sigma < 1.5e-4
     low, high = found.intervals(0.999).T
     assert ((low <= TRUTH) & (high >= TRUTH)).all()
 
 
-def test_responses_without_motion_determine_nothing():
+def test_responses_without_motion_are_not_identifiable():
     model = dynamic_model("tang-3-31")
     times = np.linspace(0, 1, 50)
     still = Recording(times, np.full(50, 0.059), PressureStep(3.6e5, 3.6e5), 22.74 / G)

@@ -34,7 +34,7 @@ def test_best_beats_the_second_order_law(selection):
 def test_the_laws_of_the_literature_are_worse_by_far(selection):
     figures = {name: selection.score(name).leave_one_out_rms for name in ("wickramatunge", "colbrunn", "tondu-lopez")}
     np.testing.assert_allclose(list(figures.values()), [1.336, 1.449, 4.029], atol=1e-3)
-    # With L_0 kept, the laws of Chou-Hannaford and Tondu-Lopez span the same forces.
+    # With L_0 fixed, the laws of Chou-Hannaford and Tondu-Lopez span the same forces.
     assert abs(selection.score("chou-hannaford").leave_one_out_rms - figures["tondu-lopez"]) < 1e-9
 
 
@@ -48,8 +48,8 @@ def test_explicit_refits_agree_with_the_closed_form():
 
 def test_it_wins_on_the_region_found_too():
     states = steady_states()
-    kept = muscle_model("best")
-    inside = ~np.ma.getmaskarray(kept.force(states.contraction, states.pressure, outside="mark"))
+    best = muscle_model("best")
+    inside = ~np.ma.getmaskarray(best.force(states.contraction, states.pressure, outside="mark"))
     # The region's own ranges take in its 27 cells and no cell that the tables reject beside them.
     assert inside.sum() == 27
     states = states.select(inside)
@@ -63,8 +63,8 @@ def test_shipped_figures_are_those_of_the_selection():
     figures = tomllib.loads((files("exo_pin.muscle") / "parameters" / "best.toml").read_text())["identification"]
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, 0.3)
-    kept = states.select(region.kept)
-    found = select_model(kept.contraction, kept.pressure, kept.force, 0.3, nested=True)
+    chosen = states.select(region.selected)
+    found = select_model(chosen.contraction, chosen.pressure, chosen.force, 0.3, nested=True)
     assert figures["measurements"] == 27
     assert figures["winner"] == found.winner.candidate.name
     fresh = [found.winner.leave_one_out_rms, found.nested_rms, found.score(SECOND_ORDER).leave_one_out_rms]

@@ -1,4 +1,4 @@
-"""Static identification: fit, covariance, leave-one-out, what cannot be told apart, the region found."""
+"""Static identification: fit, covariance, leave-one-out, coefficients that cannot be distinguished, the region."""
 
 import numpy as np
 import pytest
@@ -66,7 +66,7 @@ def test_ill_condition_is_reported_and_forces_agree_all_the_same():
     assert np.abs(found.model.unchecked_force(x, p) - printed.unchecked_force(x, p)).max() < 0.25
 
 
-def test_orthogonal_columns_are_told_apart():
+def test_orthogonal_columns_are_distinguished():
     rng = np.random.default_rng(4)
     basis = np.linalg.qr(rng.normal(size=(30, 5)))[0]
     good = basis[:, :4] * [1.0, 1e6, 1e-6, 1.0]
@@ -137,10 +137,10 @@ def test_bad_measurements_are_named():
 def test_region_is_the_thick_line_but_for_two_cells():
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, 0.3)
-    differ = region.kept != states.called_valid
+    differ = region.selected != states.called_valid
     cells = {
         (round(r / 1e5, 1), w, bool(k))
-        for r, w, k in zip(states.regulator[differ], states.force[differ], region.kept[differ], strict=True)
+        for r, w, k in zip(states.regulator[differ], states.force[differ], region.selected[differ], strict=True)
     }
     assert cells == {(3.6, 62.74, True), (4.0, 72.74, True)}
     # The law does hold there: fitted without them it misses their weights by 3 %.
@@ -148,20 +148,20 @@ def test_region_is_the_thick_line_but_for_two_cells():
     extra = states.select(differ)
     assert np.abs(fit.unchecked_force(extra.contraction, extra.pressure) / extra.force - 1).max() < 0.035
     # The next cell that the tables reject in order of contraction it misses by far more.
-    rejected = states.select(~region.kept)
+    rejected = states.select(~region.selected)
     errors = fit.unchecked_force(rejected.contraction, rejected.pressure) / rejected.force - 1
     assert np.abs(errors).min() > 0.04
     assert np.median(np.abs(errors)) > 0.4
 
 
-def test_capability_line_parts_kept_from_rejected():
+def test_capability_line_separates_selected_from_rejected():
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, 0.3)
     slope, intercept = region.validity.capability
     room = slope * states.pressure + intercept - states.force
     assert region.margin > 0.9
-    np.testing.assert_allclose(room[region.kept].min(), region.margin, atol=1e-9)
-    np.testing.assert_allclose(-room[~region.kept].max(), region.margin, atol=1e-9)
+    np.testing.assert_allclose(room[region.selected].min(), region.margin, atol=1e-9)
+    np.testing.assert_allclose(-room[~region.selected].max(), region.margin, atol=1e-9)
     # So does the line of the shading that the tables print.
     (slope, intercept), margin = capability_line(states.pressure, states.force, states.called_valid)
     assert margin > 1.0
@@ -175,13 +175,13 @@ def test_region_of_clean_data_is_all_of_it_and_a_break_is_found():
     rng = np.random.default_rng(8)
     x, p = np.sort(rng.uniform(0.0, 0.075, 120)), rng.uniform(1.5e5, 4e5, 120)
     force = model.unchecked_force(x, p) + rng.normal(0, 0.3, 120)
-    assert find_region(x, p, force, 0.3).kept.all()
+    assert find_region(x, p, force, 0.3).selected.all()
     assert find_region(x, p, force, 0.3).validity.capability is None
     # Below 20 mm a stiff braid takes over.
     broken = force + np.where(x < 0.02, 3e4 * (0.02 - x), 0.0)
     region = find_region(x, p, broken, 0.3)
-    edge = x[region.kept].min()
+    edge = x[region.selected].min()
     assert 0.018 < edge < 0.026
-    assert (region.kept == (x >= edge)).all()
+    assert (region.selected == (x >= edge)).all()
     with pytest.raises(NotIdentifiable, match="two regimes"):
         find_region(x[:10], p[:10], force[:10], 0.3)

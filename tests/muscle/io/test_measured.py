@@ -51,7 +51,7 @@ def test_missing_cells_are_the_printed_strokes():
         assert all(sheet.printed[i][j] == "/" for i, j in np.argwhere(~sheet.present))
 
 
-def test_cells_are_kept_as_printed():
+def test_cells_are_stored_as_printed():
     assert table("3-3c").printed[3][1] == "21.14(-2.7%)"
     assert table("3-3b").printed[0][0] == "-2.09()"
     assert table("3-4").printed[0][0] == "224.93, -91.31, 6.86 -1.01,0.80"

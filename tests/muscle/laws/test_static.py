@@ -123,7 +123,7 @@ def test_ends_of_the_range_are_inside():
         model.capability(pressure)
 
 
-def test_what_the_muscle_cannot_do_is_said():
+def test_impossible_states_are_reported():
     model = muscle_model("best")
     with pytest.raises(OutsideValidity, match=r"reaches, got 300 N at a contraction of 0\.05 m"):
         model.pressure_for([20.0, 300.0], 0.05)
@@ -235,7 +235,7 @@ def test_tondu_lopez_with_an_ideal_braid_is_chou_hannaford():
         TonduLopez.from_braid_angle(radius, 1.6, **fields)
 
 
-def test_colbrunn_pulls_nothing_when_fully_contracted():
+def test_colbrunn_force_is_zero_when_fully_contracted():
     model = next(m for m in all_models() if m.name == "colbrunn")
     assert model.unchecked_force(0.101, 3e5) == 0.0
     assert model.unchecked_force(0.099, 3e5) != 0.0

@@ -129,7 +129,7 @@ def test_exported_page_shows_limbs_arm_and_arrows_where_they_are(browser, tmp_pa
     check_picture(shot(browser), scene, name)
 
 
-def test_exported_page_needs_no_network_and_says_the_numbers(browser):
+def test_exported_page_needs_no_network_and_shows_the_numbers(browser):
     scene = make_scene(human=False)
     answer = scene.show(pose("raised"))
     browser.open_html(scene.html())
@@ -251,7 +251,7 @@ def shot_of(browser, scene):
     return shot(browser)
 
 
-def test_command_writes_a_picture_of_the_size_asked_for(tmp_path):
+def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
     command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--png", str(target), "--size", "400x300"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -261,7 +261,7 @@ def test_command_writes_a_picture_of_the_size_asked_for(tmp_path):
     assert image.std() > 10
 
 
-def test_a_browser_that_fails_says_so(tmp_path):
+def test_failing_browser_is_reported(tmp_path):
     with pytest.raises(BrowserFailed, match="/bin/false: it ended during the start"):
         Browser(SIZE, program="/bin/false")
 

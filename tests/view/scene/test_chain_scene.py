@@ -81,7 +81,7 @@ def test_closures_are_marked_where_they_are(name):
         assert np.linalg.norm(place(scene, f"/meshcat/closures/chain_{index}/gap")[:3, :3]) < 1e-5
 
 
-def test_an_open_loop_shows_its_gap_and_says_so():
+def test_an_open_loop_shows_and_reports_its_gap():
     named = four_bar()
     scene = ChainScene(named.chain(), q=named.q)
     assert not any("open" in note["text"] for note in panel(scene, "numbers")["notes"])
@@ -92,7 +92,7 @@ def test_an_open_loop_shows_its_gap_and_says_so():
     np.testing.assert_allclose(gap[:3, 3], a, atol=1e-9)
     np.testing.assert_allclose(gap[:3, 3] + gap[:3, 2], b, atol=1e-9)
     size = np.abs(named.chain().residual(ajar)).max()
-    assert f"open by {size:.2g}" in " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
+    assert f"gap of {size:.2g}" in " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
     # What no closed configuration has is not told.
     assert panel(scene, "numbers")["values"] == []
 
@@ -152,7 +152,7 @@ def test_visuals_of_the_urdf_are_used_and_the_rest_is_drawn_by_joints():
     assert {f"/meshcat/chain/visuals/{name}_hinge_joint" for name in ("coupler", "rocker")} <= drawn(scene)
 
 
-def test_a_missing_mesh_is_told_and_the_joints_are_drawn(tmp_path):
+def test_a_missing_mesh_is_reported_and_the_joints_are_drawn(tmp_path):
     named = four_bar()
     mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
     xml = named.urdf.replace('<link name="crank">', f'<link name="crank">{mesh}', 1)
@@ -209,7 +209,7 @@ def test_a_wrist_whose_links_carry_mass_is_drawn_without_forces(tmp_path, capsys
         ep.load(written(four_bar(), tmp_path)).without_masses()
 
 
-def test_a_wrists_missing_mesh_is_told(tmp_path):
+def test_missing_mesh_of_a_wrist_is_reported(tmp_path):
     path = ep.load("prototype").to_urdf(tmp_path, assumed=None)
     mesh = '<visual><geometry><mesh filename="nowhere.stl"/></geometry></visual>'
     text = path.read_text()

@@ -37,7 +37,7 @@ def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
 
 
 @needs_human
-def test_the_figure_is_as_tall_as_it_is_told(exo):
+def test_figure_has_the_given_stature(exo):
     """Scaled about the shoulder: head above O and the other shoulder across the body, in proportion."""
     places = {}
     for stature in (None, 1.60, 1.92):
@@ -63,7 +63,7 @@ def test_without_the_human_figure_there_is_a_message(exo, no_human):
         Scene(exo, human=True)
 
 
-def test_a_figure_that_is_no_distribution_is_looked_for_elsewhere(monkeypatch, tmp_path):
+def test_figure_without_distribution_is_found_elsewhere(monkeypatch, tmp_path):
     def missing(_):
         raise importlib.metadata.PackageNotFoundError
 

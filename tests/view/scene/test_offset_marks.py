@@ -56,7 +56,7 @@ def test_limbs_are_drawn_where_the_offset_has_them(exo):
         np.testing.assert_allclose(along, np.sign(f) * line, atol=1e-9)
 
 
-def test_both_centres_are_marked_and_told(exo):
+def test_both_centres_are_marked_and_labelled(exo):
     scene = Scene(exo, human=False)
     R = pose(60, 30, 0)
     scene.show(R, centre_offset=ep.CentreOffset(HARNESS, CUFF))

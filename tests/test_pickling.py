@@ -6,6 +6,7 @@ import inspect
 import itertools
 import multiprocessing
 import pickle
+import xml.etree.ElementTree as ET
 from functools import cached_property
 from pathlib import PurePath
 
@@ -52,6 +53,8 @@ def differences(one, other, where="", seen=None):
     if isinstance(one, tuple | list):
         pairs = [(str(k), a, b) for k, (a, b) in enumerate(zip(one, other, strict=False))]
         return [f"{where}: length"] * (len(one) != len(other)) + _all_differences(pairs, where, seen)
+    if isinstance(one, ET.Element):
+        return [] if ET.tostring(one) == ET.tostring(other) else [where]
     if hasattr(one, "keys"):
         keys, others = list(one.keys()), list(other.keys())
         if keys != others:

@@ -12,10 +12,11 @@ from ..core.errors import SolverFailed
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
+from ..numerics.least_force_in_bounds import least_force
+from ..numerics.small_linear import RANK_TOLERANCE
 from ..reaction.constraints.side_force_bounds import ConstraintBounds, SideForceBounds
-from ..reaction.splits.elastic import as_offset
-from ..reaction.splits.least_shoulder_force import RANK_TOLERANCE, least_force
 from ..wrist.forces.closed_form import STATUS
+from ..wrist.forces.displaced import as_offset
 from .worst_case import loaded, status_names
 
 __all__ = ["BoundSensitivity", "bound_sensitivity"]

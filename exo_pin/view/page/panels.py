@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
+from ...reaction import SPLITS
 from ..scene.force_arrows import PoseForces
 
 if TYPE_CHECKING:
@@ -16,12 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["notebook_cell", "numbers_panel"]
 
-_SPLITS = {
-    "spherical": "limbs carry no side force (split “spherical”)",
-    "minimal": "side forces that make |F_s| least (split “minimal”): a bound, no prediction",
-    "elastic": "shared out by stiffness (split “elastic”)",
-    "standalone": "wrist without a shoulder joint (split “standalone”)",
-}
 _STATUS = {
     "near_singular": "near a singular pose: limb forces far above the load",
     "singular": "singular pose: no equilibrium, no forces",
@@ -57,9 +52,8 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
 
 def _assumption(exo: ShoulderExo, split: str) -> str:
     """What the numbers rest on, in words."""
-    if split == "minimal" and all(limb.kind == "SPS" for limb in exo.limbs):
-        return "of the limb forces that hold the arm, those of least |F_s| (split “minimal”)"
-    return _SPLITS.get(split, f"split “{split}”")
+    law = SPLITS.get(split)
+    return f"split “{split}”" if law is None else f"{law.caption(exo.mechanism)} (split “{split}”)"
 
 
 def notebook_cell(source: str, height: int) -> Any:

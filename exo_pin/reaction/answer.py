@@ -74,7 +74,7 @@ def _is_determined(split: Split, poses: PoseStack) -> bool:
     if poses.limits.is_free:
         return True
     loaded = split.chooses_sides and bool(poses.state.moment_of_g[..., poses.upu].any())
-    return poses.mechanism.limb_count == 3 and not loaded
+    return poses.mechanism.limb_count == 3 and not loaded and not poses.side_bounds.by_tension
 
 
 def _shortfalls(

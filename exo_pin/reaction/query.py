@@ -67,7 +67,7 @@ def reaction(
         return np.asarray(np.linalg.norm(arm - geometry.base_points - base[:, None], axis=-1))
 
     limits = ForceLimits(actuator_bounds, query.shape, n, lengths)
-    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed)
+    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed, offset is not None)
     arm = arm_loads(mechanism, query)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
     if offset is None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.errors import InfeasibleBounds, SolverFailed
 from ..core.validation import FloatArray
-from .active_set import GAP_TOLERANCE, least_forces
+from .active_set import GAP_TOLERANCE, duality_gap, least_forces
 from .small_linear import RANK_TOLERANCE
 
 __all__ = ["KKT_TOLERANCE", "LeastForce", "least_force"]
@@ -95,7 +95,8 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     residual = float(np.abs(np.clip(z - gradient, low, high) - z).max())
     if not residual <= KKT_TOLERANCE:
         raise SolverFailed("the active-set method", residual, "least shoulder force within bounds")
-    gap = scale * _gap(c, low, high, force, gradient)
+    # Scaled to a largest force of one.
+    gap = scale * float(duality_gap(*(np.array(part, order="C") for part in (c, effect, low, high, z)), 1.0))
     return LeastForce(
         variables, force * scale, gradient * scale, residual, _is_unique(effect, low, high, z, gradient), gap
     )
@@ -105,18 +106,6 @@ def _unbounded(c: FloatArray, G: FloatArray) -> FloatArray:
     z = np.linalg.lstsq(G, -c, rcond=RANK_TOLERANCE)[0]
     # One refinement: near the singular surface z is large, and its rounding would be left over as force.
     return np.asarray(z - np.linalg.lstsq(G, c + G @ z, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
-
-
-def _gap(c: FloatArray, low: FloatArray, high: FloatArray, force: FloatArray, gradient: FloatArray) -> float:
-    """As :func:`exo_pin.numerics.active_set.duality_gap`, in a program whose largest force is of order 1."""
-    size = float(np.linalg.norm(force))
-    if size == 0.0:
-        return 0.0
-    bound = np.where(gradient > 0.0, low, high)
-    if (np.isinf(bound) & (np.abs(gradient) > GAP_TOLERANCE)).any():
-        return size
-    least = force @ c + gradient @ np.where(np.isinf(bound), 0.0, bound)
-    return min(size, max(0.0, size - float(least) / size))
 
 
 def _is_unique(G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray, gradient: FloatArray) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
+from ..wrist.forces.affine_state import AffineState
 from ..wrist.forces.closed_form import STATUS
 from .answer import QUERY_STATUS, STANDARD_GRAVITY, answered
 from .indeterminacy.certificate import Certificate, is_determined
@@ -106,5 +107,10 @@ def _certificate(split: Split, poses: PoseStack, query: Query, chosen: Chosen, s
         split.assumption
         + ("" if poses.limits.is_free else ", within the limits of the limbs")
         + ("" if poses.socket is None else ", with regard to the socket"),
-        ComponentSource(split, poses, query.shape, np.concatenate([chosen.f, chosen.g, shoulder], axis=1)),
+        ComponentSource(
+            split,
+            poses._replace(state=AffineState.empty(0, n)),
+            query.shape,
+            np.concatenate([chosen.f, chosen.g, shoulder], axis=1),
+        ),
     )

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
+from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import Query, as_query
-from ..wrist.forces.affine_state import BalancedTensions
+from ..wrist.forces.affine_state import AffineState, BalancedTensions
 from ..wrist.forces.closed_form import classify
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
@@ -59,44 +61,72 @@ def reaction(
     offset = None
     if centre_offset is not None:
         offset = law.offsets(query.matrices, *as_offset(centre_offset, query.shape))
-    geometry = mechanism.geometry
-
-    def lengths() -> FloatArray:
-        base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
-        arm = (geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
-        return np.asarray(np.linalg.norm(arm - geometry.base_points - base[:, None], axis=-1))
-
-    limits = ForceLimits(actuator_bounds, query.shape, n, lengths)
+    limits = ForceLimits(actuator_bounds, query.shape, n, partial(_lengths, mechanism, query, offset))
     bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed, offset is not None)
-    arm = arm_loads(mechanism, query)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
+    loads = arm_loads(mechanism, query)
     if offset is None:
-        status, margin, determinant = classify(mechanism, query.matrices)
-        status[(status < QUERY_STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
-        quaternions = orientation.as_quat().reshape(-1, 4)
-        state = model.states(query, quaternions, answered(status).tolist(), progress)
-        tensions = BalancedTensions.of(state)
-        stiffness, misfit = _aligned_sides(law, model, query)
+        found = _aligned(model, law, query, orientation, limits, progress)
     else:
-        displaced = Displaced(mechanism, query, *offset, *arm[:2])
-        status, margin, determinant = displaced.status, displaced.margin, displaced.determinant
-        status[(status < QUERY_STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
-        state, tensions = displaced.state, displaced.tensions
-        stiffness, misfit = displaced.side.stiffness, displaced.side.misfit
-    radius = float(np.linalg.norm(geometry.platform_points, axis=-1).max())
-    upu = np.flatnonzero(mechanism.is_upu)
-    poses = PoseStack(mechanism, radius, upu, state, tensions, stiffness, misfit, limits, bounds, socket, weights)
-    chosen, missing = distribute(law, poses, status, progress)
-    return finished(law, poses, query, chosen, missing, margin, determinant, arm)
+        displaced = Displaced(mechanism, query, *offset, *loads[:2])
+        _mark_out_of_stroke(displaced.status, limits)
+        side = displaced.side
+        found = _Equilibria(displaced.state, displaced.tensions, side.stiffness, side.misfit, *displaced.classified)
+    poses = PoseStack(
+        mechanism,
+        float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()),
+        np.flatnonzero(mechanism.is_upu),
+        found.state,
+        found.tensions,
+        found.state.shoulder_of_g,
+        found.stiffness,
+        found.misfit,
+        limits,
+        bounds,
+        socket,
+        weights,
+    )
+    chosen, missing = distribute(law, poses, found.status, progress)
+    return finished(law, poses, query, chosen, missing, found.margin, found.determinant, loads)
 
 
-def _aligned_sides(law: Split, model: EquilibriumModel, query: Query) -> tuple[FloatArray, FloatArray]:
-    """Stiffness of the limbs and misfit where the centres coincide; zero for a split that does not use them."""
-    none = np.zeros((len(query.matrices), 3))
-    misfit = np.zeros((len(none), model.mechanism.limb_count))
-    if law.shoulder_stiffness(model.mechanism) is None:
-        return misfit, misfit
-    return side_wrenches(model.mechanism, query.matrices, none, none).stiffness, misfit
+class _Equilibria(NamedTuple):
+    """Equilibrium of N poses, stiffness and misfit of their limbs, and how near they are to a singularity."""
+
+    state: AffineState
+    tensions: BalancedTensions
+    stiffness: FloatArray
+    misfit: FloatArray
+    status: NDArray[np.int8]
+    margin: FloatArray
+    determinant: FloatArray
+
+
+def _aligned(
+    model: EquilibriumModel, law: Split, query: Query, orientation: Rotation, limits: ForceLimits, progress: bool
+) -> _Equilibria:
+    """Equilibrium through Pinocchio, where the device's centre is the shoulder's."""
+    mechanism = model.mechanism
+    status, margin, determinant = classify(mechanism, query.matrices)
+    _mark_out_of_stroke(status, limits)
+    state = model.states(query, orientation.as_quat().reshape(-1, 4), answered(status).tolist(), progress)
+    none = np.zeros((len(status), 3))
+    stiffness = misfit = np.zeros((len(status), mechanism.limb_count))
+    if law.shoulder_stiffness(mechanism) is not None:
+        stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
+    return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, status, margin, determinant)
+
+
+def _lengths(mechanism: Mechanism, query: Query, offset: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    """Lengths of the limbs, shape (N, n), m."""
+    base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
+    arm = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
+    return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
+
+
+def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits) -> None:
+    """Mark poses in which an actuator cannot take the length of its limb."""
+    status[(status < QUERY_STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
 
 
 def _check_options(law: Split, **options: Any) -> None:

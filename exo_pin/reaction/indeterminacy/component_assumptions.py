@@ -45,7 +45,7 @@ class ComponentSource(ReadOnly):
     split : Split
         How the answer was chosen.
     poses : PoseStack
-        N poses.
+        N poses; their state is not used.
     shape : tuple of int
         The stack's shape (...).
     values : ndarray
@@ -106,11 +106,10 @@ class ComponentSource(ReadOnly):
         """Effect of self-stresses of tensions once limbs and shoulder have given way to them."""
         n, poses = self.poses.mechanism.limb_count, self.poses
         stiffness = np.asarray(poses.mechanism.shoulder.stiffness)
-        sides, k = poses.state.shoulder_of_g[row], poses.stiffness[row]
-        own = poses.tensions
-        delta = -np.linalg.solve(stiffness + (own.shoulder_of_g[row] * k) @ sides.T, tensions[2 * n :])
-        g = k[:, None] * (sides.T @ delta)
-        return np.concatenate([tensions[:n] + own.f_of_g[row] @ g, g, -stiffness @ delta])
+        system, _ = poses.elastic_system(np.array([row]), stiffness)
+        delta = -np.linalg.solve(system[0], tensions[2 * n :])
+        g = poses.stiffness[row][:, None] * (poses.sides[row].T @ delta)
+        return np.concatenate([tensions[:n] + poses.tensions.f_of_g[row] @ g, g, -stiffness @ delta])
 
     def _fixed(
         self, row: int, every: FloatArray, box: tuple[FloatArray, FloatArray], rest: FloatArray

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from ...core.errors import MissingData, SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
+from ...wrist.forces.affine_state import BalancedTensions
 from ...wrist.forces.closed_form import STATUS
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Pose
@@ -79,7 +80,7 @@ class Elastic(Split):
     def program(self, poses: PoseStack, row: int) -> Pose:
         """The least tensions within their limits, with side forces that follow them."""
         program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)
-        system, _ = self._system(poses, slice(row, row + 1))
+        system, _ = poses.elastic_system(np.array([row]), stiffness)
         if not np.linalg.cond(system[0]) < _LOOSE:
             raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
         follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
@@ -87,14 +88,9 @@ class Elastic(Split):
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Solve the elastic equations."""
-        own = poses.tensions
-        part = type(own)(*(array[rows] for array in own))
-        g, _ = part.elastic(
-            poses.state.shoulder_of_g[rows],
-            shoulder_stiffness(poses.mechanism),
-            poses.stiffness[rows],
-            poses.misfit[rows],
-        )
+        part = BalancedTensions(*(array[rows] for array in poses.tensions))
+        stiffness = shoulder_stiffness(poses.mechanism)
+        g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
         answer.put_determined(rows, part.f + (part.f_of_g @ g[..., None])[..., 0], g)
         answer.status[rows[np.isnan(g).any(axis=1)]] = STATUS.index("not_solved")
 
@@ -107,17 +103,8 @@ class Elastic(Split):
         """Displacement of the shoulder's centre, shape (N, 3), m, and stiffness of the limbs, shape (N, n), N/m."""
         delta = np.full((len(answer.f), 3), np.nan)
         rows = np.flatnonzero(answer.status < STATUS.index("singular"))
-        system, load = self._system(poses, rows)
+        system, load = poses.elastic_system(rows, shoulder_stiffness(poses.mechanism))
         stress = np.swapaxes(poses.tensions.self_stress[rows], 1, 2) @ answer.f[rows][..., None]
         load = load - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
         delta[rows] = np.linalg.solve(system, load[..., None])[..., 0]
         return {"centre_displacement": delta, "side_stiffness": poses.stiffness}
-
-    def _system(self, poses: PoseStack, rows: slice | NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-        part = type(poses.tensions)(*(array[rows] for array in poses.tensions))
-        return part.elastic_system(
-            poses.state.shoulder_of_g[rows],
-            shoulder_stiffness(poses.mechanism),
-            poses.stiffness[rows],
-            poses.misfit[rows],
-        )

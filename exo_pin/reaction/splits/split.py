@@ -34,8 +34,9 @@ class PoseStack(NamedTuple):
         Of the N poses.
     tensions : BalancedTensions
         The tensions that balance it.
-    stiffness, misfit : ndarray
-        Of each limb along its side wrench, shape (N, n), N/m and m.
+    sides, stiffness, misfit : ndarray
+        Side wrenches S_g of the state, shape (N, 3, n), and of each limb along them its stiffness and misfit, shape
+        (N, n), N/m and m.
     limits : ForceLimits
         Of f.
     side_bounds : SideForceBounds
@@ -51,6 +52,7 @@ class PoseStack(NamedTuple):
     upu: NDArray[np.intp]
     state: AffineState
     tensions: BalancedTensions
+    sides: FloatArray
     stiffness: FloatArray
     misfit: FloatArray
     limits: ForceLimits
@@ -62,6 +64,11 @@ class PoseStack(NamedTuple):
         """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
         own = self.tensions
         return np.hstack([own.shoulder_of_stress[row], own.shoulder_of_g[row][:, self.upu]])
+
+    def elastic_system(self, rows: NDArray[np.intp], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """K_s + K_X and the load N of some poses; see :meth:`BalancedTensions.elastic_system`."""
+        own = BalancedTensions(*(part[rows] for part in self.tensions))
+        return own.elastic_system(self.sides[rows], stiffness, self.stiffness[rows], self.misfit[rows])
 
     def forces(self, row: int, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """f and g, shape (n,), for values z of what :meth:`effect` multiplies."""

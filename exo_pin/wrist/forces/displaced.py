@@ -9,7 +9,7 @@ arm turns, which strains limbs and shoulder. Both are solved in the displaced ge
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
@@ -114,6 +114,11 @@ class Displaced:
             arms = np.swapaxes(side.moment_arms, 1, 2)
             lengths = np.linalg.norm(arms, axis=1)
             self.determinant = -np.linalg.det(arms) / np.prod(np.where(lengths > 0.0, lengths, 1.0), axis=1)
+
+    @property
+    def classified(self) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
+        """Status, margin and determinant."""
+        return self.status, self.margin, self.determinant
 
     def elastic_side_forces(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Side forces and displacement of the joint's centre by stiffness.

@@ -51,12 +51,12 @@ def distribute(
         What is missing, of rows that cannot be held.
     """
     chosen = Chosen(status, poses.mechanism.limb_count)
-    rows = answered(status)
     missing: dict[int, Shortfall] = {}
     hard = poses.socket is not None and poses.socket.is_hard
     if hard or not poses.limits.is_free:
-        missing = _shortfalls(split, poses, rows, status, progress)
-        rows = answered(status)
+        missing = _shortfalls(split, poses, answered(status), status, progress)
+    split.judge(poses, answered(status), chosen)
+    rows = answered(status)
     if poses.socket is not None or poses.weights is not None or not _is_determined(split, poses):
         for row in track(rows.tolist(), "limits", progress):
             try:
@@ -96,8 +96,10 @@ def _shortfalls(
 
 def _mark_non_finite(chosen: Chosen) -> None:
     """A row that overflowed has no answer, and says so; rows without one are NaN."""
+    if np.isfinite(chosen.f.sum() + chosen.g.sum()):
+        return
     finite = np.isfinite(chosen.f).all(axis=1) & np.isfinite(chosen.g).all(axis=1)
-    chosen.status[answered(chosen.status)[~finite[answered(chosen.status)]]] = STATUS.index("not_solved")
+    chosen.status[~finite & (chosen.status < STATUS.index("singular"))] = STATUS.index("not_solved")
     empty = chosen.status >= STATUS.index("singular")
     for array in (chosen.f, chosen.g, chosen.kkt, chosen.gap):
         array[empty] = np.nan

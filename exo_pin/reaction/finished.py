@@ -30,7 +30,7 @@ def finished(
     determinant: FloatArray,
     arm: tuple[FloatArray, FloatArray, FloatArray],
 ) -> Reaction:
-    """The record of chosen forces; ``arm`` is what :func:`exo_pin.reaction.mechanism_loads.arm_loads` returns."""
+    """The record of chosen forces; ``arm`` is what :func:`exo_pin.load_case.arm_loads.arm_loads` returns."""
     f, g = chosen.f, chosen.g
     state, owner = poses.state, poses.mechanism.arm
     closure = state.closures(f, g)

@@ -13,6 +13,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case.arm_loads import arm_loads
 from ..load_case.pose_stacks import Query, as_query
 from ..wrist.forces.affine_state import AffineState, BalancedTensions
 from ..wrist.forces.closed_form import classify
@@ -24,7 +25,6 @@ from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, ForceLimits
 from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from .finished import finished
-from .mechanism_loads import arm_loads
 from .result import Reaction
 from .splits.limb_and_side_forces import Socket, Weights
 from .splits.registry import as_split, check_option

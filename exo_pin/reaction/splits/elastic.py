@@ -31,16 +31,13 @@ from numpy.typing import NDArray
 from ...core.errors import MissingData, SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...wrist.forces.affine_state import BalancedTensions
+from ...wrist.forces.affine_state import LOOSE, BalancedTensions
 from ...wrist.forces.closed_form import STATUS
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split
 
 __all__ = ["Elastic", "shoulder_stiffness"]
-
-#: Condition number above which shoulder and limbs together leave a direction free.
-_LOOSE = 1e12
 
 
 def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
@@ -81,7 +78,7 @@ class Elastic(Split):
         """The least tensions within their limits, with side forces that follow them."""
         program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)
         system, _ = poses.elastic_system(np.array([row]), stiffness)
-        if not np.linalg.cond(system[0]) < _LOOSE:
+        if not np.linalg.cond(system[0]) < LOOSE:
             raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
         follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
         return program._replace(state=follower.state, follower=follower)

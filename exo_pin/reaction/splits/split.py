@@ -164,6 +164,9 @@ class Split(ABC):
         Keys of :data:`exo_pin.reaction.indeterminacy.certificate.KINDS`.
         """
 
+    def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:  # noqa: B027 - most need not
+        """Mark poses that are singular for this split alone."""
+
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Further fields of the result, poses along the first axis."""
         return {}

@@ -52,9 +52,6 @@ class Standalone(Split):
         """The shortest forces with F_s = 0."""
         for row in rows.tolist():
             effect = poses.effect(row)
-            self._judge(row, effect, answer)
-            if answer.status[row] >= STATUS.index("singular"):
-                continue
             free = np.full(effect.shape[1], np.inf)
             try:
                 best = least_force(poses.tensions.shoulder[row], effect, -free, free)
@@ -63,17 +60,19 @@ class Standalone(Split):
                 continue
             answer.put(row, Choice(*poses.forces(row, best.variables), best.residual, best.gap, best.unique))
 
-    def _judge(self, row: int, effect: FloatArray, answer: Chosen) -> None:
-        """Mark a pose in which the limbs alone hold the centre badly, or not at all.
+    def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Mark poses in which the limbs alone hold the centre badly, or not at all.
 
         What counts is the smallest singular value of the effect of free forces on the shoulder force: dimensionless, N
         of force at O per N of limb force. ``margin`` stays that of the moments.
         """
-        reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
-        if reach < SINGULAR_MARGIN:
-            answer.status[row] = STATUS.index("singular")
-        elif reach < NEAR_MARGIN:
-            answer.status[row] = STATUS.index("near_singular")
+        for row in rows.tolist():
+            effect = poses.effect(row)
+            reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
+            if reach < SINGULAR_MARGIN:
+                answer.status[row] = STATUS.index("singular")
+            elif reach < NEAR_MARGIN:
+                answer.status[row] = STATUS.index("near_singular")
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Assumed, but for what leaves F_s as it is."""

@@ -23,10 +23,10 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["AffineState", "BalancedTensions"]
+__all__ = ["LOOSE", "AffineState", "BalancedTensions", "Follower"]
 
 #: Condition number of the elastic equations above which shoulder and limbs together leave a direction free.
-_LOOSE = 1e12
+LOOSE = 1e12
 
 
 class AffineState(NamedTuple):
@@ -188,13 +188,16 @@ class BalancedTensions(NamedTuple):
         f = (tensions @ state.moment[..., None])[..., 0]
         # One refinement: near the singular surface f is large, and its rounding would be left over as moment.
         f = f + (tensions @ (state.moment - (state.moment_of_f @ f[..., None])[..., 0])[..., None])[..., 0]
-        f_of_g = -tensions @ state.moment_of_g
+        f_of_g, shoulder_of_g = np.zeros((len(f), f.shape[1], f.shape[1])), state.shoulder_of_g
+        if state.moment_of_g.any():
+            f_of_g = -tensions @ state.moment_of_g
+            shoulder_of_g = shoulder_of_g + state.shoulder_of_f @ f_of_g
         return cls(
             f,
             f_of_g,
             stress,
             state.shoulder + (state.shoulder_of_f @ f[..., None])[..., 0],
-            state.shoulder_of_g + state.shoulder_of_f @ f_of_g,
+            shoulder_of_g,
             state.shoulder_of_f @ stress,
             values,
         )
@@ -229,7 +232,7 @@ class BalancedTensions(NamedTuple):
         Parameters are those of :meth:`elastic_system`. NaN where shoulder and limbs together leave a direction free.
         """
         system, load = self.elastic_system(sides, stiffness, limbs, misfit)
-        firm = np.linalg.cond(system) < _LOOSE
+        firm = np.linalg.cond(system) < LOOSE
         delta = np.full_like(load, np.nan)
         delta[firm] = np.linalg.solve(system[firm], load[firm][..., None])[..., 0]
         return limbs * ((np.swapaxes(sides, 1, 2) @ delta[..., None])[..., 0] + misfit), delta

@@ -103,7 +103,7 @@ class Mechanism(Record):
     @property
     def limb_count(self) -> int:
         """Number of limbs n."""
-        return self.geometry.limb_count
+        return len(self.limbs)
 
     @property
     def is_upu(self) -> NDArray[np.bool_]:

@@ -18,6 +18,7 @@ from ..reaction import (
     PressurePlan,
     Reaction,
     ReactionMap,
+    Split,
     Weights,
     plan_pressures,
     reaction,
@@ -43,7 +44,7 @@ class ForceQuestions(Subject):
         orientation: Rotation,
         motion: Motion | None = None,
         load: Load | None = None,
-        split: str = "spherical",
+        split: str | Split = "spherical",
         constraint_bounds: ConstraintBounds = None,
         centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
         *,
@@ -66,7 +67,7 @@ class ForceQuestions(Subject):
             Angular velocity and acceleration; the arm is at rest if left out.
         load : Load, optional
             Force and couple on the arm, besides its weight.
-        split : {"spherical", "minimal", "elastic", "standalone"}
+        split : {"spherical", "minimal", "elastic", "standalone"} or Split
             "spherical": g = 0, limbs that carry no side force, as bare pneumatic muscles; (D-30).
             "minimal": the g within ``constraint_bounds`` that make |F_s| least: the best that a perfect structure
             could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
@@ -74,14 +75,17 @@ class ForceQuestions(Subject):
             "elastic": by stiffness of the limbs' guides, their joints and the shoulder
             (:mod:`exo_pin.reaction.splits.elastic`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
+            Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
             With more than three limbs, what is still open is chosen with the least sum of squares; in "minimal" the
             tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator" or (lower, upper), optional
-            Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n).
+            Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n). With a centre offset
+            "actuator" means the |f_i| of limbs without side force, unless ``actuator_bounds`` fix the sign of f.
         centre_offset : CentreOffset, CentrePath or array_like, optional
             Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
             and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
-            lever arms and misfit, in the displaced geometry; massless limbs only.
+            lever arms and misfit, in the displaced geometry; limbs with mass move as
+            :mod:`exo_pin.wrist.forces.limb_inertia` says.
         actuator_bounds : None, "pull", (lower, upper), or actuators, optional
             Limits of f_i: none; f_i >= 0; N, broadcasting to (..., n); or one object with ``force_limits(length)``
             for all limbs or a sequence of one a limb (see :class:`exo_pin.reaction.ForceLimited`). A pose that

@@ -8,13 +8,13 @@ import numpy as np
 from numba import njit
 
 from ..core.validation import FloatArray
-from ..design import Arm
+from ..design import Arm, Mechanism
 from ..numerics.vectors import applied_load, inertia_load, matrix, vector, weight_load
 
 if TYPE_CHECKING:
     from .pose_stacks import Query
 
-__all__ = ["applied_stack", "arm_load", "carried"]
+__all__ = ["applied_stack", "arm_load", "arm_loads", "carried"]
 
 _compile = njit(cache=True, error_model="numpy", nogil=True)
 
@@ -86,3 +86,19 @@ def carried(
         total_moment,
     )
     return total_force, total_moment
+
+
+def arm_loads(mechanism: Mechanism, query: Query) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What arm and device add to the balance, by Newton and Euler in closed form and not through Pinocchio.
+
+    Returns force (N, 3) and moment (N, 3) about O on the whole arm, load included, and the wrench (N, 6) of the
+    device's own parts, without the load.
+    """
+    arm = mechanism.require_arm("weight")
+    nothing = np.zeros_like(query.force)
+    force, moment = carried(arm, mechanism.gravity, query, query.force, query.moment)
+    device = np.zeros((len(force), 6))
+    for part in arm.parts:
+        if part.device:
+            device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
+    return force, moment, device

@@ -2,7 +2,7 @@
 
     minimise |c + G z|  over  low <= z <= high,     c in space, G of shape (3, m), m small
 
-The force c + G z is unique. Where z is not, the shortest is taken, as :func:`exo_pin.reaction.least_force` does.
+The force c + G z is unique. Where z is not, the shortest is taken, as :func:`exo_pin.numerics.least_force` does.
 
 1. The unbounded answer of least norm is the answer if it lies within the bounds.
 2. Else bounded-variable least squares (Lawson and Hanson; Stark and Parker, Computational Statistics 10 (1995) 129):

@@ -17,7 +17,7 @@ from .pressures import plan_pressures as plan_pressures
 from .query import reaction as reaction
 from .result import Optimum as Optimum
 from .result import Reaction as Reaction
-from .splits.least_shoulder_force import LeastForce as LeastForce
-from .splits.least_shoulder_force import least_force as least_force
 from .splits.limb_and_side_forces import Weights as Weights
+from .splits.registry import SPLITS as SPLITS
+from .splits.split import Split as Split
 from .table import reaction_table as reaction_table

@@ -1,4 +1,4 @@
-"""From the arrays of an answer to the record: shaped to the caller's stack, and checked for balance."""
+"""From chosen forces to the record: shaped to the caller's stack, and checked for balance."""
 
 from __future__ import annotations
 
@@ -8,68 +8,60 @@ import numpy as np
 
 from ..core.validation import FloatArray
 from ..load_case.pose_stacks import Query
+from ..wrist.forces.affine_state import AffineState
 from ..wrist.forces.closed_form import STATUS
-from .answer import QUERY_STATUS, STANDARD_GRAVITY, Answer, Wanted
-from .indeterminacy.certificate import Certificate
+from .answer import QUERY_STATUS, STANDARD_GRAVITY, answered
+from .indeterminacy.certificate import Certificate, is_determined
 from .indeterminacy.component_assumptions import ComponentSource
-from .indeterminacy.infeasibility import Infeasibility
-from .mechanism_loads import arm_loads
+from .indeterminacy.infeasibility import Infeasibility, Shortfall
 from .result import Optimum, Reaction
+from .splits.split import Chosen, PoseStack, Split
 
 __all__ = ["finished"]
 
-_CHOSEN_BY = {
-    "spherical": "limbs that carry no side force (g = 0)",
-    "minimal": "the side forces within their bounds that make the shoulder force least",
-    "standalone": "a shoulder that carries nothing (F_s = 0)",
-    "elastic": "the stiffness of guides, joints and shoulder, for displacements small against the limbs",
-}
-
 
 def finished(
-    answer: Answer, query: Query, wanted: Wanted, offset: tuple[FloatArray, FloatArray] | None = None
+    split: Split,
+    poses: PoseStack,
+    query: Query,
+    chosen: Chosen,
+    missing: dict[int, Shortfall],
+    margin: FloatArray,
+    determinant: FloatArray,
+    arm: tuple[FloatArray, FloatArray, FloatArray],
 ) -> Reaction:
-    """The record of an answer whose poses are filled, at centre offsets of base and cuff, shape (N, 3) each, m."""
-    split = wanted.split
-    answer.refuse_what_is_not_finite()
-    answered = answer.status < STATUS.index("singular")
-    arm = answer.mechanism.arm
-    weight = None
-    if arm is not None and arm.body_mass is not None:
-        weight = arm.body_mass * STANDARD_GRAVITY
-
+    """The record of chosen forces; ``arm`` is what :func:`exo_pin.load_case.arm_loads.arm_loads` returns."""
+    f, g = chosen.f, chosen.g
+    state, owner = poses.state, poses.mechanism.arm
+    closure = state.closures(f, g)
+    shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
+    spherical = poses.tensions.shoulder.copy()
+    spherical[chosen.status >= STATUS.index("singular")] = np.nan
+    limbs = on_arm.sum(axis=1)
+    largest = np.maximum(np.abs(shoulder).max(axis=1), np.abs(on_arm[:, :, :3]).max(axis=(1, 2), initial=0.0))
+    largest = np.maximum(largest, np.abs(arm[0]).max(axis=1))
     stacked = partial(_stacked, query.shape)
-    arm_force, arm_moment, device = arm_loads(answer.mechanism, query)
-    limbs = answer.on_arm.sum(axis=1)
-    largest = np.maximum(
-        np.abs(answer.shoulder).max(axis=1), np.abs(answer.on_arm[:, :, :3]).max(axis=(1, 2), initial=0.0)
-    )
-    largest = np.maximum(largest, np.abs(arm_force).max(axis=1))
+    rows = answered(chosen.status)
     return Reaction(
-        shoulder_force=stacked(answer.shoulder),
-        actuator_forces=stacked(answer.f),
-        constraint_forces=stacked(answer.g),
-        limb_wrenches=stacked(answer.on_arm),
-        cuff_wrench=stacked(limbs + device),
-        harness_wrenches=stacked(answer.on_torso),
-        spherical_force=stacked(answer.spherical),
-        ratio=stacked(_ratio(answer, largest)),
-        split=split,
-        status=np.array(QUERY_STATUS)[answer.status].reshape(query.shape),
-        margin=stacked(answer.margin),
-        determinant=stacked(answer.determinant),
-        residual=stacked(_residual(answer, limbs, arm_force, arm_moment, largest)),
-        certificate=_certificate(answer, query, wanted, offset),
-        body_weight=weight,
-        trivial=split == "minimal" and bool(answered.any() and answer.trivial[answered].all()),
-        optimum=Optimum(stacked(answer.kkt), stacked(answer.gap), stacked(answer.unique)),
-        infeasibility=(
-            Infeasibility.from_rows(query.shape, answer.mechanism.limb_count, answer.shortfalls)
-            if answer.shortfalls
-            else None
-        ),
-        centre_displacement=None if answer.displacement is None else stacked(answer.displacement),
-        side_stiffness=None if answer.stiffness is None else stacked(answer.stiffness),
+        shoulder_force=stacked(shoulder),
+        actuator_forces=stacked(f),
+        constraint_forces=stacked(g),
+        limb_wrenches=stacked(on_arm),
+        cuff_wrench=stacked(limbs + arm[2]),
+        harness_wrenches=stacked(-closure),
+        spherical_force=stacked(spherical),
+        ratio=stacked(_ratio(shoulder, spherical, largest)),
+        split=split.name,
+        status=np.array(QUERY_STATUS)[chosen.status].reshape(query.shape),
+        margin=stacked(margin),
+        determinant=stacked(determinant),
+        residual=stacked(_residual(shoulder + limbs[:, :3] + arm[0], limbs[:, 3:] + arm[1], poses.radius, largest)),
+        certificate=_certificate(split, poses, query, chosen, shoulder),
+        body_weight=None if owner is None or owner.body_mass is None else owner.body_mass * STANDARD_GRAVITY,
+        trivial=bool(rows.size and chosen.trivial[rows].all()),
+        optimum=Optimum(stacked(chosen.kkt), stacked(chosen.gap), stacked(chosen.unique)),
+        infeasibility=Infeasibility.from_rows(query.shape, f.shape[1], missing) if missing else None,
+        **{name: stacked(value) for name, value in split.extras(poses, chosen).items()},
     )
 
 
@@ -78,23 +70,18 @@ def _stacked(shape: tuple[int, ...], array: np.ndarray) -> np.ndarray:
     return array.reshape((*shape, *array.shape[1:]))
 
 
-def _residual(
-    answer: Answer, limbs: FloatArray, arm_force: FloatArray, arm_moment: FloatArray, largest: FloatArray
-) -> FloatArray:
+def _residual(force: FloatArray, moment: FloatArray, radius: float, largest: FloatArray) -> FloatArray:
     """What force and moment balance of the arm miss, relative to the largest force, shape (N,)."""
-    miss = np.maximum(
-        np.abs(answer.shoulder + limbs[:, :3] + arm_force).max(axis=1),
-        np.abs(limbs[:, 3:] + arm_moment).max(axis=1) / answer.radius,
-    )
+    miss = np.maximum(np.abs(force).max(axis=1), np.abs(moment).max(axis=1) / radius)
     return np.divide(miss, largest, out=np.where(np.isnan(miss), np.nan, 0.0), where=largest > 0.0)
 
 
-def _ratio(answer: Answer, largest: FloatArray) -> FloatArray:
+def _ratio(shoulder: FloatArray, spherical: FloatArray, largest: FloatArray) -> FloatArray:
     """Γ of (D-34), shape (N,); NaN where both forces vanish against the largest.
 
     Source: thesis (D-34).
     """
-    size, reference = np.linalg.norm(answer.shoulder, axis=1), np.linalg.norm(answer.spherical, axis=1)
+    size, reference = np.linalg.norm(shoulder, axis=1), np.linalg.norm(spherical, axis=1)
     nothing = 1e-12 * largest
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(reference > nothing, size / reference, np.where(size > nothing, np.inf, np.nan))
@@ -102,25 +89,31 @@ def _ratio(answer: Answer, largest: FloatArray) -> FloatArray:
     return np.asarray(ratio)
 
 
-def _certificate(
-    answer: Answer, query: Query, wanted: Wanted, offset: tuple[FloatArray, FloatArray] | None
-) -> Certificate:
-    """What equilibrium determines; its components' kinds and intervals are worked out when they are asked for."""
-    base, cuff = offset if offset is not None else (np.zeros((len(answer.f), 3)),) * 2
-    if wanted.split == "standalone" and offset is not None:
-        base = np.einsum("kij,kj->ki", query.matrices, cuff)
-    values = np.concatenate([answer.f, answer.g, answer.shoulder], axis=1)
-    source = ComponentSource(answer.mechanism, query, base, cuff, wanted.split, wanted.side_bounds, values)
+def _certificate(split: Split, poses: PoseStack, query: Query, chosen: Chosen, shoulder: FloatArray) -> Certificate:
+    """Which reactions change with a self-stress, Wojtyra's criterion; their kinds and intervals are found on demand."""
+    upu, own = poses.upu, poses.tensions
+    n, stresses = own.self_stress.shape[1:]
+    good = chosen.status < STATUS.index("singular")
+    of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
+    of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
+    g_unique = np.ones((len(good), n), dtype=bool)
+    g_unique[:, upu] = False
     stacked = partial(_stacked, query.shape)
     return Certificate(
-        stacked(answer.undetermined),
-        stacked(answer.redundant),
-        stacked(answer.f_unique),
-        stacked(answer.g_unique),
-        stacked(answer.shoulder_unique),
-        stacked(answer.torso_unique),
-        _CHOSEN_BY[wanted.split]
-        + ("" if wanted.limits.is_free else ", within the limits of the limbs")
-        + ("" if wanted.cone is None else ", with regard to the socket"),
-        source,
+        stacked(np.where(good, stresses + upu.size, -1)),
+        stacked(np.where(good, upu.size, -1)),
+        stacked(is_determined(of_f) & good[:, None]),
+        stacked(g_unique & good[:, None]),
+        stacked(is_determined(of_shoulder) & good[:, None]),
+        # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
+        stacked(good.copy()),
+        split.assumption
+        + ("" if poses.limits.is_free else ", within the limits of the limbs")
+        + ("" if poses.socket is None else ", with regard to the socket"),
+        ComponentSource(
+            split,
+            poses._replace(state=AffineState.empty(0, n)),
+            query.shape,
+            np.concatenate([chosen.f, chosen.g, shoulder], axis=1),
+        ),
     )

@@ -79,6 +79,11 @@ def plan_pressures(
     """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`."""
     if "actuator_bounds" in options:
         raise InvalidInput("the actuators set the limits of f here: actuator_bounds cannot be given as well")
+    if options.get("centre_offset") is not None:
+        raise InvalidInput(
+            "expected no centre_offset: pressures and their stiffness are those of a device whose centre is the "
+            "shoulder's. reaction takes an offset, with the muscles as actuator_bounds"
+        )
     n = model.mechanism.limb_count
     muscles = each_limb(
         actuators,

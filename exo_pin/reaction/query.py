@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.progress import track
-from ..core.validation import FloatArray, as_choice
+from ..core.validation import FloatArray
+from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..load_case.pose_stacks import as_query
-from ..wrist.forces.closed_form import STATUS, require_standalone
-from ..wrist.kinematics.inverse import inverse_kinematics
+from ..load_case.arm_loads import arm_loads
+from ..load_case.pose_stacks import Query, as_query
+from ..wrist.forces.affine_state import AffineState, BalancedTensions
+from ..wrist.forces.closed_form import classify
+from ..wrist.forces.displaced import Displaced, as_offset
+from ..wrist.forces.side_forces import side_wrenches
 from ..wrist_chain.equilibrium import EquilibriumModel
-from .answer import QUERY_STATUS, Answer, Wanted
+from .answer import QUERY_STATUS, answered, distribute
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, ForceLimits
 from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from .finished import finished
 from .result import Reaction
-from .splits.elastic import as_offset, shoulder_stiffness
-from .splits.limb_and_side_forces import Weights
-from .splits.misaligned import misaligned_reaction
+from .splits.limb_and_side_forces import Socket, Weights
+from .splits.registry import as_split, check_option
+from .splits.split import PoseStack, Split
 
-__all__ = ["QUERY_STATUS", "Split", "reaction"]
-
-Split = Literal["spherical", "minimal", "elastic", "standalone"]
+__all__ = ["QUERY_STATUS", "reaction"]
 
 
 def reaction(
@@ -36,7 +38,7 @@ def reaction(
     orientation: Rotation,
     motion: Motion | None = None,
     load: Load | None = None,
-    split: str = "spherical",
+    split: str | Split = "spherical",
     constraint_bounds: ConstraintBounds = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     *,
@@ -49,59 +51,93 @@ def reaction(
 
     Source: thesis (D-7), (D-9), (D-30).
     """
-    _check_options(split, constraint_bounds, cone, weights)
-    limited = actuator_bounds is not None or cone is not None or weights is not None
-    if limited and (split == "elastic" or centre_offset is not None):
-        raise InvalidInput(
-            'actuator_bounds, cone and weights choose forces: they do not go with split="elastic" or a centre_offset'
-        )
+    law = as_split(split)
+    _check_options(law, constraint_bounds=constraint_bounds, weights=weights, cone=cone)
     mechanism = model.mechanism
-    if split == "standalone":
-        require_standalone(mechanism)
+    law.check(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
     n = mechanism.limb_count
-
-    def lengths() -> FloatArray:
-        return inverse_kinematics(mechanism.geometry, orientation).lengths.reshape(-1, n)
-
-    limits = ForceLimits(actuator_bounds, query.shape, n, lengths)
-    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed)
-    wanted = Wanted(split, bounds, limits, cone, weights)
-    if split == "elastic":
-        shoulder_stiffness(mechanism)  # raises now, not in the middle of a stack
     if isinstance(centre_offset, CentrePath):
         centre_offset = centre_offset.offset(orientation)
+    offset = None
     if centre_offset is not None:
-        offset = as_offset(centre_offset, query.shape)
-        return misaligned_reaction(mechanism, query, offset, wanted)
-    answer = Answer(mechanism, query)
-    if split == "elastic":
-        answer.prepare_elastic(query)
-    answer.status[(answer.status < STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
-    quaternions = orientation.as_quat().reshape(-1, 4)
-    rows = np.flatnonzero(answer.status < STATUS.index("singular")).tolist()
-    for row in track(rows, "reaction", progress):
-        R = query.matrices[row]
-        q = model.configuration(R, quaternions[row])
-        outside = np.concatenate([query.force[row], query.moment[row]])
-        state = model.equilibrium(R, q, query.velocity[row], query.acceleration[row], outside)
-        answer.fill(row, state, wanted)
-    return finished(answer, query, wanted)
+        offset = law.offsets(query.matrices, *as_offset(centre_offset, query.shape))
+    limits = ForceLimits(actuator_bounds, query.shape, n, partial(_lengths, mechanism, query, offset))
+    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed, offset is not None)
+    socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
+    loads = arm_loads(mechanism, query)
+    if offset is None:
+        found = _aligned(model, law, query, orientation, limits, progress)
+    else:
+        displaced = Displaced(mechanism, query, *offset, *loads[:2])
+        _mark_out_of_stroke(displaced.status, limits)
+        side = displaced.side
+        found = _Equilibria(displaced.state, displaced.tensions, side.stiffness, side.misfit, *displaced.classified)
+    poses = PoseStack(
+        mechanism,
+        float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()),
+        np.flatnonzero(mechanism.is_upu),
+        found.state,
+        found.tensions,
+        found.state.shoulder_of_g,
+        found.stiffness,
+        found.misfit,
+        limits,
+        bounds,
+        socket,
+        weights,
+    )
+    chosen, missing = distribute(law, poses, found.status, progress)
+    return finished(law, poses, query, chosen, missing, found.margin, found.determinant, loads)
 
 
-def _check_options(
-    split: str, constraint_bounds: ConstraintBounds, cone: GlenoidCone | None, weights: Weights | None
-) -> None:
+class _Equilibria(NamedTuple):
+    """Equilibrium of N poses, stiffness and misfit of their limbs, and how near they are to a singularity."""
+
+    state: AffineState
+    tensions: BalancedTensions
+    stiffness: FloatArray
+    misfit: FloatArray
+    status: NDArray[np.int8]
+    margin: FloatArray
+    determinant: FloatArray
+
+
+def _aligned(
+    model: EquilibriumModel, law: Split, query: Query, orientation: Rotation, limits: ForceLimits, progress: bool
+) -> _Equilibria:
+    """Equilibrium through Pinocchio, where the device's centre is the shoulder's."""
+    mechanism = model.mechanism
+    status, margin, determinant = classify(mechanism, query.matrices)
+    _mark_out_of_stroke(status, limits)
+    state = model.states(query, orientation.as_quat().reshape(-1, 4), answered(status).tolist(), progress)
+    none = np.zeros((len(status), 3))
+    stiffness = misfit = np.zeros((len(status), mechanism.limb_count))
+    if law.shoulder_stiffness(mechanism) is not None:
+        stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
+    return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, status, margin, determinant)
+
+
+def _lengths(mechanism: Mechanism, query: Query, offset: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    """Lengths of the limbs, shape (N, n), m."""
+    base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
+    arm = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
+    return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
+
+
+def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits) -> None:
+    """Mark poses in which an actuator cannot take the length of its limb."""
+    status[(status < QUERY_STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
+
+
+def _check_options(law: Split, **options: Any) -> None:
     """Refuse options that do not belong together."""
-    as_choice("split", split, get_args(Split))
-    if constraint_bounds is not None and split != "minimal":
-        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
-    if weights is not None and split != "minimal":
-        raise InvalidInput(f'weights belong to split="minimal", got split={split!r}')
-    if cone is not None and split == "standalone":
-        raise InvalidInput('a glenoid cone bounds F_s, which split="standalone" sets to zero')
-    for name, value, kind in (("cone", cone, GlenoidCone), ("weights", weights, Weights)):
-        if value is not None and not isinstance(value, kind):
-            raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
+    kinds = {"cone": GlenoidCone, "weights": Weights}
+    for name, value in options.items():
+        if value is None:
+            continue
+        check_option(law, name)
+        if name in kinds and not isinstance(value, kinds[name]):
+            raise InvalidInput(f"expected {name} to be a {kinds[name].__name__}, got {type(value).__name__}")

@@ -26,14 +26,16 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.pose_stacks import as_query, require_massless
-from ..reaction.splits.elastic import Displaced, as_offset, shoulder_stiffness
+from ..reaction.splits.registry import SPLITS
 from ..wrist.forces.closed_form import STATUS
+from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import SideWrenches
 from .parameter_derivatives import SYMMETRIC, Seed, circle_seeds, geometry_seeds, load_seeds
 
 __all__ = ["Parameter", "Sensitivity", "sensitivity"]
 
-_SPLITS = ("spherical", "elastic")
+#: Splits whose forces are linear, so that they have derivatives and a sign to follow.
+_SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +136,7 @@ def sensitivity(
     require_massless(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
-    stiffness = shoulder_stiffness(mechanism) if split == "elastic" else None
+    stiffness = _SPLITS[split].shoulder_stiffness(mechanism)
     query = as_query(orientation, motion, load)
     base, cuff = (np.ascontiguousarray(side) for side in as_offset(centre_offset, query.shape))
     side, seeds = geometry_seeds(mechanism, query, base, cuff)

@@ -14,8 +14,8 @@ from scipy.stats import qmc
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..reaction.splits.elastic import Displaced
 from ..wrist.forces.closed_form import STATUS
+from ..wrist.forces.displaced import Displaced
 from .worst_case import Loaded
 
 __all__ = ["OffsetSearch"]

@@ -14,10 +14,10 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_positive
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
+from ..load_case.arm_loads import arm_loads
 from ..load_case.pose_stacks import Query, as_query, require_massless
-from ..reaction.mechanism_loads import arm_loads
-from ..reaction.splits.elastic import Displaced, as_offset
 from ..wrist.forces.closed_form import STATUS
+from ..wrist.forces.displaced import Displaced, as_offset
 
 __all__ = ["Loaded", "WorstCase", "loaded", "status_names", "worst_stiffness"]
 

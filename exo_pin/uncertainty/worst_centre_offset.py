@@ -17,7 +17,7 @@ from ..core.errors import InvalidInput, UnknownName
 from ..core.validation import as_finite, as_positive
 from ..design import Mechanism
 from ..load_case import Load, Motion
-from ..reaction.splits.elastic import shoulder_stiffness
+from ..reaction.splits.registry import SPLITS
 from ..wrist.forces.closed_form import STATUS
 from .offset_search import OffsetSearch
 from .worst_case import WorstCase, loaded, status_names
@@ -26,7 +26,8 @@ __all__ = ["worst_offset"]
 
 #: An offset beyond this, m, is taken for millimetres.
 _FARTHEST = 0.2
-_SPLITS = ("spherical", "elastic")
+#: Splits whose forces are linear, so that they have derivatives and a sign to follow.
+_SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
 
 
 def worst_offset(
@@ -81,7 +82,7 @@ def worst_offset(
         raise InvalidInput(
             f"expected radius and centre in m, together within {_FARTHEST} m, got {size:g} (millimetres?)"
         )
-    stiffness = shoulder_stiffness(mechanism) if split == "elastic" else None
+    stiffness = _SPLITS[split].shoulder_stiffness(mechanism)
     given = loaded(mechanism, orientation, motion, load)
     count = len(given.force)
     magnitude, nominal = np.full(count, np.nan), np.full(count, np.nan)

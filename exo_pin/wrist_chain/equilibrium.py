@@ -21,58 +21,16 @@ import numpy as np
 
 from ..chain import ClosedChain
 from ..chain.dynamics.equations_of_motion import EquationsOfMotion, equations_of_motion
+from ..core.progress import track
 from ..core.validation import FloatArray
 from ..design import Arm, Limb, Mechanism
+from ..load_case.pose_stacks import Query
+from ..wrist.forces.affine_state import AffineState
 from ..wrist.kernels import limb_vectors
 from .joint_angles import NeutralLimbs, joint_angles, side_couples
 from .wrist_urdf import mechanism_urdf
 
-__all__ = ["Equilibrium", "EquilibriumModel"]
-
-
-class Equilibrium(NamedTuple):
-    """Forces of one pose as affine functions of f and g, base frame, moments about O.
-
-    Attributes
-    ----------
-    moment_of_f : ndarray
-        Shape (3, n), m: moment of the limbs on the arm per N of tension.
-    moment : ndarray
-        Shape (3,), N m: what ``moment_of_f @ f`` must equal.
-    closure : ndarray
-        λ_i at f = g = 0, shape (n, 6).
-    closure_of_f, closure_of_g : ndarray
-        Its change per N of f_i and of g_i, shape (n, 6). Zero for the g of an SPS limb.
-    limb_share : ndarray
-        Shape (n, 6): what of λ_i the limb itself needs to be carried and moved; the arm gets the rest.
-    shoulder : ndarray
-        F_s at f = g = 0, shape (3,).
-    limb_axes : ndarray
-        X_i, shape (n, 3).
-
-    Notes
-    -----
-    Source: thesis (D-27), (D-28), (D-29).
-    """
-
-    moment_of_f: FloatArray
-    moment: FloatArray
-    closure: FloatArray
-    closure_of_f: FloatArray
-    closure_of_g: FloatArray
-    limb_share: FloatArray
-    shoulder: FloatArray
-    limb_axes: FloatArray
-
-    @property
-    def shoulder_of_f(self) -> FloatArray:
-        """Shape (3, n): F_s per N of tension."""
-        return -self.closure_of_f[:, :3].T
-
-    @property
-    def shoulder_of_g(self) -> FloatArray:
-        """Shape (3, n): F_s per N of side force."""
-        return -self.closure_of_g[:, :3].T
+__all__ = ["EquilibriumModel"]
 
 
 def _without_spin(limb: Limb) -> Limb:
@@ -221,45 +179,48 @@ class EquilibriumModel:
             q[index] = angles[: len(index)]
         return self.chain.close(q)
 
-    def equilibrium(
-        self, R: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray, load: FloatArray
-    ) -> Equilibrium:
-        """Equilibrium of a pose whose configuration :meth:`configuration` has just returned in this thread.
+    def states(self, query: Query, quaternions: FloatArray, rows: list[int], progress: bool = False) -> AffineState:
+        """Equilibrium of a stack of N poses.
 
         Parameters
         ----------
-        R, q : ndarray
-            Pose, shape (3, 3), and joint vector.
-        velocity, acceleration : ndarray
-            ω and η of the arm, shape (3,), base frame.
-        load : ndarray
-            Force on the arm and moment about O, shape (6,), base frame.
+        query : Query
+            Poses, motion and load.
+        quaternions : ndarray
+            Shape (N, 4), the same poses, xyzw.
+        rows : list of int
+            Poses that have an answer; the rows of the others are zero.
+        progress : bool
+            Whether to show a progress bar.
+
+        Raises
+        ------
+        LoopNotClosed
+            If the loops of a pose do not close to 1e-12.
 
         Notes
         -----
         Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
-        v, a = self._motion(R, q, velocity, acceleration)
-        # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
-        balance = equations_of_motion(self.chain.state, q, v, a, check_closed=False)
-        n = self.mechanism.limb_count
-        share = np.zeros((n, 6)) if self._massless else balance.tree[self._first_joint]
-        closure, of_f, of_g = np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6))
-        if self._upu.size:
-            self._close_upu(balance, share, closure, of_f, of_g)
-        if self._sps.size:
-            self._close_sps(balance.tau, share, closure, of_f)
-        carried = balance.tree[1] - load - closure.sum(axis=0)
-        return Equilibrium(
-            moment_of_f=of_f[:, 3:].T,
-            moment=carried[3:],
-            closure=closure,
-            closure_of_f=of_f,
-            closure_of_g=of_g,
-            limb_share=share,
-            shoulder=carried[:3],
-            limb_axes=self._pose.X.copy(),
-        )
+        count, n = len(query.matrices), self.mechanism.limb_count
+        closure, of_f, of_g, share = (np.zeros((count, n, 6)) for _ in range(4))
+        wrench = np.zeros((count, 6))
+        for k in track(rows, "reaction", progress):
+            R = query.matrices[k]
+            q = self.configuration(R, quaternions[k])
+            v, a = self._motion(R, q, query.velocity[k], query.acceleration[k])
+            # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
+            balance = equations_of_motion(self.chain.state, q, v, a, check_closed=False)
+            if not self._massless:
+                share[k] = balance.tree[self._first_joint]
+            if self._upu.size:
+                self._close_upu(balance, share[k], closure[k], of_f[k], of_g[k])
+            if self._sps.size:
+                self._close_sps(balance.tau, share[k], closure[k], of_f[k])
+            wrench[k, :3], wrench[k, 3:] = balance.tree[1, :3] - query.force[k], balance.tree[1, 3:] - query.moment[k]
+        # Side wrenches are forces through O: what the solves leave as moment is rounding.
+        of_g[:, :, 3:] = 0.0
+        return AffineState.of_closures(closure, of_f, of_g, share, wrench)
 
     def _motion(
         self, R: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray

@@ -7,9 +7,9 @@ import pytest
 from proxsuite import proxqp
 
 import exo_pin as ep
-from exo_pin.numerics import least_forces
+from exo_pin.numerics import LeastSquares, least_forces
+from exo_pin.numerics import solve as solve_with_proxsuite
 from exo_pin.numerics.small_linear import complete_basis, least_norm, orthonormalise
-from exo_pin.reaction import least_force
 
 EPS = np.finfo(float).eps
 
@@ -93,16 +93,19 @@ def test_weak_directions():
         assert gap <= 1e-8
 
 
-def test_equals_the_proxsuite_path():
-    """Force and, since both take the shortest, the variables; ProxQP brings the latter to about 1e-9 only."""
+def test_equals_proxsuite():
+    """Force and, since both take the shortest, the variables."""
     rng = np.random.default_rng(62)
     for m in (1, 2, 3, 5, 8):
         for _ in range(60):
             c, G, low, high = general(rng, m)
             z, force, _ = solve(c, G, low, high)
-            other = least_force(c, G, low, high)
-            np.testing.assert_allclose(force, other.force, atol=1e-10)
-            np.testing.assert_allclose(z, other.variables, atol=1e-7)
+            size = np.linalg.norm(c)
+            none = np.zeros((0, m)), np.zeros(0)
+            other = solve_with_proxsuite(LeastSquares(G, -c / size, *none, low / size, high / size, *none))
+            assert other.is_optimal
+            np.testing.assert_allclose(force, c + size * G @ other.z, atol=1e-8 * size)
+            np.testing.assert_allclose(z, size * other.z, atol=1e-7 * size)
 
 
 def seeded_programs(count):

@@ -14,6 +14,7 @@ from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.shortest_variables import workspace
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
+from exo_pin.reaction.splits.registry import SPLITS
 from exo_pin.thesis import scenario_one
 from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.view import Browser
@@ -101,6 +102,7 @@ def rare_examples():
         bound,
         ForceDistribution(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
         Choice(*[0.0] * len(Choice._fields)),
+        *SPLITS.values(),
         workspace(3),
         modes,
         path,

@@ -4,7 +4,7 @@ import numpy as np
 
 from exo_pin.reaction import GlenoidCone
 from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket, Weights
-from exo_pin.wrist_chain.equilibrium import Equilibrium
+from exo_pin.wrist.forces.affine_state import AffineState
 
 KINDS = ("pull", "range", "tight", "sides", "by_tension", "hard_cone", "soft_cone", "weights", "alone", "spherical")
 
@@ -62,7 +62,8 @@ def random_pose(rng, kind, n=None, faces=None, reachable=None):
     of_g[upu, :3] = -X[upu]
     if kind == "alone" and reachable:
         shoulder = -s.T @ f - X.T @ (rng.normal(size=n) * 30)
-    state = Equilibrium(moment_of_f, moment, np.zeros((n, 6)), of_f, of_g, np.zeros((n, 6)), shoulder, X)
+    none = np.zeros((n, 6))
+    state = AffineState.of_closures(none, of_f, of_g, none, np.concatenate([shoulder, moment]))
     radius = float(np.linalg.norm(b, axis=1).max())
     return Pose(
         state, radius, f_low, f_high, g_low, g_high, upu, kind == "by_tension", socket, goal, tension, kind == "alone"

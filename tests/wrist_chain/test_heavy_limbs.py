@@ -11,30 +11,40 @@ from wrists import (
     regular_poses,
 )
 
+import exo_pin as ep
 from exo_pin import wrist
 
+OFFSETS = {
+    "fits": None,
+    "base": ep.CentreOffset([0.012, -0.008, 0.015], [0, 0, 0]),
+    "cuff": ep.CentreOffset([0, 0, 0], [-0.01, 0.006, 0.012]),
+    "both": ep.CentreOffset([0.01, 0.007, -0.012], [0.008, -0.011, 0.009]),
+}
 
+
+@pytest.mark.parametrize("offset", OFFSETS.values(), ids=OFFSETS)
 @pytest.mark.parametrize("name", ["prototype", "random-3-mixed", "random-5"])
-def test_limbs_with_mass_balance_as_free_bodies(name):
+def test_limbs_with_mass_balance_as_free_bodies(name, offset):
     """Each limb: torso's wrench + arm's wrench + weight = rate of change of momentum, by differences of its motion."""
     mechanism = heavy_limbs(MECHANISMS[name](), np.random.default_rng(25))
     rng = np.random.default_rng(26)
     poses = regular_poses(mechanism, rng, 10, margin=0.1)
     motion, load = random_terms(rng, len(poses))
-    answer = exo_of(mechanism).reaction(poses, motion, load)
-    assert answer.residual.max() < 1e-9
+    answer = exo_of(mechanism).reaction(poses, motion, load, centre_offset=offset)
+    assert np.nanmax(answer.residual) < 1e-9
+    assert answer.has_answer.sum() >= 9
     step = np.finfo(float).eps ** 0.25  # second differences: truncation and rounding both about 1e-8 of the scale
 
-    for k, pose in enumerate(poses):
-        omega, eta = motion.angular_velocity[k], motion.angular_acceleration[k]
+    for k in np.flatnonzero(answer.has_answer):
+        pose, omega, eta = poses[k], motion.angular_velocity[k], motion.angular_acceleration[k]
 
         def momenta(t, pose=pose, omega=omega, eta=eta):
             """Momentum and moment of momentum about O of each limb by differences, at time t."""
-            state = {s: limb_points(mechanism, moved(pose, omega, eta, t + s)) for s in (-step / 2, step / 2)}
+            state = {s: limb_points(mechanism, moved(pose, omega, eta, t + s), offset) for s in (-step / 2, step / 2)}
             return limb_momenta(mechanism, state[-step / 2], state[step / 2], step)
 
         rate = (momenta(step) - momenta(-step)) / (2 * step)
-        weight = limb_weights(mechanism, limb_points(mechanism, pose))
+        weight = limb_weights(mechanism, limb_points(mechanism, pose, offset))
         forces = -answer.harness_wrenches[k] - answer.limb_wrenches[k] + weight
         scale = max(np.abs(answer.limb_wrenches[k]).max(), 1)
         np.testing.assert_allclose(forces, rate, atol=3e-5 * scale)
@@ -44,17 +54,23 @@ def moved(pose, omega, eta, t):
     return Rotation.from_rotvec(omega * t + eta * t**2 / 2) * pose
 
 
-def limb_points(mechanism, pose):
-    """Two point masses and an axial spin cannot stand for a rod, so six points a half: the same mass properties."""
-    state = wrist.inverse_kinematics(mechanism.geometry, pose)
+def limb_points(mechanism, pose, offset=None):
+    """Two point masses and an axial spin cannot stand for a rod, so six points a half: the same mass properties.
+
+    A half turns with the universal joint at its own end: one axis across the limb stays perpendicular to the joint's
+    axis that is fixed to torso or arm.
+    """
+    R = pose.as_matrix()
+    base, cuff = (np.zeros(3), np.zeros(3)) if offset is None else (offset.base, offset.cuff)
     points, masses = [], []
     for i, limb in enumerate(mechanism.limbs):
-        s, X = state.directions[i], state.normals[i]
+        A, B = mechanism.geometry.base_points[i], R @ mechanism.geometry.platform_points[i]
+        a, b = A + base, B + R @ cuff
+        s = (b - a) / np.linalg.norm(b - a)
         own, weights = [], []
-        for half, joint, sign in (
-            (limb.base_body, mechanism.geometry.base_points[i], 1.0),
-            (limb.platform_body, state.platform_points[i], -1.0),
-        ):
+        for half, joint, fixed, sign in ((limb.base_body, a, A, 1.0), (limb.platform_body, b, B, -1.0)):
+            X = np.cross(fixed, s)
+            X /= np.linalg.norm(X)
             centre = joint + sign * half.centre * s
             m = half.mass / 6
             # Pairs at ±r along the three axes: axial inertia 4 m r_t², transverse 2 m (r_t² + r_s²).
@@ -120,4 +136,49 @@ def test_tension_of_heavy_limbs_is_what_the_slide_carries():
         # On the platform half: the arm's force, its weight, and f from the slide, which pulls it to the torso, -s.
         from_slide = mass * (acceleration - mechanism.gravity) + answer.limb_wrenches[k, :, :3]
         f = -np.einsum("ij,ij->i", from_slide, s)
+        np.testing.assert_allclose(f, answer.actuator_forces[k], atol=2e-6 * np.abs(f).max())
+
+
+@pytest.mark.parametrize("name", ["prototype", "random-3-mixed", "random-5"])
+def test_no_offset_equals_the_chain_through_pinocchio(name):
+    """The closed form of displaced limbs with mass, at no offset and at 1e-9 m, against the multibody chain."""
+    mechanism = heavy_limbs(MECHANISMS[name](), np.random.default_rng(25))
+    rng = np.random.default_rng(29)
+    poses = regular_poses(mechanism, rng, 20, margin=0.1)
+    motion, load = random_terms(rng, len(poses))
+    exo = exo_of(mechanism)
+    chain = exo.reaction(poses, motion, load)
+    for size, tolerance in ((0.0, 1e-10), (1e-9, 1e-6)):
+        closed = exo.reaction(poses, motion, load, centre_offset=[size, 0.0, -size])
+        for field in ("actuator_forces", "shoulder_force", "limb_wrenches", "harness_wrenches", "cuff_wrench"):
+            ours, theirs = getattr(closed, field), getattr(chain, field)
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=tolerance * np.abs(chain.limb_wrenches).max())
+
+
+def test_tension_of_displaced_heavy_limbs_is_what_the_slide_carries():
+    """Free body of the platform half along the limb, as above, with base and cuff off the shoulder's centre."""
+    mechanism = heavy_limbs(MECHANISMS["prototype"](), np.random.default_rng(61))
+    offset = OFFSETS["both"]
+    poses = regular_poses(mechanism, np.random.default_rng(62), 5, margin=0.1)
+    motion, load = random_terms(np.random.default_rng(63), len(poses))
+    answer = exo_of(mechanism).reaction(poses, motion, load, centre_offset=offset)
+    step = np.finfo(float).eps ** 0.25
+    for k, pose in enumerate(poses):
+        omega, eta = motion.angular_velocity[k], motion.angular_acceleration[k]
+
+        def line(t, pose=pose, omega=omega, eta=eta):
+            R = moved(pose, omega, eta, t).as_matrix()
+            b = (mechanism.geometry.platform_points + offset.cuff) @ R.T
+            span = b - mechanism.geometry.base_points - offset.base
+            return b, span / np.linalg.norm(span, axis=1, keepdims=True)
+
+        def centres(t):
+            half = np.array([limb.platform_body.centre for limb in mechanism.limbs])
+            b, s = line(t)
+            return b - half[:, None] * s
+
+        acceleration = (centres(step) - 2 * centres(0.0) + centres(-step)) / step**2
+        mass = np.array([limb.platform_body.mass for limb in mechanism.limbs])[:, None]
+        from_slide = mass * (acceleration - mechanism.gravity) + answer.limb_wrenches[k, :, :3]
+        f = -np.einsum("ij,ij->i", from_slide, line(0.0)[1])
         np.testing.assert_allclose(f, answer.actuator_forces[k], atol=2e-6 * np.abs(f).max())

@@ -1,4 +1,4 @@
-"""Options of ``exo-pin reaction`` for the assumptions: splits, stiffness, offset of the device."""
+"""Options of ``exo-pin reaction`` on what is assumed: which splits, what stiffness, how well the device fits."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ import argparse
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import get_args
 
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import ExoPinError, InvalidInput, UnknownName
 from ...design import LimbGuide, Shoulder
 from ...exo.shoulder_exo import ShoulderExo
-from ...reaction import ConstraintBounds, Reaction
-from ...reaction.query import Split
+from ...reaction import ConstraintBounds, Reaction, Split
+from ...reaction.splits.registry import SPLITS
 from .query_options import limits
 
 __all__ = ["add_splits", "answers_of", "certificates", "fitted", "offset_mm"]
@@ -27,7 +26,7 @@ def add_splits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--compare",
         metavar="SPLIT,...",
-        help=f"columns, of {', '.join(get_args(Split))} (default: all that need no stiffness)",
+        help=f"columns, of {', '.join(SPLITS)} (default: all that need no stiffness)",
     )
     parser.add_argument(
         "--offset",
@@ -44,12 +43,10 @@ def add_splits(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         type=float,
         metavar=("EI", "GJ"),
-        help="for elastic: bending and torsional rigidity of every limb's guide, N m² (default: as in the design)",
+        help="for elastic: bending and torsional rigidity of every limb's guide, N m² (default: as the design says)",
     )
     parser.add_argument(
-        "--certificate",
-        action="store_true",
-        help="print the assumptions behind each number, and the data that would determine it",
+        "--certificate", action="store_true", help="say what each number rests on, and what would determine it"
     )
 
 
@@ -72,16 +69,17 @@ def offset_mm(options: argparse.Namespace) -> tuple[float, ...]:
 def answers_of(
     exo: ShoulderExo, orientation: Rotation, bounds: ConstraintBounds, options: argparse.Namespace
 ) -> list[Reaction]:
-    """One result for each split, in the given order."""
+    """One answer a split, in the order asked for."""
     splits = _splits(exo, options.compare)
-    if bounds is not None and "minimal" not in splits:
-        raise InvalidInput("--side-force-limit belongs to minimal: name it in --compare")
+    bounded = [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
+    if bounds is not None and not set(bounded) & set(splits):
+        raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --compare")
     offset = None if options.offset is None else [1e-3 * value for value in options.offset]
     return [
         exo.reaction(
             orientation,
             split=split,
-            constraint_bounds=bounds if split == "minimal" else None,
+            constraint_bounds=bounds if split in bounded else None,
             centre_offset=offset,
             actuator_bounds=limits(options),
         )
@@ -98,12 +96,20 @@ def certificates(answers: Sequence[Reaction], bounds: ConstraintBounds) -> str:
     return "\n".join(lines)
 
 
-def _splits(exo: ShoulderExo, names: str | None) -> list[str]:
-    if names is None:
-        forces = exo.mechanism.limb_count + int(exo.mechanism.is_upu.sum())
-        return ["spherical", "minimal", "standalone"][: 3 if forces >= 6 else 2]
-    splits = [name.strip() for name in names.split(",")]
+def _splits(exo: ShoulderExo, wanted: str | None) -> list[str]:
+    if wanted is None:
+        return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(law, exo)]
+    splits = [name.strip() for name in wanted.split(",")]
     for name in splits:
-        if name not in get_args(Split):
-            raise UnknownName("split", name, get_args(Split))
+        if name not in SPLITS:
+            raise UnknownName("split", name, tuple(SPLITS))
     return list(dict.fromkeys(splits))
+
+
+def _fits(law: Split, exo: ShoulderExo) -> bool:
+    """Whether a design can be split in this way."""
+    try:
+        law.check(exo.mechanism)
+    except ExoPinError:
+        return False
+    return True

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,23 +18,27 @@ from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
-from ...wrist.forces.closed_form import STATUS, require_standalone
+from ...wrist.forces.closed_form import STATUS
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from ..splits.elastic import Elastic
+from ..splits.minimal import Minimal
+from ..splits.registry import as_split, check_option
+from ..splits.spherical import Spherical
+from ..splits.standalone import Standalone
 from . import map_kernels
 from .elastic_kernels import Elasticity
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_three_limbs import map_three
 
-__all__ = ["CHUNK", "MapSplit", "ReactionMap", "reaction_map"]
+__all__ = ["CHUNK", "ReactionMap", "reaction_map"]
 
-MapSplit = Literal["spherical", "standalone", "minimal", "elastic"]
 #: The kernels' codes of the splits.
 _CODES = {
-    "spherical": map_kernels.SPHERICAL,
-    "standalone": map_kernels.STANDALONE,
-    "minimal": map_kernels.MINIMAL,
-    "elastic": map_kernels.ELASTIC,
+    Spherical.name: map_kernels.SPHERICAL,
+    Standalone.name: map_kernels.STANDALONE,
+    Minimal.name: map_kernels.MINIMAL,
+    Elastic.name: map_kernels.ELASTIC,
 }
 #: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
 CHUNK = 32768
@@ -115,19 +118,21 @@ def reaction_map(
 ) -> ReactionMap:
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
     if split not in _CODES:
-        raise UnknownName("split", split, get_args(MapSplit))
-    if constraint_bounds is not None and split != "minimal":
-        raise InvalidInput(f'constraint_bounds belong to split="minimal", got split={split!r}')
-    if elasticity is not None and split != "elastic":
+        raise UnknownName("split", split, _CODES)
+    law = as_split(split)
+    if constraint_bounds is not None:
+        check_option(law, "constraint_bounds")
+    if elasticity is not None and not law.determines_sides:
         raise InvalidInput(f'elasticity belongs to split="elastic", got split={split!r}')
     require_massless(mechanism)
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
-    if split == "standalone":
-        require_standalone(mechanism)
+    code = _CODES[split]
+    if elasticity is None:
+        law.check(mechanism)
     poses = _Poses(orientations)
     terms = _TermRows(mechanism, motion, load, poses.shape)
     bounds = SideForceBounds(constraint_bounds, poses.shape, n)
-    device = _device(mechanism, upu, split, elasticity)
+    device = _device(mechanism, upu, code, elasticity)
     threads, chunk = _count("threads", threads), _count("chunk", chunk)
     wanted = _wanted(keep)
     outputs = _outputs(poses.count, n, wanted)
@@ -136,11 +141,11 @@ def reaction_map(
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
-        if n == 3 and split in ("spherical", "standalone"):
-            map_three(rows, device, terms.block(start, stop), split == "standalone", out)
+        if n == 3 and code in (map_kernels.SPHERICAL, map_kernels.STANDALONE):
+            map_three(rows, device, terms.block(start, stop), code == map_kernels.STANDALONE, out)
         else:
             lower, upper = bounds.block(start, stop)
-            map_kernels.map_any(rows, device, terms.block(start, stop), _CODES[split], kind, lower, upper, out)
+            map_kernels.map_any(rows, device, terms.block(start, stop), code, kind, lower, upper, out)
 
     starts = range(0, poses.count, chunk)
     for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
@@ -150,7 +155,7 @@ def reaction_map(
         for name, array in zip(_KEEP, outputs, strict=True)
     }
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
-    trivial = split == "minimal" and n - 3 + (upu.size if bounds.is_free else 0) >= 3
+    trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     return ReactionMap(
         shoulder_force=kept["shoulder_force"],
         actuator_forces=kept["actuator_forces"],
@@ -236,11 +241,11 @@ class _TermRows:
         return Terms(*self._fixed, *(rows.block(start, stop) for rows in self._rows))
 
 
-def _device(mechanism: Mechanism, upu: NDArray[np.intp], split: str, elasticity: Elasticity | None) -> Device:
+def _device(mechanism: Mechanism, upu: NDArray[np.intp], code: int, elasticity: Elasticity | None) -> Device:
     """The mechanism as arrays that the kernels take: writable, so that they are compiled for one kind of array only."""
     n = mechanism.limb_count
     guides, shoulder = np.zeros((n, 4)), np.zeros((3, 3))
-    if split == "elastic":
+    if code == map_kernels.ELASTIC:
         if elasticity is None:
             elasticity = Elasticity.of_mechanism(mechanism)
         for name, array, shape in (("guides", elasticity.guides, (n, 4)), ("shoulder", elasticity.shoulder, (3, 3))):

@@ -29,11 +29,14 @@ class SideForceBounds:
         n.
     one_signed : bool
         Whether limits of f fix the sign of every f_i.
+    displaced : bool
+        Whether the device's centre is off the shoulder's, so that side forces change the tensions.
 
     Attributes
     ----------
     by_actuator : bool
-        Whether the bounds of a pose are its own |f_i|, which equilibrium fixes.
+        Whether the bounds of a pose are its own |f_i| at g = 0. Without a centre offset equilibrium fixes these;
+        with one they are those of limbs without side force.
     by_tension : bool
         Whether |g_i| <= |f_i| binds g to an f that is chosen together with it.
 
@@ -49,7 +52,12 @@ class SideForceBounds:
     """
 
     def __init__(
-        self, bounds: ConstraintBounds, shape: tuple[int, ...], limb_count: int, one_signed: bool = False
+        self,
+        bounds: ConstraintBounds,
+        shape: tuple[int, ...],
+        limb_count: int,
+        one_signed: bool = False,
+        displaced: bool = False,
     ) -> None:
         self.by_actuator = self.by_tension = False
         self._limb_count = limb_count
@@ -66,8 +74,8 @@ class SideForceBounds:
                     "together with g and may take either sign, so give the bounds as (lower, upper), or "
                     'limbs that only pull (actuator_bounds="pull")'
                 )
-            self.by_actuator = limb_count == 3
-            self.by_tension = limb_count > 3
+            self.by_tension = limb_count > 3 or (displaced and one_signed)
+            self.by_actuator = not self.by_tension
             return
         lower, upper = _pair(bounds)
         stacked = (

@@ -207,8 +207,5 @@ class Certificate(ReadOnly):
 
 
 def is_determined(effect: FloatArray) -> NDArray[np.bool_]:
-    """Whether each row of ``effect`` (quantities × self-stresses) is zero, to rounding."""
-    if effect.shape[1] == 0:
-        return np.ones(len(effect), dtype=bool)
-    size = np.abs(effect).max(axis=1)
-    return size <= _NO_EFFECT
+    """Whether each row of ``effect`` (..., quantities, self-stresses) is zero, to rounding."""
+    return np.asarray(np.abs(effect).max(axis=-1, initial=0.0) <= _NO_EFFECT)

@@ -9,7 +9,8 @@ interval is a linear program.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,11 +18,12 @@ from scipy.optimize import OptimizeResult, linprog
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, ReadOnly
-from ...design import Mechanism
-from ...load_case.pose_stacks import Query
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
-from ..splits.elastic import Displaced
 from .certificate import Components, component_names, is_determined
+from .freedom import Freedom
+
+if TYPE_CHECKING:
+    from ..splits.split import PoseStack, Split
 
 __all__ = ["ComponentSource", "TensionBounds"]
 
@@ -34,70 +36,46 @@ _NO_EFFECT = 1e-9
 _POINT = 1e-6
 
 
-class _Open(NamedTuple):
-    """What is open in one pose: self-stresses of tensions, then side forces; effects on f, g and F_s."""
-
-    own: int
-    of_f: FloatArray
-    of_g: FloatArray
-    of_shoulder: FloatArray
-
-    @property
-    def all(self) -> FloatArray:
-        """Effects on f, g and F_s one below the other, shape (2 n + 3, m)."""
-        return np.concatenate([self.of_f, self.of_g, self.of_shoulder])
-
-
 @dataclass(frozen=True, eq=False)
 class ComponentSource(ReadOnly):
     """An answer and its question, from which the certificate's components follow.
 
     Attributes
     ----------
-    mechanism : Mechanism
-        The design.
-    query : Query
-        N poses.
-    base, cuff : ndarray
-        Centre offsets, shape (N, 3), m.
-    split : str
-        How the answer was shared out.
-    bounds : SideForceBounds
-        Bounds that it was asked with.
+    split : Split
+        How the answer was chosen.
+    poses : PoseStack
+        N poses; their state is not used.
+    shape : tuple of int
+        The stack's shape (...).
     values : ndarray
         f, g and F_s side by side, shape (N, 2 n + 3), N; NaN without an answer.
     """
 
-    mechanism: Mechanism
-    query: Query
-    base: FloatArray
-    cuff: FloatArray
-    split: str
-    bounds: SideForceBounds
+    split: Split
+    poses: PoseStack
+    shape: tuple[int, ...]
     values: FloatArray
 
     def __call__(self, constraint_bounds: ConstraintBounds = None, tension_bounds: TensionBounds = None) -> Components:
         """Kinds and intervals; see :meth:`exo_pin.reaction.Certificate.under`."""
-        shape, n = self.query.shape, self.mechanism.limb_count
-        bounds = self.bounds
+        shape, n, upu = self.shape, self.poses.mechanism.limb_count, self.poses.upu
+        bounds = self.poses.side_bounds
         if constraint_bounds is not None:
             bounds = SideForceBounds(constraint_bounds, shape, n)
         tensions = _tension_bounds(tension_bounds, shape, n)
-        none = np.zeros((len(self.values), 3))
-        state = Displaced(self.mechanism, self.query, self.base, self.cuff, none, none)
         kinds = np.full(self.values.shape, "none", dtype="<U9")
         intervals = np.full((*self.values.shape, 2), np.nan)
-        upu = np.flatnonzero(self.mechanism.is_upu)
         for row in np.flatnonzero(~np.isnan(self.values).any(axis=1)).tolist():
             now = self.values[row, n : 2 * n]
-            at_zero = self.values[row, :n] - state.f_of_g[row] @ now
+            at_zero = self.values[row, :n] - self.poses.tensions.f_of_g[row] @ now
             lower, upper = (side[upu] - now[upu] for side in bounds.at(row, at_zero))
-            open_ = _open(state, row, upu)
-            free = np.full(open_.own, np.inf)
+            free = np.full(self.poses.tensions.self_stress.shape[2], np.inf)
             box = np.concatenate([-free, lower]), np.concatenate([free, upper])
-            kinds[row] = self._kinds(row, state, open_, box)
+            freedom = self._freedom(row, box)
+            kinds[row] = np.where(is_determined(freedom.all), "unique", self.split.kinds(freedom))
             cut = None if tensions is None else tuple(side[row] - self.values[row, :n] for side in tensions)
-            intervals[row] = self.values[row][:, None] + _ranges(open_, box, cut)
+            intervals[row] = self.values[row][:, None] + _ranges(freedom, box, cut)
         with np.errstate(invalid="ignore"):
             slack = _POINT * (np.abs(self.values).max(axis=1, keepdims=True) + 1.0)
             beyond = (self.values < intervals[..., 0] - slack) | (self.values > intervals[..., 1] + slack)
@@ -113,35 +91,31 @@ class ComponentSource(ReadOnly):
             outside=tuple(np.array(component_names(n))[beyond.any(axis=0)].tolist()),
         )
 
-    def _kinds(self, row: int, state: Displaced, open_: _Open, box: tuple[FloatArray, FloatArray]) -> NDArray[np.str_]:
-        """What each component rests on, shape (2 n + 3,)."""
-        unique = is_determined(open_.all)
-        tensions = open_.all[:, : open_.own]
-        if self.split == "spherical":
-            chosen = np.where(is_determined(tensions), "assumed", "optimiser")
-        elif self.split == "elastic":
-            chosen = np.where(is_determined(self._elastic_effect(row, state, tensions)), "stiffness", "optimiser")
-        else:
-            # What leaves F_s as it is, is no longer up to F_s = 0 or to the least |F_s|.
-            rest = _null_space(open_.of_shoulder)
-            if self.split == "standalone":
-                chosen = np.where(is_determined(open_.all @ rest), "assumed", "optimiser")
-            else:
-                chosen = np.where(self._fixed(row, open_, rest, box), "optimiser", "bounded")
-        return np.where(unique, "unique", chosen)
+    def _freedom(self, row: int, box: tuple[FloatArray, FloatArray]) -> Freedom:
+        """What equilibrium does not determine in one pose."""
+        own, upu = self.poses.tensions, self.poses.upu
+        n, stresses = own.self_stress.shape[1:]
+        of_g = np.zeros((n, stresses + upu.size))
+        of_g[upu, stresses + np.arange(upu.size)] = 1.0
+        of_f = np.hstack([own.self_stress[row], own.f_of_g[row][:, upu]])
+        effects = (of_f, of_g, self.poses.effect(row))
+        every = np.concatenate(effects)
+        return Freedom(stresses, *effects, partial(self._elastic, row), partial(self._fixed, row, every, box))
 
-    def _elastic_effect(self, row: int, state: Displaced, tensions: FloatArray) -> FloatArray:
+    def _elastic(self, row: int, tensions: FloatArray) -> FloatArray:
         """Effect of self-stresses of tensions once limbs and shoulder have given way to them."""
-        n = self.mechanism.limb_count
-        stiffness = np.asarray(self.mechanism.shoulder.stiffness)
-        whole, _ = state.elastic_system(stiffness)
-        delta = -np.linalg.solve(whole[row], tensions[2 * n :])
-        g = state.side.stiffness[row][:, None] * (state.side.forces[row] @ delta)
-        return np.concatenate([tensions[:n] + state.f_of_g[row] @ g, g, -stiffness @ delta])
+        n, poses = self.poses.mechanism.limb_count, self.poses
+        stiffness = np.asarray(poses.mechanism.shoulder.stiffness)
+        system, _ = poses.elastic_system(np.array([row]), stiffness)
+        delta = -np.linalg.solve(system[0], tensions[2 * n :])
+        g = poses.stiffness[row][:, None] * (poses.sides[row].T @ delta)
+        return np.concatenate([tensions[:n] + poses.tensions.f_of_g[row] @ g, g, -stiffness @ delta])
 
-    def _fixed(self, row: int, open_: _Open, rest: FloatArray, box: tuple[FloatArray, FloatArray]) -> NDArray[np.bool_]:
-        """Which components are the same in every answer of least |F_s| within the bounds."""
-        effect = open_.all @ rest
+    def _fixed(
+        self, row: int, every: FloatArray, box: tuple[FloatArray, FloatArray], rest: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Which components are the same along all directions of ``rest`` within the bounds."""
+        effect = every @ rest
         fixed = is_determined(effect)
         if rest.shape[1] == 0:
             return fixed
@@ -153,16 +127,16 @@ class ComponentSource(ReadOnly):
 
     def _needed(self) -> tuple[str, ...]:
         """What would have to be known to determine what is open."""
-        upu, n = np.flatnonzero(self.mechanism.is_upu), self.mechanism.limb_count
+        upu, n = np.flatnonzero(self.poses.mechanism.is_upu), self.poses.mechanism.limb_count
         needed: list[str] = []
         if n > 3:
             needed.append(f"{n - 3} of the {n} limb tensions, measured, or a law by which the actuators share them")
-        if upu.size == 0 or self.split == "elastic":
+        if upu.size == 0 or self.split.determines_sides:
             return tuple(needed)
         missing = []
-        if self.mechanism.shoulder.stiffness is None:
+        if self.poses.mechanism.shoulder.stiffness is None:
             missing.append("the stiffness of the shoulder")
-        bare = [str(i + 1) for i in upu if self.mechanism.limbs[i].guide is None]
+        bare = [str(i + 1) for i in upu if self.poses.mechanism.limbs[i].guide is None]
         if bare:
             missing.append(
                 f"what resists sideways in limb{'s' * (len(bare) > 1)} {', '.join(bare)} "
@@ -177,31 +151,9 @@ class ComponentSource(ReadOnly):
         return tuple(needed)
 
 
-def _open(state: Displaced, row: int, upu: NDArray[np.intp]) -> _Open:
-    stress = state.self_stress[row]
-    own, n = stress.shape[1], len(stress)
-    of_g = np.zeros((n, own + upu.size))
-    of_g[upu, own + np.arange(upu.size)] = 1.0
-    directions = state.side.directions[row].T
-    return _Open(
-        own,
-        np.hstack([stress, state.f_of_g[row][:, upu]]),
-        of_g,
-        np.hstack([directions @ stress, state.shoulder_of_g[row][:, upu]]),
-    )
-
-
-def _null_space(effect: FloatArray) -> FloatArray:
-    if effect.shape[1] == 0:
-        return np.zeros((0, 0))
-    _, values, Vt = np.linalg.svd(effect)
-    rank = int((values > _NO_EFFECT * values[0]).sum())
-    return Vt[rank:].T
-
-
-def _ranges(open_: _Open, box: tuple[FloatArray, FloatArray], cut: tuple[FloatArray, ...] | None) -> FloatArray:
+def _ranges(freedom: Freedom, box: tuple[FloatArray, FloatArray], cut: tuple[FloatArray, ...] | None) -> FloatArray:
     """Change of each component that the bounds allow, shape (2 n + 3, 2)."""
-    effect = open_.all
+    effect = freedom.all
     effect = np.where(np.abs(effect) <= _NO_EFFECT, 0.0, effect)
     if cut is None:
         with np.errstate(invalid="ignore"):
@@ -209,7 +161,7 @@ def _ranges(open_: _Open, box: tuple[FloatArray, FloatArray], cut: tuple[FloatAr
         ends = np.where(effect == 0.0, 0.0, ends)
         return np.stack([ends.min(axis=0).sum(axis=1), ends.max(axis=0).sum(axis=1)], axis=1)
     eye = np.eye(effect.shape[1])
-    rows, lower, upper = np.concatenate([eye, open_.of_f]), *(np.concatenate(p) for p in zip(box, cut, strict=True))
+    rows, lower, upper = np.concatenate([eye, freedom.of_f]), *(np.concatenate(p) for p in zip(box, cut, strict=True))
     return np.array([[_end(row, rows, lower, upper, sign) for sign in (1.0, -1.0)] for row in effect])
 
 

@@ -37,7 +37,8 @@ def shortfall(pose: Pose) -> Shortfall | None:
     bound = pose.alone or (pose.socket is not None and pose.socket.is_hard)
     n = len(pose.f_low)
     low_relief, high_relief = np.zeros(n), np.zeros(n)
-    if not bound:
+    quick = not bound and not pose.has_side_moments
+    if quick:
         margin = moment_margin(
             np.ascontiguousarray(pose.state.moment_of_f.T),
             pose.state.moment,
@@ -63,13 +64,12 @@ def shortfall(pose: Pose) -> Shortfall | None:
         # The miss proves nothing, so it is the solver's and not the limbs': at the exact answer both sides are equal.
         return None
     blocking = _blocking(program, solution, size / scale, n)
-    if bound:
+    if not quick:
         relief = np.array([_relief(program, target, i, blocking[i]) * scale for i in range(n)])
     else:
         relief = np.where(blocking < 0, low_relief, np.where(blocking > 0, high_relief, np.inf))
     z = np.clip(solution.z[: n + pose.upu.size] * scale, pose.low, pose.high)
-    g = np.zeros(n)
-    g[pose.upu] = z[n:]
+    f, g = pose.forces(z)
     balancing = pose.state.shoulder + pose.shoulder_effect @ z
     shoulder = balancing
     if bound:
@@ -80,7 +80,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
     direction = np.concatenate([y[3:] if bound else np.zeros(3), y[:3] / pose.radius])
     extra_force, extra_point = _extra_muscle(pose, force, moment, balancing)
     return Shortfall(
-        z[:n],
+        f,
         g,
         shoulder,
         np.concatenate([force, moment]),

@@ -1,56 +1,43 @@
-"""What stiffness makes of the part that equilibrium leaves open, and what a misaligned device does.
+"""Split "elastic": side forces and shoulder force by stiffness.
 
-The ball joint gives way by δ under the force it carries, the guides of UPU limbs by g_i / k_i under theirs. With
-F_s0 the shoulder force at g = 0 (so that N = -F_s0 is the load at O that the limbs' tensions leave), X the matrix of
-columns X_i and K_X = Σ k_i X_i X_iᵀ:
+The ball joint gives way by δ under the force it carries, the guides of UPU limbs by g_i / k_i under theirs. With S_i
+the force of the side wrench of limb i (X_i where the centres of device and shoulder coincide) and misfit_i how far the
+centres lie apart in its sense,
 
-    δ = (K_s + K_X)⁻¹ N          g_i = k_i X_i · δ          F_s = -K_s δ
+    g_i = k_i (S_i · δ + misfit_i)          F_s = -K_s δ
 
-This is the δ that makes the strain energy ½ δᵀ K_s δ + ½ Σ k_i (X_i · δ)² - N · δ least. δ is taken to be small
-against the limbs: lever arms and directions are those at δ = 0.
+For given tensions this is the δ of least strain energy ½ δᵀ K_s δ + ½ Σ k_i (S_i · δ + misfit_i)² - N · δ, with N the
+force at O of load and tensions. δ is taken to be small against the limbs: lever arms and directions are those at δ = 0.
+The arm is in the pose that is given, held there by the actuators, so that tensions follow from the moment balance and
+not from a stiffness; of tensions that balance themselves, the least are taken.
 
-A device whose centre is not the shoulder's does two things. The limbs act about the shoulder and not about their own
-centre, so that their tensions change, too; and the centre held by the base and the one carried by the cuff part as the
-arm turns, which strains limbs and shoulder. Both are solved in the displaced geometry
-(:mod:`exo_pin.wrist.forces.side_forces`).
+Within limits of f (or with a cone) g, δ and F_s still follow their stiffness: they are passive, and for given tensions
+the energy above has one minimum. Inserted, they are affine in f (:meth:`AffineState.following`), and what is left is
+
+    minimise |Nᵀ f|²   subject to   M' f = m',   lower <= f <= upper,   F_s(f) in the cone
+
+with the orthonormal columns of N the tensions that balance themselves at constant g: a convex quadratic program, solved
+by :func:`exo_pin.numerics.solve` and certified by its optimality conditions. Where no limit is met its answer is the
+one without limits. A limb at its limit holds that force; the other tensions take over what it cannot carry, and the
+side forces follow the load that these leave. Where the others cannot, the actuators do not hold the pose: it is
+infeasible, and the arm would turn until the guides carry the rest, which is another pose.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_finite
+from ...core.errors import MissingData, SolverFailed
+from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...load_case import CentreOffset
-from ...load_case.pose_stacks import Query
+from ...wrist.forces.affine_state import LOOSE, BalancedTensions
 from ...wrist.forces.closed_form import STATUS
-from ...wrist.forces.side_forces import SideWrenches, side_wrenches
-from ...wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN
+from ..indeterminacy.freedom import Freedom
+from .limb_and_side_forces import Pose
+from .split import Chosen, PoseStack, Split
 
-__all__ = ["Displaced", "as_offset", "shoulder_stiffness"]
-
-
-def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-    """Base and cuff offsets for a stack of N poses, shape (N, 3) each, m.
-
-    Parameters
-    ----------
-    offset : CentreOffset or array_like
-        A bare offset shifts base and cuff together.
-    shape : tuple of int
-        Stack shape (...).
-    """
-    if not isinstance(offset, CentreOffset):
-        offset = CentreOffset.together(as_finite("centre_offset", offset, (3,), stack=True))
-    try:
-        sides = [np.broadcast_to(side, (*shape, 3)).reshape(-1, 3) for side in (offset.base, offset.cuff)]
-    except ValueError:
-        raise InvalidInput(
-            f"expected centre_offset to broadcast to {(*shape, 3)}, got {offset.base.shape} and {offset.cuff.shape}"
-        ) from None
-    return sides[0], sides[1]
+__all__ = ["Elastic", "shoulder_stiffness"]
 
 
 def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
@@ -66,100 +53,55 @@ def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
     return mechanism.shoulder.stiffness
 
 
-class Displaced:
-    """Equilibrium of a stack of poses with the device's centre off the shoulder's, massless limbs.
+class Elastic(Split):
+    """By stiffness of the limbs' guides, their joints and the shoulder."""
 
-    Shoulder force and tensions are affine in the side forces: f = f0 + f_of_g g and F_s = shoulder + shoulder_of_g g.
+    name = "elastic"
+    assumption = "the stiffness of guides, joints and shoulder, for displacements small against the limbs"
+    options = frozenset({"cone"})
+    is_linear = True
+    determines_sides = True
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With massless limbs.
-    query : Query
-        Poses.
-    base, cuff : ndarray
-        Offsets of :func:`as_offset`.
-    force, moment : ndarray
-        What limbs and shoulder carry, shape (N, 3): weight, inertia and load, moment about O.
+    def caption(self, mechanism: Mechanism) -> str:
+        """What is assumed, in a few words."""
+        return "determined by stiffness"
 
-    Attributes
-    ----------
-    side : SideWrenches
-        Directions, lever arms, side wrenches and stiffnesses.
-    f0, f_of_g, self_stress : ndarray
-        Shape (N, n), (N, n, n) and (N, n, n - 3).
-    shoulder, shoulder_of_g : ndarray
-        Shape (N, 3), (N, 3, n).
-    status : ndarray of int8
-        Index into the names of status.
-    margin, determinant : ndarray
-        Shape (N,), of the lever arms about the shoulder.
-    """
+    def check(self, mechanism: Mechanism) -> None:
+        """Raise if the shoulder's stiffness is not known."""
+        shoulder_stiffness(mechanism)
 
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        query: Query,
-        base: FloatArray,
-        cuff: FloatArray,
-        force: FloatArray,
-        moment: FloatArray,
-    ) -> None:
-        n = mechanism.limb_count
-        self.side: SideWrenches = side_wrenches(mechanism, query.matrices, base, cuff)
-        arms = np.swapaxes(self.side.moment_arms, 1, 2)
-        directions, sides = (np.swapaxes(v, 1, 2) for v in (self.side.directions, self.side.forces))
-        radius = np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
-        U, values, Vt = np.linalg.svd(arms)
-        self.margin: FloatArray = values[:, 2] / radius
-        self.status = np.zeros(len(values), dtype=np.int8)
-        self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")
-        self.status[self.margin < SINGULAR_MARGIN] = STATUS.index("singular")
-        self.status[self.side.folded] = STATUS.index("folded")
-        self.determinant: FloatArray = np.full(len(values), np.nan)
-        if n == 3:
-            lengths = np.linalg.norm(arms, axis=1)
-            self.determinant = -np.linalg.det(arms) / np.prod(np.where(lengths > 0.0, lengths, 1.0), axis=1)
-        usable = values > 0.0
-        inverse = np.divide(1.0, values, out=np.zeros_like(values), where=usable)
-        # Tensions of least norm that make a moment, shape (N, n, 3).
-        tensions = np.einsum("kji,kj,klj->kil", Vt[:, :3], inverse, U)
-        self.self_stress: FloatArray = np.swapaxes(Vt[:, 3:], 1, 2)
-        self.f0: FloatArray = np.einsum("kij,kj->ki", tensions, moment)
-        self.f_of_g: FloatArray = -tensions @ np.swapaxes(self.side.moments, 1, 2)
-        self.shoulder: FloatArray = np.einsum("kij,kj->ki", directions, self.f0) - force
-        self.shoulder_of_g: FloatArray = sides + directions @ self.f_of_g
+    def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
+        """K_s, shape (3, 3), N/m."""
+        return shoulder_stiffness(mechanism)
 
-    def elastic_side_forces(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Side forces and displacement of the joint's centre that the stiffnesses decide.
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """The least tensions within their limits, with side forces that follow them."""
+        program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)
+        system, _ = poses.elastic_system(np.array([row]), stiffness)
+        if not np.linalg.cond(system[0]) < LOOSE:
+            raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
+        follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
+        return program._replace(state=follower.state, follower=follower)
 
-        Parameters
-        ----------
-        stiffness : ndarray
-            K_s, shape (3, 3), N/m.
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Solve the elastic equations."""
+        part = BalancedTensions(*(array[rows] for array in poses.tensions))
+        stiffness = shoulder_stiffness(poses.mechanism)
+        g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
+        answer.put_determined(rows, part.f + (part.f_of_g @ g[..., None])[..., 0], g)
+        answer.status[rows[np.isnan(g).any(axis=1)]] = STATUS.index("not_solved")
 
-        Returns
-        -------
-        g, delta : ndarray
-            Shape (N, n), N, and (N, 3), m; NaN where shoulder and limbs together leave a direction free.
-        """
-        k, sides = self.side.stiffness, self.side.forces
-        whole, target = self.elastic_system(stiffness)
-        solvable = np.linalg.cond(whole) < 1e12
-        solvable &= self.status < STATUS.index("singular")
-        delta = np.full_like(target, np.nan)
-        delta[solvable] = np.linalg.solve(whole[solvable], target[solvable][..., None])[..., 0]
-        return k * (np.einsum("kni,ki->kn", sides, delta) + self.side.misfit), delta
+    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
+        """Determined by stiffness, but for tensions that balance themselves."""
+        effect = freedom.elastic(freedom.of_tensions)
+        return np.where(freedom.is_fixed(effect), "stiffness", "optimiser")
 
-    def elastic_system(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """K_s + K_X and the load N, shape (N, 3, 3), N/m, and (N, 3), N: (K_s + K_X) δ = N, misfit included."""
-        pushed = self.shoulder_of_g * self.side.stiffness[:, None, :]
-        whole = stiffness + pushed @ self.side.forces
-        return whole, -self.shoulder - np.einsum("kij,kj->ki", pushed, self.side.misfit)
-
-    def limb_wrenches(self, f: FloatArray, g: FloatArray) -> FloatArray:
-        """Force and moment about O of every limb on the arm, shape (N, n, 6)."""
-        side = self.side
-        force = f[..., None] * side.directions + g[..., None] * side.forces
-        moment = f[..., None] * side.moment_arms + g[..., None] * side.moments
-        return -np.concatenate([force, moment], axis=-1)
+    def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
+        """Displacement of the shoulder's centre, shape (N, 3), m, and stiffness of the limbs, shape (N, n), N/m."""
+        delta = np.full((len(answer.f), 3), np.nan)
+        rows = np.flatnonzero(answer.status < STATUS.index("singular"))
+        system, load = poses.elastic_system(rows, shoulder_stiffness(poses.mechanism))
+        stress = np.swapaxes(poses.tensions.self_stress[rows], 1, 2) @ answer.f[rows][..., None]
+        load = load - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
+        delta[rows] = np.linalg.solve(system, load[..., None])[..., 0]
+        return {"centre_displacement": delta, "side_stiffness": poses.stiffness}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, as_positive
 from ...numerics import LeastSquares, Solution, solve
-from ...wrist_chain.equilibrium import Equilibrium
+from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
 
 __all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
@@ -69,16 +69,16 @@ class Pose(NamedTuple):
 
     Attributes
     ----------
-    state : Equilibrium
-        Forces as affine functions of f and g.
+    state : AffineState
+        Forces of the pose as affine functions of f and g.
     radius : float
         Largest |B_i|, m: it turns moments into forces.
     f_low, f_high : ndarray
         Limits of f, shape (n,), N.
     g_low, g_high : ndarray
-        Limits of the side forces of the UPU limbs, shape (u,), N; (0, 0) with "spherical".
+        Limits of the side forces that are chosen with f, shape (u,), N.
     upu : ndarray of int
-        Their indices, shape (u,).
+        Indices of their limbs, shape (u,).
     by_actuator : bool
         Whether |g_i| <= |f_i| besides, for f of one sign.
     socket : Socket or None
@@ -88,10 +88,14 @@ class Pose(NamedTuple):
     tension : float
         Weight of f beside it.
     alone : bool
-        Whether F_s = 0 is wanted.
+        Whether F_s must be zero.
+    metric : ndarray or None
+        Without a ``goal``: its product with f, shape (k,), is what is made small of f; None for f itself.
+    follower : Follower or None
+        Side forces that follow f by stiffness; ``state`` is then its state.
     """
 
-    state: Equilibrium
+    state: AffineState
     radius: float
     f_low: FloatArray
     f_high: FloatArray
@@ -103,6 +107,8 @@ class Pose(NamedTuple):
     goal: FloatArray | None
     tension: float
     alone: bool
+    metric: FloatArray | None = None
+    follower: Follower | None = None
 
     @property
     def shoulder_effect(self) -> FloatArray:
@@ -111,8 +117,23 @@ class Pose(NamedTuple):
 
     @property
     def moment_effect(self) -> FloatArray:
-        """Shape (3, n + u), dimensionless: moment over ``radius`` per N of f and g; the latter have none about O."""
-        return np.hstack([self.state.moment_of_f / self.radius, np.zeros((3, self.upu.size))])
+        """Shape (3, n + u), dimensionless: moment over ``radius`` per N of f and g."""
+        return np.hstack([self.state.moment_of_f, self.state.moment_of_g[:, self.upu]]) / self.radius
+
+    @property
+    def has_side_moments(self) -> bool:
+        """Whether side forces that are chosen with f have a moment about O."""
+        return bool(self.state.moment_of_g[:, self.upu].any())
+
+    def forces(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """f and g, shape (n,), of the variables z, shape (n + u,), N; within their limits to the last bit."""
+        n = len(self.f_low)
+        z = np.clip(z, self.low, self.high)
+        if self.follower is not None:
+            return z[:n], self.follower.g + self.follower.g_of_f @ z[:n]
+        g = np.zeros(n)
+        g[self.upu] = z[n:]
+        return z[:n], g
 
     @property
     def low(self) -> FloatArray:
@@ -186,12 +207,9 @@ def choose(pose: Pose) -> Choice:
     solution = solve(program)
     if not solution.is_optimal:
         raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
-    n = len(pose.f_low)
     # Scaling back may round a variable on its limit to just beyond it.
-    z = np.clip(solution.z[:variables] * scale, pose.low, pose.high)
-    g = np.zeros(n)
-    g[pose.upu] = z[n:]
-    return Choice(z[:n], g, solution.kkt, _force_gap(solution) * scale / root, solution.unique)
+    f, g = pose.forces(solution.z[:variables] * scale)
+    return Choice(f, g, solution.kkt, _force_gap(solution) * scale / root, solution.unique)
 
 
 def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
@@ -206,7 +224,10 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
     slack = 0 if pose.socket is None or pose.socket.is_hard else 3
     # What is to be small: F_s as weighted and some tension, or all forces; and the distance from a soft cone.
     if pose.goal is None:
-        E, d = np.eye(count), np.zeros(count)
+        E = np.eye(count)
+        if pose.metric is not None:
+            E = np.vstack([np.hstack([pose.metric, np.zeros((len(pose.metric), count - n))]), E[n:]])
+        d = np.zeros(len(E))
     else:
         tension = np.sqrt(pose.tension) * np.eye(n, count)[: n if pose.tension else 0]
         E = np.vstack([pose.goal @ S, tension])

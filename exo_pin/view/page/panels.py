@@ -1,4 +1,4 @@
-"""Text of the page: the numbers of a pose, and the frame around it in a notebook."""
+"""What the page says in words: the numbers of a pose, and the frame around it in a notebook."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
+from ...reaction import SPLITS
 from ..scene.force_arrows import PoseForces
 
 if TYPE_CHECKING:
@@ -16,12 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["notebook_cell", "numbers_panel"]
 
-_SPLITS = {
-    "spherical": "limbs carry no side force (split “spherical”)",
-    "minimal": "lower bound of |F_s| over the side forces within their limits (split “minimal”)",
-    "elastic": "distributed by stiffness (split “elastic”)",
-    "standalone": "wrist without a shoulder joint (split “standalone”)",
-}
 _STATUS = {
     "near_singular": "near a singular pose: limb forces far above the load",
     "singular": "singular pose: no equilibrium, no forces",
@@ -32,7 +27,7 @@ _STATUS = {
 
 
 def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, notes: Sequence[str]) -> dict[str, Any]:
-    """The panel of a pose: its title, |F_s|, det X, and notes about them."""
+    """The panel of a pose: what is shown, |F_s|, det X, and what to know about them."""
     flexion, abduction, internal = (_degrees(angle) for angle in shoulder_angles(pose, exo.side, degrees=True))
     determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)
     values, remarks = [], []
@@ -56,10 +51,9 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
 
 
 def _assumption(exo: ShoulderExo, split: str) -> str:
-    """The assumption behind the numbers, as text."""
-    if split == "minimal" and all(limb.kind == "SPS" for limb in exo.limbs):
-        return "of the limb forces that hold the arm, those of least |F_s| (split “minimal”)"
-    return _SPLITS.get(split, f"split “{split}”")
+    """What the numbers rest on, in words."""
+    law = SPLITS.get(split)
+    return f"split “{split}”" if law is None else f"{law.caption(exo.mechanism)} (split “{split}”)"
 
 
 def notebook_cell(source: str, height: int) -> Any:

@@ -12,7 +12,8 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case import CentreOffset, CentrePath
-from ...reaction.splits.elastic import as_offset
+from ...reaction.splits.registry import as_split
+from ...wrist.forces.displaced import as_offset
 from ..colours import BLACK, GREY
 from ..meshcat_viewer import mg
 from .shapes import flat_material, frustum, segment
@@ -33,9 +34,7 @@ def offsets(given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split
     """Offsets of poses of shape () or (k,), a list of 1 or k, as the forces of a query count them."""
     known = given.offset(poses) if isinstance(given, CentrePath) else given
     base, cuff = as_offset(known, poses.shape)
-    if split == "standalone":
-        # Without a ball joint the device has one centre, where the cuff's seat puts it.
-        base = np.einsum("kij,kj->ki", poses.as_matrix().reshape(-1, 3, 3), cuff)
+    base, cuff = as_split(split).offsets(poses.as_matrix().reshape(-1, 3, 3), base, cuff)
     return list(zip(base, cuff, strict=True))
 
 

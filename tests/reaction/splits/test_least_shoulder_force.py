@@ -16,7 +16,7 @@ from wrists import (
 )
 
 import exo_pin as ep
-from exo_pin.reaction import least_force
+from exo_pin.numerics import least_force
 
 
 @pytest.fixture(scope="module")

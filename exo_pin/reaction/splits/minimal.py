@@ -1,0 +1,86 @@
+"""Split "minimal": the side forces within their bounds that make the shoulder force least."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import SolverFailed
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...numerics.least_force_in_bounds import least_force
+from ...wrist.forces.closed_form import STATUS
+from ..indeterminacy.freedom import Freedom
+from .limb_and_side_forces import Choice, Pose
+from .split import Chosen, PoseStack, Split
+
+__all__ = ["Minimal", "is_trivial"]
+
+#: Ratio of singular values below which what has no bound does not reach every shoulder force.
+_REACHES = 1e-9
+
+
+def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
+    """Whether what has no bound reaches every shoulder force, so that the least one is zero by construction.
+
+    Parameters
+    ----------
+    effect : ndarray
+        Shoulder force per N of each free force, shape (3, m).
+    lower, upper : ndarray
+        Bounds, shape (m,), N.
+    """
+    free = effect[:, np.isinf(lower) & np.isinf(upper)]
+    if free.shape[1] < 3:
+        return False
+    values = np.linalg.svd(free, compute_uv=False)
+    return bool(values[2] > _REACHES * values[0])
+
+
+class Minimal(Split):
+    """The f and g of least |F_s|: a lower bound over all side forces, no prediction. A real device is above it."""
+
+    name = "minimal"
+    assumption = "the side forces within their bounds that make the shoulder force least"
+    options = frozenset({"constraint_bounds", "weights", "cone"})
+    chooses_sides = True
+
+    def caption(self, mechanism: Mechanism) -> str:
+        """What is assumed, in a few words."""
+        if not mechanism.is_upu.any():
+            return "of the limb forces that hold the arm, those of least |F_s|"
+        return "side forces that make |F_s| least: a bound, no prediction"
+
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """Least F_s, as weighted, within all limits."""
+        weights = poses.weights
+        low, high = poses.side_bounds.at(row, poses.tensions.f[row])
+        return poses.program(
+            row,
+            g_low=low[poses.upu],
+            g_high=high[poses.upu],
+            upu=poses.upu,
+            by_actuator=poses.side_bounds.by_tension,
+            goal=np.eye(3) if weights is None else weights.root(poses.mechanism.side),
+            tension=0.0 if weights is None else weights.tension,
+        )._replace(metric=None)
+
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Least |F_s| within the bounds of g."""
+        for row in rows.tolist():
+            effect, own = poses.effect(row), poses.tensions
+            free = np.full(own.self_stress.shape[2], np.inf)
+            low, high = poses.side_bounds.at(row, own.f[row])
+            lower, upper = np.concatenate([-free, low[poses.upu]]), np.concatenate([free, high[poses.upu]])
+            answer.trivial[row] = poses.limits.is_free and is_trivial(effect, lower, upper)
+            try:
+                best = least_force(own.shoulder[row], effect, lower, upper)
+            except SolverFailed:
+                answer.status[row] = STATUS.index("not_solved")
+                continue
+            forces = poses.forces(row, best.variables)
+            answer.put(row, Choice(*forces, best.residual, best.gap, best.unique))
+
+    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
+        """Chosen by the optimiser, or bounded only where |F_s| does not depend on it."""
+        return np.where(freedom.fixed(freedom.without_shoulder()), "optimiser", "bounded")

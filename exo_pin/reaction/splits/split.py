@@ -1,0 +1,203 @@
+"""What a split is: how the part of the forces that equilibrium does not determine is chosen."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...wrist.forces.affine_state import AffineState, BalancedTensions
+from ..constraints.limb_limits import ForceLimits
+from ..constraints.side_force_bounds import SideForceBounds
+from ..indeterminacy.freedom import Freedom
+from .limb_and_side_forces import Choice, Pose, Socket, Weights
+
+__all__ = ["Chosen", "PoseStack", "Split"]
+
+
+class PoseStack(NamedTuple):
+    """N poses with their equilibrium and their limits: all that a split works on.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        The design.
+    radius : float
+        Largest |B_i|, m: it turns moments into forces.
+    upu : ndarray of int
+        Indices of the UPU limbs, shape (u,).
+    state : AffineState
+        Of the N poses.
+    tensions : BalancedTensions
+        The tensions that balance it.
+    sides, stiffness, misfit : ndarray
+        Side wrenches S_g of the state, shape (N, 3, n), and of each limb along them its stiffness and misfit, shape
+        (N, n), N/m and m.
+    limits : ForceLimits
+        Of f.
+    side_bounds : SideForceBounds
+        Of g.
+    socket : Socket or None
+        The glenoid cone.
+    weights : Weights or None
+        Weights of F_s.
+    """
+
+    mechanism: Mechanism
+    radius: float
+    upu: NDArray[np.intp]
+    state: AffineState
+    tensions: BalancedTensions
+    sides: FloatArray
+    stiffness: FloatArray
+    misfit: FloatArray
+    limits: ForceLimits
+    side_bounds: SideForceBounds
+    socket: Socket | None
+    weights: Weights | None
+
+    def effect(self, row: int) -> FloatArray:
+        """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
+        own = self.tensions
+        return np.hstack([own.shoulder_of_stress[row], own.shoulder_of_g[row][:, self.upu]])
+
+    def elastic_system(self, rows: NDArray[np.intp], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """K_s + K_X and the load N of some poses; see :meth:`BalancedTensions.elastic_system`."""
+        own = BalancedTensions(*(part[rows] for part in self.tensions))
+        return own.elastic_system(self.sides[rows], stiffness, self.stiffness[rows], self.misfit[rows])
+
+    def forces(self, row: int, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """f and g, shape (n,), for values z of what :meth:`effect` multiplies."""
+        own = self.tensions
+        stress, g = own.self_stress[row], np.zeros(len(own.f[row]))
+        g[self.upu] = z[stress.shape[1] :]
+        return own.f[row] + own.f_of_g[row] @ g + stress @ z[: stress.shape[1]], g
+
+    def program(self, row: int, **choices: Any) -> Pose:
+        """The program of one pose within its limits, tensions only and of least norm unless ``choices`` say else."""
+        none = np.empty(0)
+        fields: dict[str, Any] = {
+            "state": self.state.row(row),
+            "g_low": none,
+            "g_high": none,
+            "upu": np.empty(0, dtype=np.intp),
+            "by_actuator": False,
+            "goal": None,
+            "tension": 0.0,
+            "alone": False,
+        }
+        # Where side forces load the tensions, the shortest tensions are those with the least part that balances itself.
+        metric = self.tensions.self_stress[row].T if fields["state"].moment_of_g.any() else None
+        return Pose(
+            **(fields | choices),
+            radius=self.radius,
+            f_low=self.limits.lower[row],
+            f_high=self.limits.upper[row],
+            socket=self.socket,
+            metric=metric if metric is not None and len(metric) else None,
+        )
+
+
+class Split(ABC):
+    """A way to choose what equilibrium does not determine: tensions that balance themselves, and side forces.
+
+    A class of your own, passed to :meth:`exo_pin.ShoulderExo.reaction` as an instance, works like those that come with
+    the package: give it a name, an assumption and the three abstract methods.
+
+    Attributes
+    ----------
+    name : str
+        By which it is known.
+    assumption : str
+        What is assumed, for the certificate.
+    options : frozenset of str
+        Which of "constraint_bounds", "weights" and "cone" it can follow.
+    refusals : dict of str to str
+        Why it cannot follow an option, where there is a reason of physics.
+    is_linear : bool
+        Whether f, g and F_s follow from linear equations alone, so that they have derivatives everywhere.
+    chooses_sides : bool
+        Whether it chooses g together with f, so that the moment balance may leave f free with three limbs.
+    determines_sides : bool
+        Whether it determines g by physics and not by a choice.
+    """
+
+    name: ClassVar[str]
+    assumption: ClassVar[str]
+    options: ClassVar[frozenset[str]] = frozenset()
+    refusals: ClassVar[dict[str, str]] = {}
+    is_linear: ClassVar[bool] = False
+    chooses_sides: ClassVar[bool] = False
+    determines_sides: ClassVar[bool] = False
+
+    def caption(self, mechanism: Mechanism) -> str:
+        """What is assumed, in a few words, for pictures."""
+        return self.assumption
+
+    def check(self, mechanism: Mechanism) -> None:  # noqa: B027 - most have nothing to check
+        """Raise if a design cannot be split in this way."""
+
+    def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
+        """K_s, shape (3, 3), N/m, if the split uses it."""
+        return None
+
+    def offsets(self, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Centre offsets of base and cuff that count, shape (N, 3) each, m."""
+        return base, cuff
+
+    @abstractmethod
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """The program of one pose within its limits."""
+
+    @abstractmethod
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Fill f and g of some poses where neither limits of f nor a cone nor weights are given."""
+
+    @abstractmethod
+    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
+        """What each of f, g and F_s depends on where equilibrium alone does not say, shape (2 n + 3,).
+
+        Keys of :data:`exo_pin.reaction.indeterminacy.certificate.KINDS`.
+        """
+
+    def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:  # noqa: B027 - most need not
+        """Mark poses that are singular for this split alone."""
+
+    def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
+        """Further fields of the result, poses along the first axis."""
+        return {}
+
+
+class Chosen:
+    """Forces of N poses while they are chosen.
+
+    Attributes
+    ----------
+    status : ndarray of int8
+        Index into :data:`exo_pin.reaction.answer.QUERY_STATUS`.
+    f, g : ndarray
+        Shape (N, n), N.
+    kkt, gap, unique, trivial : ndarray
+        Shape (N,), see :class:`exo_pin.reaction.Optimum` and :class:`exo_pin.Reaction`.
+    """
+
+    def __init__(self, status: NDArray[np.int8], n: int) -> None:
+        count = len(status)
+        self.status = status
+        self.f, self.g = np.full((count, n), np.nan), np.full((count, n), np.nan)
+        self.kkt, self.gap = np.full(count, np.nan), np.full(count, np.nan)
+        self.unique, self.trivial = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+
+    def put(self, row: int, choice: Choice) -> None:
+        """Fill one pose."""
+        self.f[row], self.g[row], self.kkt[row], self.gap[row], self.unique[row] = choice
+
+    def put_determined(self, rows: NDArray[np.intp], f: FloatArray, g: FloatArray) -> None:
+        """Fill poses in which nothing was to choose, shapes (k, n)."""
+        self.f[rows], self.g[rows] = f, g
+        self.kkt[rows] = self.gap[rows] = 0.0
+        self.unique[rows] = True

@@ -1,0 +1,80 @@
+"""Split "standalone": the wrist without a shoulder, F_s = 0, (D-25)."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import SolverFailed
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...numerics.least_force_in_bounds import least_force
+from ...wrist.forces.closed_form import STATUS, require_standalone
+from ...wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN
+from ..indeterminacy.freedom import Freedom
+from .limb_and_side_forces import Choice, Pose
+from .split import Chosen, PoseStack, Split
+
+__all__ = ["Standalone"]
+
+
+class Standalone(Split):
+    """A shoulder that carries nothing: tensions and side forces hold all six components of the arm.
+
+    There is then no shoulder to be off: the device turns about its own centre, where the cuff's seat puts it.
+    """
+
+    name = "standalone"
+    assumption = "a shoulder that carries nothing (F_s = 0)"
+    refusals: ClassVar = {"cone": 'a glenoid cone bounds F_s, which split="standalone" sets to zero'}
+    chooses_sides = True
+
+    def caption(self, mechanism: Mechanism) -> str:
+        """What is assumed, in a few words."""
+        return "wrist without a shoulder joint"
+
+    def check(self, mechanism: Mechanism) -> None:
+        """Raise unless there are six limb forces or more."""
+        require_standalone(mechanism)
+
+    def offsets(self, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Without a ball joint the two centres of the device stay together, and only the cuff's seat counts."""
+        return np.einsum("kij,kj->ki", matrices, cuff), cuff
+
+    def program(self, poses: PoseStack, row: int) -> Pose:
+        """The shortest forces with F_s = 0 within the limits of f."""
+        free = np.full(poses.upu.size, np.inf)
+        return poses.program(row, g_low=-free, g_high=free, upu=poses.upu, alone=True)
+
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """The shortest forces with F_s = 0."""
+        for row in rows.tolist():
+            effect = poses.effect(row)
+            free = np.full(effect.shape[1], np.inf)
+            try:
+                best = least_force(poses.tensions.shoulder[row], effect, -free, free)
+            except SolverFailed:
+                answer.status[row] = STATUS.index("not_solved")
+                continue
+            answer.put(row, Choice(*poses.forces(row, best.variables), best.residual, best.gap, best.unique))
+
+    def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """Mark poses in which the limbs alone hold the centre badly, or not at all.
+
+        What counts is the smallest singular value of the effect of free forces on the shoulder force: dimensionless, N
+        of force at O per N of limb force. ``margin`` stays that of the moments.
+        """
+        for row in rows.tolist():
+            effect = poses.effect(row)
+            reach = float(np.linalg.svd(effect, compute_uv=False)[-1]) if effect.shape[1] >= 3 else 0.0
+            if reach < SINGULAR_MARGIN:
+                answer.status[row] = STATUS.index("singular")
+            elif reach < NEAR_MARGIN:
+                answer.status[row] = STATUS.index("near_singular")
+
+    def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
+        """Assumed, but for what leaves F_s as it is."""
+        effect = freedom.all @ freedom.without_shoulder()
+        return np.where(freedom.is_fixed(effect), "assumed", "optimiser")

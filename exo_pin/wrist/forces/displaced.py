@@ -1,0 +1,144 @@
+"""Equilibrium in closed form with the device's centre off the shoulder's.
+
+A device whose centre is not the shoulder's does two things. The limbs act about the shoulder and not about their own
+centre, so that their tensions change, too; and the centre held by the base and the one carried by the cuff part as the
+arm turns, which strains limbs and shoulder. Both are solved in the displaced geometry
+(:mod:`exo_pin.wrist.forces.side_forces`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_finite
+from ...design import Mechanism
+from ...load_case import CentreOffset
+from ...load_case.pose_stacks import Query
+from ..kernels import NEAR_MARGIN, SINGULAR_MARGIN
+from .affine_state import AffineState, BalancedTensions
+from .closed_form import STATUS
+from .limb_inertia import limb_loads
+from .side_forces import SideWrenches, side_wrenches
+
+__all__ = ["Displaced", "as_offset"]
+
+
+def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """Base and cuff offsets for a stack of N poses, shape (N, 3) each, m.
+
+    Parameters
+    ----------
+    offset : CentreOffset or array_like
+        A bare offset shifts base and cuff together.
+    shape : tuple of int
+        Stack shape (...).
+    """
+    if not isinstance(offset, CentreOffset):
+        offset = CentreOffset.together(as_finite("centre_offset", offset, (3,), stack=True))
+    try:
+        sides = [np.broadcast_to(side, (*shape, 3)).reshape(-1, 3) for side in (offset.base, offset.cuff)]
+    except ValueError:
+        raise InvalidInput(
+            f"expected centre_offset to broadcast to {(*shape, 3)}, got {offset.base.shape} and {offset.cuff.shape}"
+        ) from None
+    return sides[0], sides[1]
+
+
+class Displaced:
+    """Equilibrium of a stack of poses with the device's centre off the shoulder's.
+
+    Shoulder force and tensions are affine in the side forces: f = f0 + f_of_g g and F_s = shoulder + shoulder_of_g g.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Limbs with mass move as :mod:`exo_pin.wrist.forces.limb_inertia` says.
+    query : Query
+        Poses.
+    base, cuff : ndarray
+        Offsets of :func:`as_offset`.
+    force, moment : ndarray
+        What limbs and shoulder carry, shape (N, 3): weight, inertia and load of the arm, moment about O.
+
+    Attributes
+    ----------
+    side : SideWrenches
+        Directions, lever arms, side wrenches and stiffnesses.
+    state : AffineState
+        The equilibrium.
+    tensions : BalancedTensions
+        Its tensions.
+    f0, f_of_g, self_stress : ndarray
+        Shape (N, n), (N, n, n) and (N, n, n - 3).
+    shoulder, shoulder_of_g : ndarray
+        Shape (N, 3), (N, 3, n).
+    status : ndarray of int8
+        Index into the names of status.
+    margin, determinant : ndarray
+        Shape (N,), of the lever arms about the shoulder.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        query: Query,
+        base: FloatArray,
+        cuff: FloatArray,
+        force: FloatArray,
+        moment: FloatArray,
+    ) -> None:
+        n = mechanism.limb_count
+        self.side: SideWrenches = side_wrenches(mechanism, query.matrices, base, cuff)
+        side = self.side
+        closure = share = np.zeros((len(force), n, 6))
+        if not mechanism.limbs_are_massless:
+            closure, share = limb_loads(mechanism, query, base, cuff, side.folded)
+        self.state = AffineState.of_closures(
+            closure,
+            -np.concatenate([side.directions, side.moment_arms], axis=-1),
+            -np.concatenate([side.forces, side.moments], axis=-1),
+            share,
+            share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
+        )
+        self.tensions = BalancedTensions.of(self.state)
+        self.f0, self.f_of_g, self.self_stress, self.shoulder, self.shoulder_of_g, _, values = self.tensions
+        self.margin: FloatArray = values[:, 2] / np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
+        self.status = np.zeros(len(values), dtype=np.int8)
+        self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")
+        self.status[self.margin < SINGULAR_MARGIN] = STATUS.index("singular")
+        self.status[side.folded] = STATUS.index("folded")
+        self.determinant: FloatArray = np.full(len(values), np.nan)
+        if n == 3:
+            arms = np.swapaxes(side.moment_arms, 1, 2)
+            lengths = np.linalg.norm(arms, axis=1)
+            self.determinant = -np.linalg.det(arms) / np.prod(np.where(lengths > 0.0, lengths, 1.0), axis=1)
+
+    @property
+    def classified(self) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
+        """Status, margin and determinant."""
+        return self.status, self.margin, self.determinant
+
+    def elastic_side_forces(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Side forces and displacement of the joint's centre by stiffness.
+
+        Parameters
+        ----------
+        stiffness : ndarray
+            K_s, shape (3, 3), N/m.
+
+        Returns
+        -------
+        g, delta : ndarray
+            Shape (N, n), N, and (N, 3), m; NaN where shoulder and limbs together leave a direction free, and in
+            singular poses.
+        """
+        g, delta = self.tensions.elastic(self.state.shoulder_of_g, stiffness, self.side.stiffness, self.side.misfit)
+        lost = self.status >= STATUS.index("singular")
+        g[lost], delta[lost] = np.nan, np.nan
+        return g, delta
+
+    def elastic_system(self, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """K_s + K_X and the load N, shape (N, 3, 3), N/m, and (N, 3), N: (K_s + K_X) δ = N, misfit included."""
+        return self.tensions.elastic_system(self.state.shoulder_of_g, stiffness, self.side.stiffness, self.side.misfit)

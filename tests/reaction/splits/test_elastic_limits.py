@@ -1,0 +1,106 @@
+"""The elastic split within limits, against active sets tried one by one in f, g and δ together."""
+
+import itertools
+
+import numpy as np
+import pytest
+from guided_limbs import STIFFNESS, guided
+from wrists import random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin.wrist.forces.side_forces import side_wrenches
+
+
+def enumerated(exo, pose, offset, low, high, cone=None):
+    """Least self-stress of f with all springs' equations as equalities, by trying every active set; None if none fits.
+
+    Variables are f, g and δ; nothing is eliminated, and nothing is shared but the geometry of the side wrenches.
+    """
+    n = exo.mechanism.limb_count
+    R = pose.as_matrix()[None]
+    side = side_wrenches(exo.mechanism, R, offset.base[None], offset.cuff[None])
+    s, arms, S, M = (v[0].T for v in (side.directions, side.moment_arms, side.forces, side.moments))
+    k, misfit = side.stiffness[0], side.misfit[0]
+    weight = exo.arm.mass * exo.mechanism.gravity
+    moment = np.cross(pose.as_matrix() @ exo.arm.centre_of_mass, weight)
+    unit = 1e-3  # m: δ in mm, so that all unknowns are of like size
+    A = np.zeros((6 + n, 2 * n + 3))
+    b = np.concatenate([moment, weight, k * misfit])
+    A[:3, :n], A[:3, n : 2 * n] = arms, M
+    A[3:6, :n], A[3:6, n : 2 * n], A[3:6, 2 * n :] = s, S, STIFFNESS * unit
+    A[6:, n : 2 * n], A[6:, 2 * n :] = np.eye(n), -k[:, None] * S.T * unit
+    N = np.linalg.svd(arms)[2][3:]
+    E = np.hstack([N, np.zeros((n - 3, n + 3))])
+    C, c = np.zeros((0, 2 * n + 3)), np.zeros(0)
+    if cone is not None:
+        normals, c = cone.half_spaces(exo.side)
+        C = np.hstack([np.zeros((len(c), 2 * n)), -normals @ STIFFNESS * unit])
+    best, found = np.inf, None
+    faces = [rows for size in range(2 if cone is None else 3) for rows in itertools.combinations(range(len(c)), size)]
+    for pattern in itertools.product((-1, 0, 1), repeat=n):
+        pattern = np.array(pattern)
+        fixed = np.flatnonzero(pattern)
+        if len(fixed) > n - 3:
+            continue
+        value = np.where(pattern < 0, low, high)[fixed]
+        if not np.isfinite(value).all():
+            continue
+        for rows in faces:
+            if len(fixed) + len(rows) > n - 3:
+                continue
+            held = np.vstack([A, np.eye(2 * n + 3)[fixed], C[list(rows)]])
+            right = np.concatenate([b, value, c[list(rows)]])
+            K = np.block([[E.T @ E, held.T], [held, np.zeros((len(held), len(held)))]])
+            z = np.linalg.lstsq(K, np.concatenate([np.zeros(2 * n + 3), right]), rcond=1e-14)[0][: 2 * n + 3]
+            size = max(np.abs(z[: 2 * n]).max(), 1.0)
+            inside = (z[:n] >= low - 1e-8 * size).all() and (z[:n] <= high + 1e-8 * size).all()
+            if inside and np.abs(A @ z - b).max() < 1e-7 * size and (C @ z <= c + 1e-8 * size).all():
+                cost = float(np.linalg.norm(E @ z))
+                if cost < best:
+                    best, found = cost, z
+    return found
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+@pytest.mark.parametrize("limits", [(0.0, np.inf), (-40.0, 60.0)], ids=["pull", "range"])
+@pytest.mark.parametrize("with_cone", [False, True], ids=["free", "cone"])
+def test_equals_enumeration(n, limits, with_cone):
+    exo = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(90 + n), n)))
+    low, high = (np.full(n, value) for value in limits)
+    cone = ep.GlenoidCone(muscle_compression=400.0, faces=6) if with_cone else None
+    offset = ep.CentreOffset([0.002, -0.001, 0.002], [-0.001, 0.002, 0.001])
+    poses = regular_poses(exo.mechanism, np.random.default_rng(91), 25, margin=0.03)
+    answer = exo.reaction(poses, split="elastic", centre_offset=offset, actuator_bounds=limits, cone=cone)
+    without = exo.reaction(poses, split="elastic", centre_offset=offset)
+    seen = {"held": 0, "infeasible": 0, "at a limit": 0}
+    for k, pose in enumerate(poses):
+        if answer.status[k] not in ("ok", "near_singular", "infeasible"):
+            continue
+        expected = enumerated(exo, pose, offset, low, high, cone)
+        assert (expected is None) == (answer.status[k] == "infeasible"), (k, answer.status[k])
+        if expected is None:
+            seen["infeasible"] += 1
+            continue
+        seen["held"] += 1
+        scale = np.abs(expected[: 2 * n]).max()
+        np.testing.assert_allclose(answer.actuator_forces[k], expected[:n], atol=1e-6 * scale)
+        np.testing.assert_allclose(answer.constraint_forces[k], expected[n : 2 * n], atol=1e-6 * scale)
+        np.testing.assert_allclose(answer.centre_displacement[k], 1e-3 * expected[2 * n :], atol=1e-8)
+        seen["at a limit"] += bool(np.abs(answer.actuator_forces[k] - without.actuator_forces[k]).max() > 1e-6 * scale)
+    assert seen["infeasible"] >= 1, seen
+    assert seen["held"] >= 1, seen
+    assert n == 3 or seen["at a limit"] >= 1, seen
+
+
+def test_wide_limits_change_nothing():
+    exo = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(95), 5)))
+    poses = regular_poses(exo.mechanism, np.random.default_rng(96), 20, margin=0.05)
+    for offset in (None, [0.01, -0.005, 0.012]):
+        free = exo.reaction(poses, split="elastic", centre_offset=offset)
+        wide = exo.reaction(poses, split="elastic", centre_offset=offset, actuator_bounds=(-1e5, 1e5))
+        good = free.has_answer
+        assert good.sum() >= 15
+        scale = np.abs(free.limb_wrenches[good]).max()
+        for name in ("actuator_forces", "constraint_forces", "shoulder_force"):
+            np.testing.assert_allclose(getattr(wide, name)[good], getattr(free, name)[good], atol=1e-9 * scale)
+        np.testing.assert_allclose(wide.centre_displacement[good], free.centre_displacement[good], atol=1e-10)

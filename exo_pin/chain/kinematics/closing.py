@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numba import njit
 from numpy.typing import ArrayLike
 
+from ...core.compiled import kernel
 from ...core.errors import BeyondLimits, LoopNotClosed
 from ...core.validation import FloatArray, as_positive
 from ..structure.chain_state import Structure
@@ -242,7 +242,7 @@ def _keep_within(
     move += stopped
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _scaled_norm(gap: Any, scale: Any) -> float:
     """Length of the gap, metres divided by the characteristic length."""
     total = 0.0
@@ -251,7 +251,7 @@ def _scaled_norm(gap: Any, scale: Any) -> float:
     return math.sqrt(total)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, out: Any) -> None:
     """Fill the damped least step towards a closed configuration.
 

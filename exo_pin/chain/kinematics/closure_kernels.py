@@ -10,8 +10,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from .projection import project, project_rate, relative_pose
 
 __all__ = [
@@ -23,10 +23,8 @@ __all__ = [
     "unit_wrenches",
 ]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _largest(values: Any) -> float:
     """Largest absolute value; NaN if one is NaN, so that no comparison with a tolerance lets it pass."""
     largest = 0.0
@@ -37,7 +35,7 @@ def _largest(values: Any) -> float:
     return largest
 
 
-@_compile
+@kernel
 def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> float:
     """Fill the residual of all closures and return its largest entry.
 
@@ -64,7 +62,7 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows
     return _largest(out)
 
 
-@_compile
+@kernel
 def residual_jacobian(
     poses: Any,
     J: Any,
@@ -111,7 +109,7 @@ def residual_jacobian(
     return _largest(out)
 
 
-@_compile
+@kernel
 def _twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
     """A world twist about the origin, referred to the point p, in the axes of a."""
     wx, wy, wz = twist[3], twist[4], twist[5]
@@ -123,7 +121,7 @@ def _twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
         out[3 + i] = sign * (a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz)
 
 
-@_compile
+@kernel
 def _add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     """Add ± u × v to ``out``."""
     out[0] += sign * (u[1] * v[2] - u[2] * v[1])
@@ -131,7 +129,7 @@ def _add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     out[2] += sign * (u[0] * v[1] - u[1] * v[0])
 
 
-@_compile
+@kernel
 def jacobian_rate(
     poses: Any,
     J: Any,
@@ -207,7 +205,7 @@ def jacobian_rate(
                 drift[first + i] += total * v[k]
 
 
-@_compile
+@kernel
 def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> None:
     """Add a wrench about the world's origin, world axes, to the one of a joint, in its own frame."""
     p = pose[3]
@@ -219,7 +217,7 @@ def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> No
         out[3 + i] += sign * (pose[i, 0] * mx + pose[i, 1] * my + pose[i, 2] * mz)
 
 
-@_compile
+@kernel
 def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
     """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
 
@@ -246,7 +244,7 @@ def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any,
             _add_cross(b[3], wrench[:3], 1.0, wrench[3:])
 
 
-@_compile
+@kernel
 def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows: Any, wrenches: Any, out: Any) -> None:
     """Turn multipliers into wrenches on the bodies that the closures join.
 
@@ -275,7 +273,7 @@ def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows:
         _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
 
 
-@_compile
+@kernel
 def closure_wrench_rates(
     poses: Any,
     J: Any,

@@ -8,7 +8,8 @@ A formula is written once, as a Python function with the decorator :func:`kernel
   takes longer than a first answer, is imported only for this form.
 
 A call in mode "auto" takes the plain form until the kernel has done :data:`PLAIN_WORK` units of work, and the compiled
-one from then on. One unit is one row of a stack of poses (``stack=True``), or else one call, more for large matrices.
+one from then on. A unit is about 0.3 ms: one row of a stack of poses (``stack=True``), or else one call, more for large
+matrices, times the kernel's ``cost``.
 The choice depends on counts alone, never on a clock. Plain and compiled results agree to rounding.
 
 Environment variables: ``EXO_PIN_COMPILE`` = auto, plain or compiled; ``NUMBA_DISABLE_JIT=1`` means plain.
@@ -22,6 +23,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dis import EXTENDED_ARG, opmap
 from threading import RLock
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, overload
@@ -34,7 +36,7 @@ from .errors import UnknownName
 __all__ = ["MODES", "PLAIN_WORK", "Kernel", "intrinsic_kernel", "kernel", "kernels", "mode"]
 
 MODES = ("auto", "plain", "compiled")
-#: Units of work that a kernel does uncompiled in mode "auto". A unit takes 0.1 to 10 ms, compilation 0.3 to 10 s.
+#: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
 PLAIN_WORK = 300
 #: Numbers in the largest argument of a call that count as one unit of work more.
 _NUMBERS_A_UNIT = 100
@@ -57,13 +59,15 @@ class Kernel:
         Whether the compiled form is inlined where another kernel calls it.
     stack : bool
         Whether the first argument is a stack of poses, whose first axis counts as work.
+    cost : int
+        Units of work a row or a call. With more than :data:`PLAIN_WORK` even the first call is compiled.
     """
 
-    def __init__(self, function: Callable[..., Any], inline: bool = False, stack: bool = False) -> None:
+    def __init__(self, function: Callable[..., Any], inline: bool = False, stack: bool = False, cost: int = 1) -> None:
         functools.update_wrapper(self, function)
         self.__qualname__ = function.__qualname__
         self._function: FunctionType = function  # type: ignore[assignment]
-        self._stack = stack
+        self._stack, self._cost = stack, cost
         self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
         if inline:
             self.options["forceinline"] = True
@@ -138,8 +142,9 @@ class Kernel:
 
     def _work(self, arguments: tuple[Any, ...]) -> int:
         if self._stack:
-            return max(1, len(arguments[0]))
-        return 1 + max((a.size for a in arguments if type(a) is np.ndarray), default=0) // _NUMBERS_A_UNIT
+            return self._cost * max(1, len(arguments[0]))
+        largest = max((a.size for a in arguments if type(a) is np.ndarray), default=0)
+        return self._cost * (1 + largest // _NUMBERS_A_UNIT)
 
     def _make_plain(self) -> Any:
         code = self._function.__code__
@@ -154,7 +159,7 @@ class Kernel:
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
         """The function with other constants, and with another form of each global that it uses."""
         own = self._function
-        used = {name: form(own.__globals__[name]) for name in _names(code) if name in own.__globals__}
+        used = {name: form(own.__globals__[name]) for name in _globals_of(code) if name in own.__globals__}
         used["__name__"] = own.__module__
         twin = FunctionType(code, used, own.__name__)
         twin.__qualname__, twin.__module__, twin.__doc__ = own.__qualname__, own.__module__, own.__doc__
@@ -167,10 +172,10 @@ class Kernel:
                 self._digest_code(constant, scope, update)
             else:
                 update(f"{sorted(constant) if isinstance(constant, frozenset) else constant!r} ".encode())
-        for name in code.co_names:
-            update(f"{name} ".encode())
+        update(f"{code.co_names} ".encode())
+        for name in _globals_of(code):
             if name in scope:
-                update(_identity(scope[name]).encode())
+                update(f"{name} {_identity(scope[name])} ".encode())
 
 
 class _Intrinsic(Kernel):
@@ -198,10 +203,12 @@ def kernel(function: Callable[..., Any]) -> Kernel: ...
 
 
 @overload
-def kernel(*, inline: bool = False, stack: bool = False) -> Callable[[Callable[..., Any]], Kernel]: ...
+def kernel(*, inline: bool = False, stack: bool = False, cost: int = 1) -> Callable[[Callable[..., Any]], Kernel]: ...
 
 
-def kernel(function: Callable[..., Any] | None = None, *, inline: bool = False, stack: bool = False) -> Any:
+def kernel(
+    function: Callable[..., Any] | None = None, *, inline: bool = False, stack: bool = False, cost: int = 1
+) -> Any:
     """Make a :class:`Kernel` of a function: ``@kernel`` or ``@kernel(stack=True)``.
 
     Parameters
@@ -209,11 +216,12 @@ def kernel(function: Callable[..., Any] | None = None, *, inline: bool = False, 
     function : callable
         See :class:`Kernel`.
     inline, stack : bool
+    cost : int
         See :class:`Kernel`.
     """
     if function is None:
-        return lambda decorated: Kernel(decorated, inline, stack)
-    return Kernel(function, inline, stack)
+        return lambda decorated: Kernel(decorated, inline, stack, cost)
+    return Kernel(function, inline, stack, cost)
 
 
 def intrinsic_kernel(make: Callable[[], Any]) -> Callable[[Callable[..., Any]], Kernel]:
@@ -271,9 +279,15 @@ def _checked(name: str) -> str:
 _mode = _checked(os.environ.get("EXO_PIN_COMPILE") or "auto")
 
 
-def _names(code: CodeType) -> set[str]:
-    inner = (_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
-    return set(code.co_names).union(*inner)
+def _globals_of(code: CodeType) -> list[str]:
+    """Names of the globals that a function reads. ``co_names`` alone holds the names of attributes, too."""
+    names, extension = dict[str, None](), 0
+    for operation, low in zip(code.co_code[::2], code.co_code[1::2], strict=True):
+        argument = extension | low
+        extension = argument << 8 if operation == EXTENDED_ARG else 0
+        if operation == opmap["LOAD_GLOBAL"]:
+            names[code.co_names[argument >> 1]] = None
+    return list(names)
 
 
 def _plain_form(value: Any) -> Any:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from proxsuite import proxqp
-from scipy.optimize import lsq_linear
 
 from ...core.errors import InfeasibleBounds, SolverFailed
 from ...core.validation import FloatArray
@@ -185,7 +184,9 @@ def _along_weak_direction(c: FloatArray, G: FloatArray, low: FloatArray, high: F
         return z
     other = z.copy()
     target = -(c + G[:, ~movable] @ z[~movable])
-    other[movable] = lsq_linear(G[:, movable], target, (low[movable], high[movable]), method="bvls", tol=1e-15).x
+    other[movable] = scipy.optimize.lsq_linear(
+        G[:, movable], target, (low[movable], high[movable]), method="bvls", tol=1e-15
+    ).x
     other = np.clip(other, low, high)
     return min((z, other), key=lambda point: float(np.linalg.norm(c + G @ point)))
 
@@ -199,6 +200,8 @@ def _proxqp(
     box_low[3:], box_high[3:] = np.maximum(low, -_INFINITE), np.minimum(high, _INFINITE)
     if force is not None:
         box_low[:3] = box_high[:3] = force
+    from proxsuite import proxqp  # here, because few queries need it
+
     program = proxqp.dense.QP(size, 3, 0, True)
     program.settings.eps_abs = 1e-10
     program.settings.eps_rel = 0.0

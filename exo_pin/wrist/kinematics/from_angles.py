@@ -20,7 +20,7 @@ from .solutions import rotation, solve, write_modes
 __all__ = ["angle_residuals", "planes_stack", "wrapped"]
 
 
-@kernel(stack=True)
+@kernel(stack=True, cost=20)
 def planes_stack(
     theta_y: Any,
     base: Any,

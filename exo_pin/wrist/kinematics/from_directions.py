@@ -52,7 +52,7 @@ def _angle_errors(
     return total
 
 
-@kernel(stack=True)
+@kernel(stack=True, cost=20)
 def directions_stack(
     theta_x: Any,
     theta_y: Any,

@@ -30,7 +30,7 @@ def _length_error(R: Any, base: Any, platform: Any, lengths: Any) -> float:
     return worst
 
 
-@kernel(stack=True)
+@kernel(stack=True, cost=20)
 def lengths_stack(
     lengths: Any,
     base: Any,
@@ -167,7 +167,7 @@ def twist_roots(sine: float, a: float, b: float, roots: Any) -> tuple[int, float
     return number, width / b
 
 
-@kernel(stack=True)
+@kernel(stack=True, cost=20)
 def twist_stack(
     theta_x: Any,
     base: Any,

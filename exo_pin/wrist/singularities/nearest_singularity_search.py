@@ -161,7 +161,7 @@ def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
     return best
 
 
-@kernel
+@kernel(stack=True, cost=1000)
 def nearest_stack(R: Any, base: Any, platform: Any, directions: Any, distance: Any, axis: Any) -> None:
     """Distance and axis for a stack of poses, shapes (N,) and (N, 3), written."""
     a, b = np.empty((3, 3)), np.empty((3, 3))

@@ -105,6 +105,11 @@ class Kernel:
                     self._compiled = self._make_compiled()
         return self._compiled
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether the compiled form has been made in this process."""
+        return self._compiled is not None
+
     @functools.cached_property
     def stamp(self) -> str:
         """Digest of all code and all constants that the compiled form is made of, other kernels' included.

@@ -67,6 +67,6 @@ def compilations() -> int:
 def _announce() -> None:
     global _compiled
     if _compiled == 0 and sys.stderr is not None:
-        sys.stderr.write("exo_pin: compiling, once, about 20 s ('exo-pin warm-up' does it ahead of time)\n")
+        sys.stderr.write("exo_pin: compiling, once, up to a minute ('exo-pin warm-up' does it ahead of time)\n")
         sys.stderr.flush()
     _compiled += 1

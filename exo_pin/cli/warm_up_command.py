@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.compiled import kernels, mode
+from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
 from ..exo.shoulder_exo import ShoulderExo, load
 from .command_list import help_of
@@ -27,10 +27,8 @@ def _warm_up(options: argparse.Namespace) -> int:
         _kinematics(exo)
         _forces(exo)
         _chain(exo)
-    from ..core.numba_cache import compilations  # here, because NUMBA_DISABLE_JIT=1 needs no Numba
-
     ready = sum(each.is_ready for each in kernels())
-    print(f"{ready} kernels ready, {compilations()} of their forms compiled now")
+    print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
     return 0
 
 

@@ -21,6 +21,7 @@ import functools
 import hashlib
 import math
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dis import EXTENDED_ARG, opmap
@@ -33,7 +34,7 @@ import numpy as np
 from . import plain_math
 from .errors import UnknownName
 
-__all__ = ["MODES", "PLAIN_WORK", "Kernel", "intrinsic_kernel", "kernel", "kernels", "mode"]
+__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "intrinsic_kernel", "kernel", "kernels", "mode"]
 
 MODES = ("auto", "plain", "compiled")
 #: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
@@ -43,6 +44,7 @@ _NUMBERS_A_UNIT = 100
 
 _all: list[Kernel] = []
 _lock = RLock()
+_compilations = 0
 
 
 class Kernel:
@@ -159,7 +161,9 @@ class Kernel:
     def _make_compiled(self) -> Any:
         from .numba_cache import dispatcher  # here, because the import of Numba takes long
 
-        return dispatcher(self._twin(self._function.__code__, _compiled_form), self.options, self.stamp)
+        return dispatcher(
+            self._twin(self._function.__code__, _compiled_form), self.options, self.stamp, _count_compilation
+        )
 
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
         """The function with other constants, and with another form of each global that it uses."""
@@ -263,6 +267,20 @@ def mode(name: str) -> Iterator[None]:
         yield
     finally:
         _set_mode(before)
+
+
+def compilations() -> int:
+    """Number of functions compiled in this process, once a set of types, without what the cache on disk has."""
+    return _compilations
+
+
+def _count_compilation() -> None:
+    """Count, and in mode "auto" announce the first: the user has not chosen to wait."""
+    global _compilations
+    _compilations += 1
+    if _compilations == 1 and _mode == "auto" and sys.stderr is not None:
+        sys.stderr.write("exo_pin: compiling, once, up to a minute ('exo-pin warm-up' does it ahead of time)\n")
+        sys.stderr.flush()
 
 
 def _set_mode(name: str) -> None:

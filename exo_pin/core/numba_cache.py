@@ -11,37 +11,35 @@ into the folder that the environment variable ``NUMBA_CACHE_DIR`` names.
 from __future__ import annotations
 
 import contextlib
-import sys
+from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-__all__ = ["compilations", "dispatcher"]
-
-#: Number of kernels that were compiled in this process; those read from the cache do not count.
-_compiled = 0
+__all__ = ["dispatcher"]
 
 
 class _KernelCache(FunctionCache):
     """The cache of one kernel, valid for one stamp."""
 
-    def __init__(self, function: FunctionType, stamp: str) -> None:
+    def __init__(self, function: FunctionType, stamp: str, on_compile: Callable[[], None]) -> None:
         super().__init__(function)
+        self._on_compile = on_compile
         self._cache_file = IndexDataCacheFile(
             cache_path=self._cache_path, filename_base=self._impl.filename_base, source_stamp=stamp
         )
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """Read the machine code; where there is none Numba compiles next, which is announced once."""
+        """Read the machine code; where there is none Numba compiles next."""
         found = super().load_overload(signature, target)
         if found is None:
-            _announce()
+            self._on_compile()
         return found
 
 
-def dispatcher(function: FunctionType, options: dict[str, Any], stamp: str) -> Any:
+def dispatcher(function: FunctionType, options: dict[str, Any], stamp: str, on_compile: Callable[[], None]) -> Any:
     """Make a dispatcher, which compiles a function for the types it is called with.
 
     Parameters
@@ -52,21 +50,10 @@ def dispatcher(function: FunctionType, options: dict[str, Any], stamp: str) -> A
         Options of ``numba.njit``.
     stamp : str
         Digest of all that the machine code depends on.
+    on_compile : callable
+        Called without arguments before a compilation; not where machine code is read from the cache.
     """
     made = njit(**options)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: every process compiles anew
-        made._cache = _KernelCache(function, stamp)
+        made._cache = _KernelCache(function, stamp, on_compile)
     return made
-
-
-def compilations() -> int:
-    """Number of kernels that were compiled in this process; those read from the cache do not count."""
-    return _compiled
-
-
-def _announce() -> None:
-    global _compiled
-    if _compiled == 0 and sys.stderr is not None:
-        sys.stderr.write("exo_pin: compiling, once, up to a minute ('exo-pin warm-up' does it ahead of time)\n")
-        sys.stderr.flush()
-    _compiled += 1

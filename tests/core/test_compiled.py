@@ -69,7 +69,7 @@ def not_a_number(array):
 def rounded(array):
     """The nearest numbers above and below, in turn."""
     flat = array.reshape(-1)
-    with np.errstate(over="ignore", under="ignore"):
+    with np.errstate(all="ignore"):
         flat[::2], flat[1::2] = np.nextafter(flat[::2], np.inf), np.nextafter(flat[1::2], -np.inf)
     return flat.reshape(array.shape)
 

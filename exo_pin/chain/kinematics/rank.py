@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-
 from ...core.validation import FloatArray
 
 __all__ = ["RESOLVED", "configuration_error", "rank_tolerance"]

@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import NoReturn
 
 from .. import __version__
-from .command_list import COMMANDS
+from .options.command_list import COMMANDS
 
 __all__ = ["main"]
 

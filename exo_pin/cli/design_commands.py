@@ -8,7 +8,7 @@ from typing import Any
 
 from ..design import preset, presets
 from ..wrist_chain import PARTS, write_published_urdf
-from .command_list import help_of
+from .options.command_list import help_of
 from .options.query_options import add_design, design
 
 __all__ = ["add_commands"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..core.errors import InvalidInput
-from .command_list import help_of
+from .options.command_list import help_of
 from .options.configuration_options import add_configuration, configuration
 from .options.query_options import add_design, add_person, design
 

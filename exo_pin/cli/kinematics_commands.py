@@ -19,7 +19,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
-from .command_list import help_of
+from .options.command_list import help_of
 from .options.query_options import add_design, add_pose, design, pose, pose_angles
 
 __all__ = ["add_commands"]

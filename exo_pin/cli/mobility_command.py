@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from ..chain.kinematics.margins import PARTS_OF_POSE
-from .command_list import help_of
+from .options.command_list import help_of
 from .options.configuration_options import add_configuration, configuration
 from .options.query_options import add_design, design
 

@@ -21,8 +21,8 @@ from ..muscle.laws.static import BAR, StaticModel
 from ..muscle.simulation.pressure import PressureStep
 from ..muscle.simulation.step_response import simulate
 from ..view.plots.muscle_plots import plot_force_map, plot_responses
-from .command_list import help_of
 from .muscle_identify_command import add_identify, named_static
+from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 

@@ -16,7 +16,7 @@ from ..load_case import read_movement
 from ..reaction import ConstraintBounds, Reaction, reaction_table
 from ..reaction.along_files import write_movement_reaction
 from ..view.plots.force_plots import overview, use_file_backend
-from .command_list import help_of
+from .options.command_list import help_of
 from .options.query_options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
 from .options.split_options import add_splits, answers_of, certificates, fitted, offset_mm
 

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from ..thesis import condensed, ledger, ledger_table
-from .command_list import help_of
+from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     #: What plays a motion, and what records it.
     _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
-from .command_list import help_of
+from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
 from ..exo.shoulder_exo import ShoulderExo, load
-from .command_list import help_of
+from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 

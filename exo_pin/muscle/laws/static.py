@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
@@ -57,7 +56,9 @@ def _crossing(
     low, high = grid.ravel()[first], grid.ravel()[first + 1]
     # A bracket with an end that is a root already is fine for the solver; where nothing was found the ends only
     # keep the shapes together and the answer is thrown away.
-    result = scipy.optimize.elementwise.find_root(lambda u, o, t: function(u, o) - t, (low, high), args=(other, target))
+    from scipy.optimize import elementwise  # here, because its import takes long
+
+    result = elementwise.find_root(lambda u, o, t: function(u, o) - t, (low, high), args=(other, target))
     return np.where(found & result.success, result.x, np.nan)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 __all__ = ["COMMANDS", "help_of"]
 
-#: Name of a command: the module of this room that has it, and its help.
+#: Name of a command: the module of :mod:`exo_pin.cli` that has it, and its help.
 COMMANDS = {
     "reaction": ("reaction_command", "forces on shoulder, limbs, cuff and torso in a pose"),
     "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),

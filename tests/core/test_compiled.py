@@ -4,7 +4,6 @@ import dis
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -220,12 +219,3 @@ def test_package_runs_without_jit():
     expected, _ = python(FIRST, EXO_PIN_COMPILE="compiled")
     out, _ = python(FIRST + "assert 'numba' not in sys.modules", NUMBA_DISABLE_JIT="1", EXO_PIN_COMPILE="compiled")
     assert out == expected
-
-
-@pytest.mark.parametrize("file", ["reaction/splits", "wrist/velocity"])
-def test_rooms_pass_without_jit(file):
-    tests = Path(__file__).parents[1]
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", str(tests / file)]
-    done = subprocess.run(command, cwd=tests.parent, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout[-3000:]

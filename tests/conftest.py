@@ -1,10 +1,21 @@
 """Fixtures that tests of several rooms use."""
 
+import os
+
 import pytest
 from scenes import PERSON
 
 import exo_pin as ep
 from exo_pin.chain import write_closures
+from exo_pin.core import compiled
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled():
+    """Run kernels compiled, unless the environment says otherwise: what users run most, and faster."""
+    with pytest.MonkeyPatch.context() as patch, compiled.mode(os.environ.get("EXO_PIN_COMPILE") or "compiled"):
+        patch.setenv("EXO_PIN_COMPILE", os.environ.get("EXO_PIN_COMPILE") or "compiled")
+        yield
 
 
 @pytest.fixture

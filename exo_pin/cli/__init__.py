@@ -1,4 +1,7 @@
-"""The command ``exo-pin``: parse, call, print. One module a group of commands, each with ``add_commands``."""
+"""The command ``exo-pin``: parse, call, print. One module a group of commands, each with ``add_commands``.
+
+Modules are imported when their command is called, so that help and wrong commands are answered at once.
+"""
 
 from __future__ import annotations
 
@@ -8,35 +11,13 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import NoReturn
 
 from .. import __version__
-from ..core.errors import ExoPinError
-from . import (
-    design_commands,
-    forces_command,
-    kinematics_commands,
-    mobility_command,
-    muscle_commands,
-    reaction_command,
-    sweep_command,
-    thesis_command,
-    view_command,
-)
+from .options.command_list import COMMANDS
 
 __all__ = ["main"]
-
-_GROUPS = (
-    reaction_command,
-    sweep_command,
-    kinematics_commands,
-    design_commands,
-    mobility_command,
-    forces_command,
-    muscle_commands,
-    view_command,
-    thesis_command,
-)
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
@@ -59,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         try:
-            options = _parser().parse_args(arguments)
+            given = sys.argv[1:] if arguments is None else list(arguments)
+            options = _parser(given).parse_args(given)
             return int(options.run(options))
         finally:
             # Here, because an error at the end of the program could not be reported any more.
@@ -70,7 +52,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _drop_output()
         return _SIGNALLED + signal.SIGPIPE
-    except (ExoPinError, OSError) as error:
+    except Exception as error:
+        from ..core.errors import ExoPinError  # here, because --help needs no NumPy
+
+        if not isinstance(error, (ExoPinError, OSError)):
+            raise
         _drop_output()
         with contextlib.suppress(OSError):
             print(f"exo-pin: {' '.join(str(error).split())}", file=sys.stderr)
@@ -95,12 +81,18 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser, with the options of the command that is called and only the names of the others."""
     parser = _Parser(
         prog="exo-pin", description="What force does a parallel shoulder exoskeleton put on the shoulder joint?"
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for group in _GROUPS:
-        group.add_commands(commands)
+    called = next((argument for argument in arguments if not argument.startswith("-")), "")
+    module, _ = COMMANDS.get(called, ("", ""))
+    if module:
+        import_module(f".{module}", __name__).add_commands(commands)
+    for name, (other, text) in COMMANDS.items():
+        if other != module:
+            commands.add_parser(name, help=text)
     return parser

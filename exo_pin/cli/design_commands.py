@@ -8,6 +8,7 @@ from typing import Any
 
 from ..design import preset, presets
 from ..wrist_chain import PARTS, write_published_urdf
+from .options.command_list import help_of
 from .options.query_options import add_design, design
 
 __all__ = ["add_commands"]
@@ -15,16 +16,14 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    listing = commands.add_parser("presets", help="the published mechanisms that come with the package")
+    listing = commands.add_parser("presets", help=help_of("presets"))
     listing.set_defaults(run=_presets)
 
-    check = commands.add_parser(
-        "check", help="kinematic consistency of a design, or of any robot given as a .urdf with its closures"
-    )
+    check = commands.add_parser("check", help=help_of("check"))
     add_design(check)
     check.set_defaults(run=_check)
 
-    urdf = commands.add_parser("urdf", help="write a design as URDF with its closures file")
+    urdf = commands.add_parser("urdf", help=help_of("urdf"))
     add_design(urdf)
     urdf.add_argument("--out", type=Path, default=Path(), metavar="FOLDER", help="folder to write to (default: here)")
     urdf.add_argument("--part", choices=PARTS, default="whole", help="how much of it (default: whole)")

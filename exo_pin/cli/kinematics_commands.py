@@ -19,6 +19,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
+from .options.command_list import help_of
 from .options.query_options import add_design, add_pose, design, pose, pose_angles
 
 __all__ = ["add_commands"]
@@ -35,7 +36,7 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     forward = commands.add_parser(
         "kinematics",
-        help="lengths and joint angles in a pose, or all poses that fit measured lengths or angles",
+        help=help_of("kinematics"),
         description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the "
         "same lengths. With measurements: every pose that fits them, and which is closest to the pose (default: rest).",
     )
@@ -47,7 +48,7 @@ def add_commands(commands: Any) -> None:
     forward.add_argument("--json", action="store_true", help="print JSON instead of tables")
     forward.set_defaults(run=_kinematics)
 
-    singular = commands.add_parser("singularity", help="how close a pose is to losing the arm, and what lies across")
+    singular = commands.add_parser("singularity", help=help_of("singularity"))
     add_design(singular)
     add_pose(singular)
     singular.add_argument(

@@ -16,6 +16,7 @@ from ..load_case import read_movement
 from ..reaction import ConstraintBounds, Reaction, reaction_table
 from ..reaction.along_files import write_movement_reaction
 from ..view.plots.force_plots import overview, use_file_backend
+from .options.command_list import help_of
 from .options.query_options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
 from .options.split_options import add_splits, answers_of, certificates, fitted, offset_mm
 
@@ -24,7 +25,7 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("reaction", help="forces on shoulder, limbs, cuff and torso in a pose")
+    parser = commands.add_parser("reaction", help=help_of("reaction"))
     add_design(parser)
     add_pose(parser)
     add_person(parser)
@@ -48,7 +49,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.set_defaults(run=_reaction)
 
-    plot = commands.add_parser("plot", help="picture of the mechanism with its forces, and a map of shoulder force")
+    plot = commands.add_parser("plot", help=help_of("plot"))
     add_design(plot)
     add_pose(plot)
     add_person(plot)

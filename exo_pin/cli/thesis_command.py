@@ -6,13 +6,14 @@ import argparse
 from typing import Any
 
 from ..thesis import condensed, ledger, ledger_table
+from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("thesis", help="what the thesis prints beside what is computed")
+    parser = commands.add_parser("thesis", help=help_of("thesis"))
     parser.add_argument("--all", action="store_true", help="every value, with notes; else long tables are summed up")
     parser.set_defaults(run=_thesis)
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     #: What plays a motion, and what records it.
     _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
+from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 
@@ -35,7 +36,7 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser(
         "view",
-        help="the design on a person, with its forces, in three dimensions",
+        help=help_of("view"),
         description="Without --html or --png a live page is served on this machine until Ctrl-C.",
     )
     add_design(parser)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numba import njit
 
+from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
 from ..numerics.vectors import applied_load, inertia_load, matrix, vector, weight_load
@@ -16,10 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["applied_stack", "arm_load", "arm_loads", "carried"]
 
-_compile = njit(cache=True, error_model="numpy", nogil=True)
 
-
-@_compile
+@kernel(stack=True)
 def arm_load(
     R: Any,
     mass: float,
@@ -55,7 +53,7 @@ def arm_load(
             M[k, j] = moment[k, j] + MW[j] + MI[j]
 
 
-@_compile
+@kernel(stack=True)
 def applied_stack(R: Any, force: Any, couple: Any, at: Any, in_arm: bool, F: Any, M: Any) -> None:
     """:func:`exo_pin.numerics.vectors.applied_load` over a stack: F and M, shape (N, 3), are written."""
     for k in range(R.shape[0]):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR
@@ -78,7 +78,9 @@ class CentrePath(Record):
                 f"expected elevations of {np.degrees(low):g} to {np.degrees(high):g} degrees, where the path is "
                 f"known, got {np.degrees(angles[beyond].ravel()[0]):g} degrees"
             )
-        return np.asarray(PchipInterpolator(self.elevation, self.displacement)(np.clip(angles, low, high)))
+        return np.asarray(
+            scipy.interpolate.PchipInterpolator(self.elevation, self.displacement)(np.clip(angles, low, high))
+        )
 
     def offset(self, orientation: Rotation) -> CentreOffset:
         """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre."""

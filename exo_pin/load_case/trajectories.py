@@ -7,8 +7,8 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline, make_splrep
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, SolverFailed
@@ -118,7 +118,7 @@ def _differentiated(t: FloatArray, q: FloatArray, smoothing: float) -> tuple[Flo
     if smoothing > 0.0:
         values = _smoothed(x, q, degree, smoothing)
     else:
-        spline = make_interp_spline(x, q, k=degree)
+        spline = scipy.interpolate.make_interp_spline(x, q, k=degree)
         values = [spline(x, order) for order in range(3)]
     q, dq, ddq = values[0], values[1] / unit, values[2] / unit**2
     size = np.linalg.norm(q, axis=-1, keepdims=True)
@@ -141,7 +141,7 @@ def _smoothed(x: FloatArray, q: FloatArray, degree: int, smoothing: float) -> li
     with _FILTERS, warnings.catch_warnings():
         # FITPACK's search for the exact sum of squares may end a little off; what it reached is checked below.
         warnings.simplefilter("ignore", RuntimeWarning)
-        splines = [make_splrep(x, component, k=degree, s=allowed) for component in q.T]
+        splines = [scipy.interpolate.make_splrep(x, component, k=degree, s=allowed) for component in q.T]
     values = [np.stack([spline(x, order) for spline in splines], axis=-1) for order in range(3)]
     moved = 2.0 * float(np.sqrt(((values[0] - q) ** 2).sum(axis=-1).mean()))
     if not moved <= 1.1 * smoothing:

@@ -24,8 +24,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..core.compiled import kernel
 from ..core.errors import InfeasibleBounds, InvalidInput
 from ..core.validation import FloatArray
 from .bounded_least_squares import column, descend, force_of, size_of
@@ -39,12 +39,10 @@ __all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "leas
 GAP_TOLERANCE = 1e-8
 #: Determinant, relative to what the columns' lengths allow, above which three columns are independent beyond doubt.
 _CLEARLY_INDEPENDENT = 1e-6
-_compile = njit(cache=True, error_model="numpy", nogil=True)
-# Inlined: handing arrays to a function counts references to each, which would take longer than what it does with them.
-_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
 
-@_inline
+# inline=True: handing arrays to a function counts references to each, which takes longer than what it does with them.
+@kernel(inline=True)
 def _scale(c: Any, low: Any, high: Any) -> float:
     """The largest force of the problem."""
     scale = 0.0
@@ -57,7 +55,7 @@ def _scale(c: Any, low: Any, high: Any) -> float:
     return scale
 
 
-@_inline
+@kernel(inline=True)
 def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
     """Fill z with the answer of least norm without bounds; return the rank of G."""
     m = G.shape[1]
@@ -75,7 +73,7 @@ def _unbounded(c: Any, G: Any, z: Any, work: Workspace) -> int:
     return least_norm(work.A, work.c, z, RANK_TOLERANCE)
 
 
-@_inline
+@kernel(inline=True)
 def _within(z: Any, low: Any, high: Any) -> bool:
     for i in range(z.shape[0]):  # noqa: SIM110 - numba compiles no generators
         if not (low[i] <= z[i] <= high[i]):
@@ -83,7 +81,7 @@ def _within(z: Any, low: Any, high: Any) -> bool:
     return True
 
 
-@_inline
+@kernel(inline=True)
 def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> float:
     """By how much |c + G z| can at most exceed the least force.
 
@@ -109,7 +107,7 @@ def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> fl
     return min(size, max(0.0, gap))
 
 
-@_compile
+@kernel
 def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) -> float:
     """Fill z with the answer and return its duality gap relative to the largest force of the problem.
 
@@ -144,7 +142,7 @@ def least_bounded(c: Any, G: Any, low: Any, high: Any, z: Any, work: Workspace) 
     return duality_gap(c, G, low, high, z, scale) / scale
 
 
-@_compile
+@kernel(stack=True)
 def _solve_stack(c: Any, G: Any, low: Any, high: Any, z: Any, gap: Any) -> None:
     work = workspace(G.shape[2])
     for k in range(c.shape[0]):

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import njit
-
+from ..core.compiled import kernel
 from .small_linear import RANK_TOLERANCE
 from .vectors import dot, root
 
@@ -16,18 +15,15 @@ ROUNDS = 1000
 #: Gain of a direction, relative to the largest force of the problem, that counts as nothing.
 _NO_GAIN = 1e-14
 
-_compile = njit(cache=True, error_model="numpy", nogil=True)
-# Inlined: handing arrays to a function counts references to each, which would take longer than what it does with them.
-_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
-
-@_inline
+# inline=True: handing arrays to a function counts references to each, which takes longer than what it does with them.
+@kernel(inline=True)
 def column(G: Any, i: int) -> Any:
     """Column i of G as a tuple."""
     return G[0, i], G[1, i], G[2, i]
 
 
-@_inline
+@kernel(inline=True)
 def force_of(c: Any, G: Any, z: Any) -> Any:
     """The force c + G z."""
     x, y, w = c[0], c[1], c[2]
@@ -36,26 +32,26 @@ def force_of(c: Any, G: Any, z: Any) -> Any:
     return x, y, w
 
 
-@_inline
+@kernel(inline=True)
 def size_of(v: Any) -> float:
     """Length of a tuple."""
     return root(dot(v, v))
 
 
-@_inline
+@kernel(inline=True)
 def _without(v: Any, q: Any) -> Any:
     overlap = dot(v, q)
     return v[0] - overlap * q[0], v[1] - overlap * q[1], v[2] - overlap * q[2]
 
 
-@_inline
+@kernel(inline=True)
 def _across(v: Any, q1: Any, q2: Any, q3: Any) -> Any:
     """The part of v across the orthonormal q; done twice, which brings it to rounding."""
     v = _without(_without(_without(v, q1), q2), q3)
     return _without(_without(_without(v, q1), q2), q3)
 
 
-@_inline
+@kernel(inline=True)
 def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
     """Orthonormal basis q of the columns of the free variables and, u_jj, what each adds to those before it.
 
@@ -78,7 +74,7 @@ def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
     return q1, q2, q3, u1, u2, u3
 
 
-@_inline
+@kernel(inline=True)
 def _share(z: float, goal: float, low: float, high: float) -> float:
     """How much of the way from z to its goal a variable can go; more than one if the goal lies inside its bounds."""
     if low < goal < high:
@@ -87,7 +83,7 @@ def _share(z: float, goal: float, low: float, high: float) -> float:
     return max((bound - z) / (goal - z), 0.0) if goal != z else 0.0
 
 
-@_inline
+@kernel(inline=True)
 def _moved(z: Any, i: int, goal: float, share: float, low: Any, high: Any) -> None:
     """Take variable i that share of its way, and onto its bound if that is where the way ends."""
     if share >= 1.0:
@@ -97,7 +93,7 @@ def _moved(z: Any, i: int, goal: float, share: float, low: Any, high: Any) -> No
     z[i] = min(max(z[i], low[i]), high[i])
 
 
-@_inline
+@kernel(inline=True)
 def _entrant(
     r: Any, G: Any, low: Any, high: Any, z: Any, basis: Any, free: Any, tried: Any, gain: float, largest: float
 ) -> int:
@@ -117,7 +113,7 @@ def _entrant(
     return best
 
 
-@_compile
+@kernel
 def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: Any) -> None:
     """Least |c + G z| within the bounds, from z within them: step 2 of the module's description.
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from ..core.compiled import kernel
 
 __all__ = ["HALF_WIDTH", "MAX_DEGREE", "roots_and_touches"]
 
@@ -25,10 +26,8 @@ _ROOT = 1e-15
 #: Accuracy of the roots of derivatives, which only fence in others: off by δ, an extremum's value is off by δ².
 _FENCE = 1e-8
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _value(p: Any, degree: int, t: float) -> float:
     """Horner."""
     total = p[degree]
@@ -37,7 +36,7 @@ def _value(p: Any, degree: int, t: float) -> float:
     return total
 
 
-@_compile
+@kernel
 def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low: float, exact: float) -> float:
     """The root, to ``exact``, between ``low`` and ``high``, where p changes sign."""
     t = 0.5 * (low + high)
@@ -67,7 +66,7 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
     return t
 
 
-@_compile
+@kernel
 def roots_and_touches(p: Any, degree: int, touch: float, out: Any) -> int:
     """Write the real roots of p on [-1, 1], and the extrema where |p| <= touch, into ``out``; return how many.
 

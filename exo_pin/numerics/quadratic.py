@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from proxsuite import proxqp
 
 from ..core.validation import FloatArray
 from .optimality import RANK_TOLERANCE, LeastSquares, Solution, judged
@@ -122,6 +121,8 @@ def _proxqp(program: LeastSquares) -> tuple[FloatArray, FloatArray, FloatArray, 
     A[:p, p:], A[p:, p:] = -program.E, program.A
     low, high = np.full(p + m, -_INFINITE), np.full(p + m, _INFINITE)
     low[p:], high[p:] = np.maximum(program.low, -_INFINITE), np.minimum(program.high, _INFINITE)
+    from proxsuite import proxqp  # here, because few queries need it
+
     solver = proxqp.dense.QP(p + m, p + q, k, True)
     solver.settings.eps_abs = 1e-10
     solver.settings.eps_rel = 0.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ..core.compiled import kernel
 from .bounded_least_squares import ROUNDS, column, force_of
 from .small_linear import RANK_TOLERANCE, orthonormalise, row_rank
 from .vectors import dot
@@ -19,8 +19,6 @@ NO_STEP = 1e-13
 _NO_MULTIPLIER = 1e-11
 #: Gradient, relative to the largest force of the problem, above which a bound is pressed upon and holds its variable.
 _PRESSED = 1e-10
-
-_compile = njit(cache=True, error_model="numpy", nogil=True)
 
 
 class Workspace(NamedTuple):
@@ -36,7 +34,7 @@ class Workspace(NamedTuple):
     mark: Any
 
 
-@_compile
+@kernel
 def workspace(m: int) -> Workspace:
     """Make the scratch arrays."""
     A, Q, U = np.empty((3, m)), np.empty((m, 3)), np.empty((3, 3))
@@ -44,7 +42,7 @@ def workspace(m: int) -> Workspace:
     return Workspace(A, np.empty(3), Q, U, np.empty(m), np.empty(m), indices, mark)
 
 
-@_compile
+@kernel
 def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Workspace) -> None:
     """Shortest z within the bounds with the same force: step 3 of the module's description."""
     m = G.shape[1]

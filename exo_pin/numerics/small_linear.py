@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
+from ..core.compiled import kernel
 
 __all__ = ["RANK_TOLERANCE", "complete_basis", "least_norm", "orthonormalise", "row_rank"]
 
@@ -16,10 +16,8 @@ _NOISE = 1e-14
 #: Sweeps of Jacobi rotations, far more than their quadratic convergence needs.
 _SWEEPS = 30
 
-_compile = njit(cache=True, error_model="numpy", nogil=True)
 
-
-@_compile
+@kernel
 def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
 
@@ -46,7 +44,7 @@ def orthonormalise(Q: Any, U: Any, columns: int) -> None:
             Q[i, j] /= U[j, j]
 
 
-@_compile
+@kernel
 def complete_basis(Q: Any, N: Any) -> None:
     """Fill N, shape (n, n - 3), with an orthonormal basis of all that stands across the columns of Q, shape (n, 3)."""
     n = Q.shape[0]
@@ -82,7 +80,7 @@ def complete_basis(Q: Any, N: Any) -> None:
             N[i, column] /= math.sqrt(square)
 
 
-@_compile
+@kernel
 def row_rank(A: Any, c: Any, tolerance: float) -> int:
     """Turn the three rows of A, shape (3, m), by one orthogonal matrix until they stand across one another.
 
@@ -134,7 +132,7 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
     return rank
 
 
-@_compile
+@kernel
 def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
     """z that makes |c + A z| least and, of those, is itself shortest; the rank of A is returned.
 

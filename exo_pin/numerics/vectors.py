@@ -1,11 +1,7 @@
-"""The formulas of the wrist for one limb or one pose, on plain numbers, compiled. Every kernel is built of these.
+"""The formulas of the wrist for one limb or one pose, on plain numbers. Every kernel is built of these.
 
 Vectors are tuples of three numbers and matrices tuples of three rows, so that a compiler can keep them in registers and
 work on several poses at once; no array is touched here.
-
-Numba's cache on disk looks at a function's own file only: after an edit here (or in
-:mod:`exo_pin.numerics.small_linear`) delete
-the ``*.nbi`` files of the package, or what calls these goes on with the old ones.
 
 Symbols: a = A_i and b = R B_i, both from O in the base frame; s = (b - a)/l the limb's direction from torso to arm;
 X = -(a × b)/|a × b| the normal of the limb's plane O A_i B_i, (D-11); h = |b × s| the distance from O to the limb's
@@ -17,10 +13,10 @@ Signs: f > 0 is tension, the limb pulls the arm with -f s; the side force -g X p
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from numba import njit, types
-from numba.extending import intrinsic
+from ..core.compiled import intrinsic_kernel, kernel
 
 __all__ = [
     "FOLDED",
@@ -58,59 +54,67 @@ SINGULAR_MARGIN = 1e-9
 #: Margin below which an answer is marked: limb forces exceed moment / joint radius by more than a factor 1000.
 NEAR_MARGIN = 1e-3
 
-_formula = njit(cache=True, error_model="numpy", forceinline=True, nogil=True)
+
+def _root_intrinsic() -> Any:
+    from numba import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def root(typing_context: Any, number: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.call(builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type]), arguments)
+
+        return types.float64(types.float64), generate
+
+    return root
 
 
-@intrinsic
-def root(typing_context: Any, number: Any) -> Any:
-    """Square root as one instruction of the processor.
+@intrinsic_kernel(_root_intrinsic)
+def root(number: float) -> float:
+    """Square root, compiled to one instruction of the processor.
 
     ``math.sqrt`` becomes a call of the C library, which keeps the loops around it from taking several poses at once.
     """
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.call(builder.module.declare_intrinsic("llvm.sqrt", [arguments[0].type]), arguments)
-
-    return types.float64(types.float64), generate
+    return math.sqrt(number)
 
 
-@_formula
+@kernel(inline=True)
 def vector(array: Any, row: int) -> Any:
     """Row of an array of shape (N, 3)."""
     return array[row, 0], array[row, 1], array[row, 2]
 
 
-@_formula
+@kernel(inline=True)
 def matrix(array: Any) -> Any:
     """Rows of an array of shape (3, 3)."""
     return vector(array, 0), vector(array, 1), vector(array, 2)
 
 
-@_formula
+@kernel(inline=True)
 def dot(u: Any, v: Any) -> float:
     """Scalar product."""
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@_formula
+@kernel(inline=True)
 def cross(u: Any, v: Any) -> Any:
     """Vector product."""
     return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
-@_formula
+@kernel(inline=True)
 def triple(u: Any, v: Any, w: Any) -> float:
     """u · (v × w)."""
     return dot(u, cross(v, w))
 
 
-@_formula
+@kernel(inline=True)
 def turn(R: Any, v: Any) -> Any:
     """R v: from the arm's axes to the base's."""
     return dot(R[0], v), dot(R[1], v), dot(R[2], v)
 
 
-@_formula
+@kernel(inline=True)
 def _turn_back(R: Any, v: Any) -> Any:
     return (
         R[0][0] * v[0] + R[1][0] * v[1] + R[2][0] * v[2],
@@ -119,7 +123,7 @@ def _turn_back(R: Any, v: Any) -> Any:
     )
 
 
-@_formula
+@kernel(inline=True)
 def rotation_matrix(x: float, y: float, z: float, w: float) -> Any:
     """Rotation matrix of a unit quaternion."""
     return (
@@ -129,7 +133,7 @@ def rotation_matrix(x: float, y: float, z: float, w: float) -> Any:
     )
 
 
-@_formula
+@kernel(inline=True)
 def limb(R: Any, a: Any, p: Any) -> Any:
     """One limb of a pose, (4-1), (D-11), (D-12): b, s, X, l, h, and whether it is folded.
 
@@ -152,20 +156,20 @@ def limb(R: Any, a: Any, p: Any) -> Any:
     return b, s, X, length, 0.0 if folded else area * per_length, folded
 
 
-@_formula
+@kernel(inline=True)
 def gram(X: Any, weight: float) -> Any:
     """Upper half of weight² X Xᵀ."""
     w = weight * weight
     return w * X[0] * X[0], w * X[0] * X[1], w * X[0] * X[2], w * X[1] * X[1], w * X[1] * X[2], w * X[2] * X[2]
 
 
-@_formula
+@kernel(inline=True)
 def second_invariant(g: Any) -> float:
     """Sum of the principal minors of order two of a symmetric matrix given by its upper half."""
     return g[0] * g[3] - g[1] * g[1] + g[0] * g[5] - g[2] * g[2] + g[3] * g[5] - g[4] * g[4]
 
 
-@_formula
+@kernel(inline=True)
 def status_code(spoiled: bool, margin: float) -> int:
     """Status of a pose by its margin; ``spoiled`` is whether a folded limb leaves it without an answer."""
     code = OK if margin >= NEAR_MARGIN else NEAR_SINGULAR
@@ -173,7 +177,7 @@ def status_code(spoiled: bool, margin: float) -> int:
     return FOLDED if spoiled else code
 
 
-@_formula
+@kernel(inline=True)
 def weight_load(R: Any, mass: float, centre: Any, gravity: Any) -> Any:
     """C = R c, and force m g and moment C × m g of the weight about O.
 
@@ -184,7 +188,7 @@ def weight_load(R: Any, mass: float, centre: Any, gravity: Any) -> Any:
     return C, W, cross(C, W)
 
 
-@_formula
+@kernel(inline=True)
 def inertia_load(R: Any, mass: float, C: Any, inertia: Any, w: Any, e: Any) -> Any:
     """Force -m a_C and moment -(I η + ω × I ω) about O, with a_C = η × C + ω × (ω × C).
 
@@ -201,7 +205,7 @@ def inertia_load(R: Any, mass: float, C: Any, inertia: Any, w: Any, e: Any) -> A
     )
 
 
-@_formula
+@kernel(inline=True)
 def applied_load(R: Any, force: Any, couple: Any, at: Any, in_arm: bool) -> Any:
     """Force and moment about O, base frame, of a load that acts at ``at`` (arm's axes).
 
@@ -213,7 +217,7 @@ def applied_load(R: Any, force: Any, couple: Any, at: Any, in_arm: bool) -> Any:
     return force, (couple[0] + lever[0], couple[1] + lever[1], couple[2] + lever[2])
 
 
-@_formula
+@kernel(inline=True)
 def along_normals(V: Any, X1: Any, X2: Any, X3: Any) -> Any:
     """y with Σ y_i X_i = -V, for three limbs.
 

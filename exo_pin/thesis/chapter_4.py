@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import thesis_angles, thesis_rotation
@@ -274,7 +274,7 @@ def _fitted_lengths() -> FloatArray:
 
     rng = np.random.default_rng(0)
     starts = np.column_stack([rng.uniform(0.2, 1.4, 20), rng.uniform(0, 2 * np.pi, (20, 3))])
-    fits = [least_squares(lambda p: (lengths(p) - _STATIC_LENGTHS).ravel(), start) for start in starts]
+    fits = [scipy.optimize.least_squares(lambda p: (lengths(p) - _STATIC_LENGTHS).ravel(), start) for start in starts]
     return lengths(min(fits, key=lambda fit: fit.cost).x)
 
 

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize
-from scipy.stats import qmc
 
 from ..core.records import Record
 from ..core.validation import FloatArray
@@ -31,7 +30,11 @@ _STARTS = 3
 @functools.cache
 def _points(balls: int) -> FloatArray:
     """The centre, points within unit balls and on their surfaces, shape (k, 3 balls)."""
-    u = qmc.Sobol(3 * balls, scramble=False).random_base2(_SOBOL_POWER + 2 * (balls - 1)).reshape(-1, balls, 3)
+    u = (
+        scipy.stats.qmc.Sobol(3 * balls, scramble=False)
+        .random_base2(_SOBOL_POWER + 2 * (balls - 1))
+        .reshape(-1, balls, 3)
+    )
     height, turn = 2.0 * u[..., 1] - 1.0, 2.0 * np.pi * u[..., 2]
     ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
     sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
@@ -106,14 +109,16 @@ class OffsetSearch(Record):
             beyond = np.array([x for x in (self._descend(self.x[k]) for k in lowest) if x is not None])
         crossings = []
         for x in sorted(beyond, key=np.linalg.norm)[:_STARTS]:
-            t = brentq(lambda t, x=x: self._evaluate(t * x[None])[1][0] / self.unit, 0.0, 1.0, xtol=1e-15)
+            t = scipy.optimize.brentq(
+                lambda t, x=x: self._evaluate(t * x[None])[1][0] / self.unit, 0.0, 1.0, xtol=1e-15
+            )
             nearest = self._nearest(t * x)
             crossings += [p for p in (nearest, t * x) if self._diverges(p)]
         return min(crossings, key=lambda p: float(np.linalg.norm(p))) if crossings else None
 
     def _descend(self, start: FloatArray) -> FloatArray | None:
         """A point of the ball beyond the singular surface, by lowering the determinant."""
-        answer = minimize(
+        answer = scipy.optimize.minimize(
             lambda x: self._slope(x, lambda f, sign: sign / self.unit),
             start,
             jac=True,
@@ -131,7 +136,7 @@ class OffsetSearch(Record):
             "fun": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[0],
             "jac": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[1],
         }
-        answer = minimize(
+        answer = scipy.optimize.minimize(
             lambda x: (x @ x, 2.0 * x), start, jac=True, method="SLSQP", constraints=[on_surface],
             options={"maxiter": 40, "ftol": 1e-12},
         )  # fmt: skip
@@ -160,7 +165,7 @@ class OffsetSearch(Record):
         if sizes[best] == 0.0:
             return champion, self.force[best], int(self.codes[best])
         for start in np.argsort(sizes)[-_STARTS:]:
-            answer = minimize(
+            answer = scipy.optimize.minimize(
                 lambda x: self._slope(x, lambda f, sign: -np.log(np.linalg.norm(f, axis=1) + 1e-300)),
                 self.x[start],
                 jac=True,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
@@ -234,7 +234,7 @@ def worst_stiffness(
         if 0 < best < len(grid) - 1:
             around = np.log(grid[[best - 1, best + 1]])
             kappa = np.exp(
-                minimize_scalar(
+                scipy.optimize.minimize_scalar(
                     lambda t: -float(np.linalg.norm(shoulder(np.exp(np.array(t))))), bounds=around, method="bounded"
                 ).x
             )

@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ..core.compiled import kernel
 from ..numerics.small_linear import complete_basis, least_norm, orthonormalise
 from ..numerics.vectors import (
     FOLDED,
@@ -56,10 +56,8 @@ __all__ = [
 #: Relative size of a singular value of the open forces' effects below which limbs alone do not hold the arm.
 _LOST_HOLD = 1e-9
 
-_compile = njit(cache=True, error_model="numpy", nogil=True)
 
-
-@_compile
+@kernel
 def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
     """:func:`limb_vectors` with the pose as a tuple of rows."""
     count = 0
@@ -71,7 +69,7 @@ def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length:
     return count
 
 
-@_compile
+@kernel
 def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
     """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
 
@@ -82,14 +80,14 @@ def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, lengt
     return fill_limbs(matrix(R), base, platform, b, s, X, length, reach)
 
 
-@_compile
+@kernel(stack=True)
 def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> None:
     """:func:`limb_vectors` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
     for k in range(R.shape[0]):
         limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
 
 
-@_compile
+@kernel
 def _margin(X: Any, reach: Any, radius: float) -> float:
     """Smallest singular value of the matrix of rows h_i X_i / radius, within a factor √3, dimensionless.
 
@@ -114,7 +112,7 @@ def _margin(X: Any, reach: Any, radius: float) -> float:
     return math.sqrt(volume / second)
 
 
-@_compile
+@kernel
 def largest_radius(platform: Any) -> float:
     """The largest |B_i|, m."""
     radius = 0.0
@@ -123,7 +121,7 @@ def largest_radius(platform: Any) -> float:
     return radius
 
 
-@_compile
+@kernel
 def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
     """Status code and margin of a pose whose limbs are known.
 
@@ -140,7 +138,7 @@ def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float
     return status_code(spoiled, margin), margin
 
 
-@_compile
+@kernel(stack=True)
 def classify_stack(R: Any, base: Any, platform: Any, upu: Any, status: Any, margin: Any, determinant: Any) -> None:
     """Fill status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of a stack of poses."""
     n = base.shape[0]
@@ -153,7 +151,7 @@ def classify_stack(R: Any, base: Any, platform: Any, upu: Any, status: Any, marg
         determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if n == 3 else np.nan
 
 
-@_compile
+@kernel
 def spherical_forces(s: Any, X: Any, reach: Any, F: Any, M: Any, f: Any, shoulder: Any, Q: Any, U: Any) -> None:
     """Fill f and F_s of limbs that carry no side force, (D-22) and (D-29).
 
@@ -183,7 +181,7 @@ def spherical_forces(s: Any, X: Any, reach: Any, F: Any, M: Any, f: Any, shoulde
             shoulder[j] += f[i] * s[i, j]
 
 
-@_compile
+@kernel
 def open_effects(s: Any, X: Any, upu: Any, Q: Any, N: Any, G: Any) -> None:
     """Fill G, shape (3, n - 3 + u): what each force that equilibrium leaves open does to F_s, dimensionless.
 
@@ -202,7 +200,7 @@ def open_effects(s: Any, X: Any, upu: Any, Q: Any, N: Any, G: Any) -> None:
             G[j, n - 3 + k] = X[upu[k], j]
 
 
-@_compile
+@kernel
 def standalone_forces(
     s: Any, X: Any, upu: Any, Q: Any, f: Any, g: Any, shoulder: Any, N: Any, G: Any, c: Any, z: Any
 ) -> bool:
@@ -229,7 +227,7 @@ def standalone_forces(
     return True
 
 
-@_compile
+@kernel
 def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
     """Add the open forces z, in the order of :func:`open_effects`, to f and g."""
     n = f.shape[0]
@@ -240,7 +238,7 @@ def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
         g[upu[k]] += z[n - 3 + k]
 
 
-@_compile
+@kernel(stack=True)
 def force_stack(
     R: Any,
     base: Any,

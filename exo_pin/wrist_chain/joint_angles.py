@@ -6,15 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..design import WristGeometry
 from ..wrist import inverse_kinematics
 
 __all__ = ["NeutralLimbs", "joint_angles", "side_couples"]
-
-_compile = njit(cache=True, error_model="numpy")
 
 
 class NeutralLimbs:
@@ -52,7 +50,7 @@ def across(vector: FloatArray) -> FloatArray:
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-@_compile
+@kernel
 def _turn(axis: Any, angle: float, v: Any, out: Any) -> None:
     """Rodrigues: ``v`` turned about the unit vector ``axis``."""
     cos, sin = math.cos(angle), math.sin(angle)
@@ -62,7 +60,7 @@ def _turn(axis: Any, angle: float, v: Any, out: Any) -> None:
     out[2] = v[2] * cos + (axis[0] * v[1] - axis[1] * v[0]) * sin + axis[2] * dot
 
 
-@_compile
+@kernel
 def _angle(axis: Any, u: Any, v: Any) -> float:
     """Angle about ``axis`` that takes ``u`` to ``v``, both at right angles to it."""
     sine = (
@@ -73,7 +71,7 @@ def _angle(axis: Any, u: Any, v: Any) -> float:
     return math.atan2(sine, u[0] * v[0] + u[1] * v[1] + u[2] * v[2])
 
 
-@_compile
+@kernel
 def side_couples(b: Any, X: Any, out: Any) -> None:
     """Fill the rows that give the couple in the universal joint at B_i from a wrench about O.
 
@@ -99,7 +97,7 @@ def side_couples(b: Any, X: Any, out: Any) -> None:
         out[i, 5] = (b[i, 0] * X[i, 1] - b[i, 1] * X[i, 0]) / size
 
 
-@_compile
+@kernel
 def joint_angles(
     R: Any,
     platform: Any,

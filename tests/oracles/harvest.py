@@ -193,3 +193,7 @@ def _pictures(folder):
     scene.record(POSES, [0.0, 1.0])
     ChainScene(moving("3RRR").chain)
     Sliders(ep.load("prototype"))
+
+
+#: Queries of every kind, without pictures.
+NUMERICAL = (_forces, _unknowns, _wrists, _chains)

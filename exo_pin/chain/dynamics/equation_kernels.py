@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian
 from ..kinematics.closure_wrench_kernels import unit_wrenches
 
 __all__ = ["equations", "wrenches_of"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
     """Express joints' wrenches in world axes about the world's origin.
 
@@ -38,7 +36,7 @@ def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
         wrench[5] += p[0] * wrench[1] - p[1] * wrench[0]
 
 
-@_compile
+@kernel
 def wrenches_of(
     poses: Any, tree: Any, unit: Any, carried: Any, joints: Any, local: Any, rows: Any, columns: Any, out: Any
 ) -> None:
@@ -88,7 +86,7 @@ def wrenches_of(
             block[5, s] -= p[0] * block[1, s] - p[1] * block[0, s]
 
 
-@_compile
+@kernel
 def equations(
     poses: Any,
     J: Any,

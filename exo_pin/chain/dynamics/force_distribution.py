@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import linprog
 
 from ...core.errors import InfeasibleForces, InvalidInput, SolverFailed
 from ...core.records import Record
@@ -225,7 +225,7 @@ def _refuse_infeasible(distribution: ForceDistribution, y: FloatArray) -> None:
     # Least t with C y - t <= c; rows with a multiplier are the conflicting ones.
     cost = np.append(np.zeros(C.shape[1]), 1.0)
     rows = np.column_stack([C, -np.ones(len(c))])
-    least = linprog(cost, A_ub=rows, b_ub=c, bounds=(None, None), method="highs")
+    least = scipy.optimize.linprog(cost, A_ub=rows, b_ub=c, bounds=(None, None), method="highs")
     if least.status == 0 and least.fun > _VIOLATION:
         conflicting = [name for name, dual in zip(names, least.ineqlin.marginals, strict=True) if dual < -1e-9]
         raise InfeasibleForces(float(least.fun) * distribution.scale, conflicting)
@@ -247,7 +247,7 @@ def interval(distribution: ForceDistribution, constant: float, effect: FloatArra
     C, c, _ = distribution.limits
     ends = []
     for sign in (1.0, -1.0):
-        found = linprog(sign * slope, A_ub=C, b_ub=c, bounds=(None, None), method="highs")
+        found = scipy.optimize.linprog(sign * slope, A_ub=C, b_ub=c, bounds=(None, None), method="highs")
         if found.status == 3:
             ends.append(-sign * np.inf)
         elif found.status == 0:

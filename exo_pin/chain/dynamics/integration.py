@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+import scipy
 from numpy.typing import ArrayLike
-from scipy.integrate import DOP853
 
 from ...core.errors import SimulationStopped
 from ...core.progress import track
@@ -103,7 +103,9 @@ def integrated(
         while time < target and len(states) < len(when):
             rates.base = instant.q
             y = np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated]])
-            solver = DOP853(rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1])
+            solver = scipy.integrate.DOP853(
+                rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1]
+            )
             message = solver.step()
             failed = solver.status == "failed"
             short = short + 1 if not failed and solver.step_size < _LEAST_STEP else 0

@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ..kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
 __all__ = ["efforts_and_residual", "least", "solutions"]
 
-_compile = njit(cache=True, error_model="numpy")
 
 #: No component is called undetermined for less than this share of a self-stress, nor unique for more.
 _SHARPEST, _BLUNTEST = 1e-10, 1e-6
 
 
-@_compile
+@kernel
 def solutions(
     J: Any, tau: Any, tree: Any, passive: Any, row_scale: Any, column: Any, length: float, joints: int, gap: float
 ) -> Any:
@@ -98,7 +97,7 @@ def solutions(
     return found, null, sharpness, left, worst / size if size > 0.0 else 0.0, weakest
 
 
-@_compile
+@kernel
 def least(
     start: Any,
     null: Any,
@@ -145,7 +144,7 @@ def least(
     return start + null @ np.linalg.solve(matrix, right)
 
 
-@_compile
+@kernel
 def efforts_and_residual(
     J: Any, tau: Any, multipliers: Any, null: Any, passive: Any, unit: Any, sharpness: float
 ) -> Any:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numba import njit
 
+from ...core.compiled import kernel
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
@@ -135,7 +135,7 @@ def _limit_step(
     move += stopped
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _scaled_norm(gap: Any, scale: Any) -> float:
     """Length of the gap, metres divided by the characteristic length."""
     total = 0.0
@@ -144,7 +144,7 @@ def _scaled_norm(gap: Any, scale: Any) -> float:
     return math.sqrt(total)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, out: Any) -> None:
     """Fill the damped least step towards a closed configuration.
 

@@ -10,16 +10,14 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from .projection import project, project_rate, relative_pose
 
 __all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _largest(values: Any) -> float:
     """Largest absolute value; NaN if one is NaN, so that no comparison with a tolerance lets it pass."""
     largest = 0.0
@@ -30,7 +28,7 @@ def _largest(values: Any) -> float:
     return largest
 
 
-@_compile
+@kernel
 def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> float:
     """Fill the residual of all closures and return its largest entry.
 
@@ -57,7 +55,7 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows
     return _largest(out)
 
 
-@_compile
+@kernel
 def residual_jacobian(
     poses: Any,
     J: Any,
@@ -104,7 +102,7 @@ def residual_jacobian(
     return _largest(out)
 
 
-@_compile
+@kernel
 def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
     """A world twist about the origin, referred to the point p, in the axes of a."""
     wx, wy, wz = twist[3], twist[4], twist[5]
@@ -116,7 +114,7 @@ def twist_at(twist: Any, p: Any, a: Any, sign: float, out: Any) -> None:
         out[3 + i] = sign * (a[i, 0] * wx + a[i, 1] * wy + a[i, 2] * wz)
 
 
-@_compile
+@kernel
 def add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     """Add ± u × v to ``out``."""
     out[0] += sign * (u[1] * v[2] - u[2] * v[1])
@@ -124,7 +122,7 @@ def add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
     out[2] += sign * (u[0] * v[1] - u[1] * v[0])
 
 
-@_compile
+@kernel
 def jacobian_rate(
     poses: Any,
     J: Any,

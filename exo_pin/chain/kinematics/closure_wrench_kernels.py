@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from .closure_kernels import add_cross, twist_at
 from .projection import project, project_rate, relative_pose
 
 __all__ = ["closure_wrench_rates", "closure_wrenches", "unit_wrenches"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> None:
     """Add a wrench about the world's origin, world axes, to the one of a joint, in its own frame."""
     p = pose[3]
@@ -27,7 +25,7 @@ def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> No
         out[3 + i] += sign * (pose[i, 0] * mx + pose[i, 1] * my + pose[i, 2] * mz)
 
 
-@_compile
+@kernel
 def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
     """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
 
@@ -54,7 +52,7 @@ def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any,
             add_cross(b[3], wrench[:3], 1.0, wrench[3:])
 
 
-@_compile
+@kernel
 def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows: Any, wrenches: Any, out: Any) -> None:
     """Turn multipliers into wrenches on the bodies that the closures join.
 
@@ -83,7 +81,7 @@ def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows:
         _add_wrench(poses[joints[c, 1]], force, moment, -1.0, out[joints[c, 1]])
 
 
-@_compile
+@kernel
 def closure_wrench_rates(
     poses: Any,
     J: Any,

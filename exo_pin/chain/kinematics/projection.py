@@ -34,12 +34,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
+from ...core.compiled import kernel
 
 __all__ = ["CODES", "compose", "project", "project_rate", "relative_pose"]
 
-# Numba's cache of kernels.py does not notice changes here: touch that file after editing this one.
-_compile = njit(cache=True, error_model="numpy")
 
 _RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6
 
@@ -58,7 +56,7 @@ CODES = {
 _NO_DIRECTION = 1e-12
 
 
-@_compile
+@kernel
 def compose(parent: Any, local: Any, out: Any) -> None:
     """Pose of ``local`` in ``parent``; both and ``out`` have shape (4, 3)."""
     for i in range(4):
@@ -68,7 +66,7 @@ def compose(parent: Any, local: Any, out: Any) -> None:
         out[3, k] += parent[3, k]
 
 
-@_compile
+@kernel
 def _log(Q: Any, out: Any) -> None:
     """Rotation vector of Q (shape (3, 3), entries Q[i, j]), accurate for small and large turns."""
     trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
@@ -100,7 +98,7 @@ def _log(Q: Any, out: Any) -> None:
     out[0], out[1], out[2] = factor * x, factor * y, factor * z
 
 
-@_compile
+@kernel
 def relative_pose(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d: Any, Q: Any) -> None:
     """Fill the world poses of the closure's frames and their relative pose."""
     compose(poses[joints[c, 0]], local[c, 0], a)
@@ -111,7 +109,7 @@ def relative_pose(poses: Any, joints: Any, local: Any, c: int, a: Any, b: Any, d
             Q[i, j] = b[i, 0] * a[j, 0] + b[i, 1] * a[j, 1] + b[i, 2] * a[j, 2]
 
 
-@_compile
+@kernel
 def _tilt(Q: Any, out: Any) -> None:
     """x and y of the least rotation from b's z axis to a's, in the axes of a."""
     # b's z axis in the axes of a is the last row of Q; turning it to (0, 0, 1) is about (y, -x, 0).
@@ -125,7 +123,7 @@ def _tilt(Q: Any, out: Any) -> None:
     out[0], out[1] = factor * y, -factor * x
 
 
-@_compile
+@kernel
 def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
     """Residual rows of one closure and the projection S, shape (rows, 6), that its Jacobian takes of the twist."""
     S[:] = 0.0
@@ -161,7 +159,7 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
         _tilt(Q, out[first : first + 2])
 
 
-@_compile
+@kernel
 def project_rate(kind: int, d: Any, Q: Any, twist: Any, out: Any) -> None:
     """Rate of S in the axes of a, shape (rows, 6), while frame a moves with the relative twist."""
     out[:] = 0.0

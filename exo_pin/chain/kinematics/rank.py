@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...core.validation import FloatArray
 
 __all__ = ["RESOLVED", "configuration_error", "rank_tolerance", "self_consistent_error"]
@@ -21,7 +21,7 @@ _ROUNDING = float(np.finfo(float).eps)
 RESOLVED = 1e-3
 
 
-@njit(cache=True, error_model="numpy")
+@kernel
 def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> float:
     """Singular values of a scaled constraint Jacobian that may be zero.
 

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
-from scipy.stats import t as student
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.muscles import NotIdentifiable
@@ -138,7 +137,7 @@ class DynamicIdentification(Record):
         """
         if not 0 < as_positive("level", level) < 1:
             raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
-        half = student.ppf(0.5 + level / 2, self.samples - len(self.names)) * np.sqrt(np.diag(self.covariance))
+        half = scipy.stats.t.ppf(0.5 + level / 2, self.samples - len(self.names)) * np.sqrt(np.diag(self.covariance))
         return np.column_stack([self.coefficients - half, self.coefficients + half])
 
 
@@ -232,7 +231,9 @@ def identify_dynamic(
     else:
         guesses = [np.array(as_finite("start", start, (len(_NAMES),)))]
     answers = [
-        least_squares(residual, guess / _SCALE, jac=jacobian, method="trf", xtol=1e-9, ftol=1e-10, gtol=1e-14)
+        scipy.optimize.least_squares(
+            residual, guess / _SCALE, jac=jacobian, method="trf", xtol=1e-9, ftol=1e-10, gtol=1e-14
+        )
         for guess in guesses
     ]
     answer = min(answers, key=lambda a: float(a.cost))

@@ -12,9 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linprog
-from scipy.stats import chi2
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.muscles import NotIdentifiable
@@ -140,7 +139,7 @@ def capability_line(
     rows = np.column_stack([-side * pressure / BAR, -side, np.ones(n), -np.eye(n)])
     cost = np.concatenate([[0.0, 0.0, -1.0], np.full(n, 10.0)])
     bounds = [(None, None), (None, None), (0.0, None)] + [(0.0, None)] * n
-    answer = linprog(cost, A_ub=rows, b_ub=-side * force, bounds=bounds)
+    answer = scipy.optimize.linprog(cost, A_ub=rows, b_ub=-side * force, bounds=bounds)
     if answer.status != 0:
         raise SolverFailed("linprog", np.inf, f"capability line: {answer.message}")
     return (float(answer.x[0]) / BAR, float(answer.x[1])), float(answer.x[2])
@@ -201,7 +200,7 @@ def find_region(
     price = (len(powers) + 2) * np.log(len(x))
     selected = np.ones(len(x), dtype=bool)
     if deviance.min() + price < whole:
-        alike = splits[deviance - deviance.min() <= chi2.ppf(confidence, 1)]
+        alike = splits[deviance - deviance.min() <= scipy.stats.chi2.ppf(confidence, 1)]
         selected[order[alike.min() :]] = False
     line, margin = capability_line(p, f, selected)
     basis = f"change point in contraction over {len(x)} measurements, {int(selected.sum())} selected"

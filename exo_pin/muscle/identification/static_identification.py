@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import t as student
 
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import NotIdentifiable
@@ -164,7 +164,7 @@ class StaticIdentification(Record):
     def _quantile(self, level: float) -> float:
         if not 0 < as_positive("level", level) < 1:
             raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
-        return float(student.ppf(0.5 + level / 2, self.degrees_of_freedom))
+        return float(scipy.stats.t.ppf(0.5 + level / 2, self.degrees_of_freedom))
 
 
 def identify_static(

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
@@ -200,7 +200,7 @@ class DynamicModel:
         first, last = int(np.argmax(held)), len(span) - 1 - int(np.argmax(held[::-1]))
         low, high = float(span[first]), float(span[last])
         if first > 0:
-            low = float(brentq(excess, span[first - 1], low, xtol=1e-14))
+            low = float(scipy.optimize.brentq(excess, span[first - 1], low, xtol=1e-14))
         if last < len(span) - 1:
-            high = float(brentq(excess, high, span[last + 1], xtol=1e-14))
+            high = float(scipy.optimize.brentq(excess, high, span[last + 1], xtol=1e-14))
         return low, high

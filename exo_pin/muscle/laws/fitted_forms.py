@@ -9,7 +9,7 @@ from itertools import product
 from math import pi, sqrt
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray
@@ -111,7 +111,7 @@ def _fit_colbrunn(x: FloatArray, p: FloatArray, f: FloatArray, length: float) ->
     def residual(c: FloatArray) -> FloatArray:
         return (c[0] * square - c[1]) * bar * (1 + c[2] * bar) - f
 
-    a, b, e = least_squares(residual, [*start, 0.0], x_scale="jac", xtol=1e-13, ftol=1e-13, gtol=1e-13).x
+    a, b, e = scipy.optimize.least_squares(residual, [*start, 0.0], x_scale="jac", xtol=1e-13, ftol=1e-13, gtol=1e-13).x
     if a <= 0 or b <= 0:
         raise NotIdentifiable("these data give a Colbrunn braid that cannot exist", ("braid_length", "turns"))
     return Colbrunn(
@@ -136,7 +136,9 @@ def _fit_wickramatunge(x: FloatArray, p: FloatArray, f: FloatArray, length: floa
         return a, matrix @ a - f
 
     # Linear in a_0..a_3 for a given rest length: only that one is searched for (variable projection).
-    best = least_squares(lambda c: solve(c[0])[1], [0.6 * length], bounds=([0.3 * length], [length]), xtol=1e-13)
+    best = scipy.optimize.least_squares(
+        lambda c: solve(c[0])[1], [0.6 * length], bounds=([0.3 * length], [length]), xtol=1e-13
+    )
     a = solve(float(best.x[0]))[0]
     return Wickramatunge(
         name="fitted-wickramatunge",

@@ -15,7 +15,6 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import elementwise
 
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
@@ -57,6 +56,8 @@ def _crossing(
     low, high = grid.ravel()[first], grid.ravel()[first + 1]
     # A bracket with an end that is a root already is fine for the solver; where nothing was found the ends only
     # keep the shapes together and the answer is thrown away.
+    from scipy.optimize import elementwise  # here, because its import takes long
+
     result = elementwise.find_root(lambda u, o, t: function(u, o) - t, (low, high), args=(other, target))
     return np.where(found & result.success, result.x, np.nan)
 

@@ -14,8 +14,8 @@ from math import inf, pi, sqrt
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
 from ...core.errors import SolverFailed
 from ...core.errors.muscles import OutsideValidity
@@ -195,7 +195,7 @@ class Phases:
             options["first_step"] = min(_FIRST_STEP, options["max_step"], end - t)
             events = self.sliding_events(mode)
             rhs = self.derivative(float(mode))
-        solution = solve_ivp(rhs, (t, end), y, events=events, dense_output=True, **options)
+        solution = scipy.integrate.solve_ivp(rhs, (t, end), y, events=events, dense_output=True, **options)
         if solution.status < 0:
             raise SolverFailed("solve_ivp", inf, solution.message)
         self.check(solution.t, solution.y)

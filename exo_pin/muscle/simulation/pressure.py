@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 from math import exp, inf
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
@@ -99,7 +99,7 @@ class PressureTrace(PressureInput):
             raise InvalidInput("expected time to rise from sample to sample, with at least two samples")
         if (self.pressure < 0).any():
             raise InvalidInput(f"expected pressure to be zero or more, got {self.pressure.min():g} Pa")
-        self._curve = PchipInterpolator(self.time, self.pressure)
+        self._curve = scipy.interpolate.PchipInterpolator(self.time, self.pressure)
         self.breaks = (float(self.time[0]), float(self.time[-1]))
         self.time_scale = float(np.diff(self.time).min())
 

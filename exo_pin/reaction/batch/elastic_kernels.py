@@ -15,9 +15,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
+from ...core.compiled import kernel
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...design import Mechanism
@@ -28,8 +28,6 @@ __all__ = ["Elasticity", "elastic_forces", "side_stiffness"]
 
 #: Pivot, relative to the largest stiffness, below which a direction counts as carried by nothing.
 _NO_STIFFNESS = 1e-14
-
-_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
 
 class Elasticity(NamedTuple):
@@ -119,7 +117,7 @@ class Elasticity(NamedTuple):
         return cls(guides, 0.5 * (K + K.T))
 
 
-@_inline
+@kernel(inline=True)
 def side_stiffness(a: Any, b: Any, s: Any, length: float, reach: float, guide: Any) -> float:
     """k_i, N/m: 1/k = h² l / GJ + [(b·s)³ - (a·s)³] / (3 EI), with the compliance of the universal joints in series.
 
@@ -138,7 +136,7 @@ def side_stiffness(a: Any, b: Any, s: Any, length: float, reach: float, guide: A
     return 1.0 / compliance
 
 
-@_inline
+@kernel(inline=True)
 def elastic_forces(X: Any, k: Any, shoulder_stiffness: Any, g: Any, shoulder: Any) -> bool:
     """Replace F_s at g = 0, which is -N, by the one that stiffness makes, and fill g.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...numerics.vectors import applied_load, inertia_load, matrix, rotation_matrix, turn, vector, weight_load
 
 __all__ = ["Device", "Outputs", "Terms", "fill_block", "pose"]
@@ -22,9 +22,6 @@ F1, F2, F3, G1, G2, G3, SX, SY, SZ = (np.uint64(row * LANES) for row in range(6,
 STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))
 QX, QY, QZ, QW = (np.uint64(row * LANES) for row in range(18, 22))
 X, Y, Z, W = (np.uint64(column) for column in range(4))
-
-_compile = njit(cache=True, error_model="numpy", nogil=True)
-_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
 
 class Device(NamedTuple):
@@ -65,13 +62,13 @@ class Outputs(NamedTuple):
     magnitude: Any
 
 
-@_compile
+@kernel
 def pose(w: Any, k: Any) -> Any:
     """The rotation matrix of a pose of the block, as a tuple of rows."""
     return rotation_matrix(w[QX + k], w[QY + k], w[QZ + k], w[QW + k])
 
 
-@_compile
+@kernel
 def _weigh(lanes: Any, mass: float, centre: Any, gravity: Any, w: Any) -> None:
     """Fill force and moment of a block with those of the arm's weight."""
     c, down = vector(centre, 0), vector(gravity, 0)
@@ -81,7 +78,7 @@ def _weigh(lanes: Any, mass: float, centre: Any, gravity: Any, w: Any) -> None:
         w[MX + k], w[MY + k], w[MZ + k] = M
 
 
-@_inline
+@kernel(inline=True)
 def _add(w: Any, k: Any, F: Any, M: Any) -> None:
     w[FX + k] += F[0]
     w[FY + k] += F[1]
@@ -91,7 +88,7 @@ def _add(w: Any, k: Any, F: Any, M: Any) -> None:
     w[MZ + k] += M[2]
 
 
-@_compile
+@kernel
 def _accelerate(
     lanes: Any, start: int, mass: float, centre: Any, inertia: Any, velocity: Any, acceleration: Any, w: Any
 ) -> None:
@@ -105,7 +102,7 @@ def _accelerate(
         _add(w, k, F, M)
 
 
-@_compile
+@kernel
 def _pull(lanes: Any, start: int, force: Any, couple: Any, at: Any, in_arm: bool, w: Any) -> None:
     """Add a load on the arm to force and moment of a block."""
     step_f, step_c, step_at = min(force.shape[0] - 1, 1), min(couple.shape[0] - 1, 1), min(at.shape[0] - 1, 1)
@@ -116,7 +113,7 @@ def _pull(lanes: Any, start: int, force: Any, couple: Any, at: Any, in_arm: bool
         _add(w, k, F, M)
 
 
-@_inline
+@kernel(inline=True)
 def fill_block(q: Any, start: int, terms: Terms, w: Any) -> Any:
     """Poses of the block that begins at ``start``, and what limbs and shoulder carry there; returns their number."""
     lanes = np.uint64(min(LANES, q.shape[0] - start))

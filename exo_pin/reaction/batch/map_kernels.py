@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...numerics.active_set import GAP_TOLERANCE, least_bounded
 from ...numerics.shortest_variables import workspace
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
@@ -33,10 +33,8 @@ SPHERICAL, STANDALONE, MINIMAL, ELASTIC = 0, 1, 2, 3
 #: Where the bounds on g come from: the arrays, or the pose's own |f_i|.
 GIVEN, BY_ACTUATOR = 0, 1
 
-_compile = njit(cache=True, error_model="numpy", nogil=True)
 
-
-@_compile
+@kernel(stack=True)
 def map_any(
     q: Any, device: Device, terms: Terms, split: int, bounds: int, lower: Any, upper: Any, out: Outputs
 ) -> None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...numerics.vectors import SINGULAR, along_normals, gram, limb, root, second_invariant, status_code, triple, vector
 from ...wrist.kernels import largest_radius
 from .map_blocks import (
@@ -46,11 +46,8 @@ from .map_blocks import (
 
 __all__ = ["map_three"]
 
-_compile = njit(cache=True, error_model="numpy", nogil=True)
-_inline = njit(cache=True, error_model="numpy", nogil=True, forceinline=True)
 
-
-@_compile
+@kernel
 def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standalone: bool, w: Any) -> None:
     """One block of poses of three limbs, without bounds or elasticity.
 
@@ -94,7 +91,7 @@ def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standa
         w[STATUS + k], w[MARGIN + k], w[SIZE + k] = float(code), margin, root(Sx * Sx + Sy * Sy + Sz * Sz)
 
 
-@_inline
+@kernel(inline=True)
 def _copy_vectors(w: Any, x: Any, y: Any, z: Any, start: int, lanes: Any, out: Any) -> None:
     if out.shape[0]:
         block = out[start:]
@@ -102,7 +99,7 @@ def _copy_vectors(w: Any, x: Any, y: Any, z: Any, start: int, lanes: Any, out: A
             block[k, X], block[k, Y], block[k, Z] = w[x + k], w[y + k], w[z + k]
 
 
-@_inline
+@kernel(inline=True)
 def _copy_numbers(w: Any, row: Any, start: int, lanes: Any, out: Any) -> None:
     if out.shape[0]:
         block = out[start:]
@@ -110,7 +107,7 @@ def _copy_numbers(w: Any, row: Any, start: int, lanes: Any, out: Any) -> None:
             block[k] = w[row + k]
 
 
-@_compile
+@kernel(stack=True)
 def map_three(q: Any, device: Device, terms: Terms, standalone: bool, out: Outputs) -> None:
     """Splits "spherical" and "standalone" of three limbs.
 

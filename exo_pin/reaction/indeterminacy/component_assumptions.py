@@ -13,8 +13,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import OptimizeResult, linprog
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, ReadOnly
@@ -174,8 +174,8 @@ def _end(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatAr
     A = np.concatenate([rows[above], -rows[below]])
     b = np.concatenate([upper[above], -lower[below]])
 
-    def solved(target: FloatArray) -> OptimizeResult:
-        return linprog(target, A_ub=A, b_ub=b, bounds=[(None, None)] * count, method="highs")
+    def solved(target: FloatArray) -> scipy.optimize.OptimizeResult:
+        return scipy.optimize.linprog(target, A_ub=A, b_ub=b, bounds=[(None, None)] * count, method="highs")
 
     answer = solved(sign * effect)
     if answer.status == 4:  # HiGHS may leave open whether a program is unbounded or infeasible

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 
 from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
@@ -154,7 +154,7 @@ def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int)
         high[limb], row[0, limb], row[0, m], side = np.inf, 1.0, -1.0, program.high[limb]
     cost = np.zeros(m + 1)
     cost[m] = 1.0
-    answer = linprog(
+    answer = scipy.optimize.linprog(
         cost,
         A_ub=np.vstack([np.hstack([program.C, np.zeros((len(program.C), 1))]), row]),
         b_ub=np.append(program.c, side),

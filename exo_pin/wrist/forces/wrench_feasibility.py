@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.validation import LARGEST, FloatArray
 from ...design import Mechanism
@@ -35,8 +35,6 @@ __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
 #: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment that is less than this
 #: fraction out of a face lies in it.
 _PARALLEL = 1e-12
-
-_compile = njit(cache=True, error_model="numpy")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +67,7 @@ class Holding:
     status: NDArray[np.str_]
 
 
-@_compile
+@kernel
 def moment_margin(
     arms: Any, moment: Any, lower: Any, upper: Any, direction: Any, relief_lower: Any, relief_upper: Any
 ) -> float:
@@ -122,7 +120,7 @@ def moment_margin(
     return margin
 
 
-@_compile
+@kernel(stack=True)
 def _margin_stack(
     arms: Any, moment: Any, lower: Any, upper: Any, status: Any, margin: Any, direction: Any, low: Any, high: Any
 ) -> None:

@@ -23,8 +23,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.vectors import cross
 from .rotation_polish import margin_of, polish
@@ -49,10 +49,8 @@ _VANISHES = 1e-13
 #: Where |A_2 B_3 - A_3 B_2| is below this, ψ is not taken from the two equations together.
 _PARALLEL = 1e-3
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _frame(axis: Any, out: Any) -> None:
     """Write a rotation whose third column is ``axis``."""
     # The coordinate axis farthest from it is the safest start.
@@ -70,7 +68,7 @@ def _frame(axis: Any, out: Any) -> None:
     out[0, 1], out[1, 1], out[2, 1] = x, y, z
 
 
-@_compile
+@kernel
 def _add(R: Any, margin: float, rotations: Any, margins: Any, count: int) -> int:
     """Add a solution unless it is there already."""
     for k in range(count):
@@ -88,7 +86,7 @@ def _add(R: Any, margin: float, rotations: Any, margins: Any, count: int) -> int
     return count
 
 
-@_compile
+@kernel
 def _product(p: Any, q: Any, factor: float, out: Any) -> None:
     """Add factor × the product of two quadratics to ``out``."""
     for i in range(3):
@@ -96,7 +94,7 @@ def _product(p: Any, q: Any, factor: float, out: Any) -> None:
             out[i + j] += factor * p[i] * q[j]
 
 
-@_compile
+@kernel
 def _square(p: Any, factor: float, out: Any) -> float:
     """Add factor × the square of a quartic to ``out``; return the largest coefficient of the square."""
     largest = 0.0
@@ -107,7 +105,7 @@ def _square(p: Any, factor: float, out: Any) -> float:
     return largest * largest
 
 
-@_compile
+@kernel
 def _fill_terms(u: Any, v: Any, c: Any, first: int, cos_g: float, sin_g: float, E: Any, F: Any, terms: Any) -> None:
     """Fill A, B, C of the two equations besides ``first``, shape (2, 3, 3): the parts constant, of cos φ and of sin φ.
 
@@ -133,7 +131,7 @@ def _fill_terms(u: Any, v: Any, c: Any, first: int, cos_g: float, sin_g: float, 
         terms[e, 2, 2] = vz * uy * sin_g
 
 
-@_compile
+@kernel
 def _eliminate(terms: Any, octic: Any, mirrored: Any) -> float:
     """Fill D in tan φ/2 and in tan (φ - 180°)/2; return the size of its terms, or -1 where D vanishes for every φ."""
     # q[e, k] is A, B, C (k = 0, 1, 2) of an equation as a polynomial of degree 2 in tan φ/2, times 1 + tan².
@@ -162,7 +160,7 @@ def _eliminate(terms: Any, octic: Any, mirrored: Any) -> float:
     return -1.0 if largest <= _VANISHES * size or size <= _VANISHES**2 else size
 
 
-@_compile
+@kernel
 def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
     """Write the ψ to try at a root φ of D; return how many."""
     A2 = terms[0, 0, 0] + terms[0, 0, 1] * cos_f + terms[0, 0, 2] * sin_f
@@ -186,7 +184,7 @@ def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
     return tries
 
 
-@_compile
+@kernel
 def _orientation(
     cos_f: float, sin_f: float, cos_g: float, sin_g: float, psi: float, E: Any, F: Any, M: Any, R: Any
 ) -> None:
@@ -207,7 +205,7 @@ def _orientation(
             R[i, j] = total
 
 
-@_compile
+@kernel
 def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     """Write all solutions R of u_i · R v_i = c_i, i = 1..3.
 

@@ -10,8 +10,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ..kernels import limb_vectors
 from .assembly import CONTINUUM, MAX_MODES
 from .from_lengths import unit_directions
@@ -19,10 +19,8 @@ from .solutions import rotation, solve, write_modes
 
 __all__ = ["angle_residuals", "planes_stack", "wrapped"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel(stack=True, cost=20)
 def planes_stack(
     theta_y: Any,
     base: Any,
@@ -73,7 +71,7 @@ def planes_stack(
         count[k] = write_modes(R, margins, errors, found, reference, q[k], residual[k], margin[k], 0)
 
 
-@_compile
+@kernel(stack=True)
 def angle_residuals(
     theta: Any,
     about_x: bool,
@@ -115,7 +113,7 @@ def angle_residuals(
             count[k] = kept
 
 
-@_compile
+@kernel
 def wrapped(angle: float) -> float:
     """The angle within ±π."""
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)

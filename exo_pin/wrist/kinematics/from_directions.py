@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ..kernels import limb_vectors
 from ..velocity.joint_rates import joint_rows
 from .from_angles import wrapped
@@ -17,10 +17,8 @@ from .solutions import quaternion
 
 __all__ = ["directions_stack"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _angle_errors(
     R: Any,
     base: Any,
@@ -54,7 +52,7 @@ def _angle_errors(
     return total
 
 
-@_compile
+@kernel(stack=True, cost=20)
 def directions_stack(
     theta_x: Any,
     theta_y: Any,

@@ -10,17 +10,15 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
 from .solutions import solve, write_modes
 
 __all__ = ["lengths_stack", "twist_roots", "twist_stack", "unit_directions"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _length_error(R: Any, base: Any, platform: Any, lengths: Any) -> float:
     worst = 0.0
     for i in range(base.shape[0]):
@@ -32,7 +30,7 @@ def _length_error(R: Any, base: Any, platform: Any, lengths: Any) -> float:
     return worst
 
 
-@_compile
+@kernel(stack=True, cost=20)
 def lengths_stack(
     lengths: Any,
     base: Any,
@@ -73,7 +71,7 @@ def lengths_stack(
         )  # fmt: skip
 
 
-@_compile
+@kernel
 def unit_directions(base: Any, platform: Any, u: Any, v: Any, size: Any) -> None:
     """Write the unit vectors along A_i and B_i, shape (n, 3), and their lengths, shape (n, 2)."""
     for i in range(base.shape[0]):
@@ -83,7 +81,7 @@ def unit_directions(base: Any, platform: Any, u: Any, v: Any, size: Any) -> None
             u[i, j], v[i, j] = base[i, j] / size[i, 0], platform[i, j] / size[i, 1]
 
 
-@_compile
+@kernel
 def _from_lengths(
     lengths: Any,
     base: Any,
@@ -132,7 +130,7 @@ def _from_lengths(
     return write_modes(R, margins, errors, found, reference, q, residual, margin, start)
 
 
-@_compile
+@kernel
 def twist_roots(sine: float, a: float, b: float, roots: Any) -> tuple[int, float]:
     """Write the positive roots of l² + 2 l a sin θx + a² - b² = 0, (4-27).
 
@@ -173,7 +171,7 @@ def twist_roots(sine: float, a: float, b: float, roots: Any) -> tuple[int, float
     return number, width / b
 
 
-@_compile
+@kernel(stack=True, cost=20)
 def twist_stack(
     theta_x: Any,
     base: Any,

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
+from ...core.compiled import kernel
 from ...numerics.vectors import cross, triple
 
 __all__ = ["margin_of", "polish", "turn"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def turn(R: Any, x: float, y: float, z: float) -> None:
     """Replace R by exp([x y z]) R, Rodrigues."""
     square = x * x + y * y + z * z
@@ -33,7 +30,7 @@ def turn(R: Any, x: float, y: float, z: float) -> None:
         R[2, j] = v2 + s * c2 + c * (x * c1 - y * c0)
 
 
-@_compile
+@kernel
 def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
     """Fill error_i = c_i - u_i·Rv_i and its gradient's rows Rv_i × u_i; return the largest error."""
     worst = 0.0
@@ -49,7 +46,7 @@ def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
     return worst
 
 
-@_compile
+@kernel
 def margin_of(rows: Any) -> float:
     """Smallest singular value of three rows within a factor √3, signed: det / √(second Gram invariant)."""
     second = 0.0
@@ -59,7 +56,7 @@ def margin_of(rows: Any) -> float:
     return triple(rows[0], rows[1], rows[2]) / math.sqrt(second) if second > 0.0 else 0.0
 
 
-@_compile
+@kernel
 def _step(rows: Any, error: Any, damping: float) -> tuple[float, float, float]:
     """Newton's step, or with damping Levenberg's."""
     if damping == 0.0:
@@ -96,7 +93,7 @@ def _step(rows: Any, error: Any, damping: float) -> tuple[float, float, float]:
     )
 
 
-@_compile
+@kernel
 def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) -> float:
     """Solve from a close start, in place; return the largest error reached."""
     best = _rows(R, u, v, c, rows, error)

@@ -6,18 +6,16 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...numerics.vectors import cross
 from .assembly import CONTINUUM, assemble
 from .rotation_polish import margin_of, turn
 
 __all__ = ["quaternion", "rotation", "solve", "write_modes"]
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def quaternion(R: Any, q: Any) -> None:
     """Write the unit quaternion (x, y, z, w) of a rotation matrix, from its largest component (Shepperd)."""
     trace = R[0, 0] + R[1, 1] + R[2, 2]
@@ -38,7 +36,7 @@ def quaternion(R: Any, q: Any) -> None:
         q[j] *= size
 
 
-@_compile
+@kernel
 def write_modes(
     R: Any, margins: Any, residuals: Any, found: int, reference: Any, q: Any, residual: Any, margin: Any, start: int
 ) -> int:
@@ -71,7 +69,7 @@ def write_modes(
     return count
 
 
-@_compile
+@kernel
 def _least_squares(R: Any, u: Any, v: Any, c: Any) -> None:
     """Turn R, a solution of some three of u_i·Rv_i = c_i, to the least sum of squares over all n (Gauss and Newton)."""
     n = u.shape[0]
@@ -101,7 +99,7 @@ def _least_squares(R: Any, u: Any, v: Any, c: Any) -> None:
             break
 
 
-@_compile
+@kernel
 def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
     """Solutions of n equations: of three exactly, of more from the first triple that has isolated solutions."""
     n = u.shape[0]
@@ -138,7 +136,7 @@ def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
     return CONTINUUM
 
 
-@_compile
+@kernel
 def rotation(q: Any, R: Any) -> None:
     """Rotation matrix of a unit quaternion (x, y, z, w)."""
     x, y, z, w = q[0], q[1], q[2], q[3]

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.compiled import kernel
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...design import WristGeometry
@@ -22,7 +22,6 @@ from ..kinematics.inverse import inverse_kinematics
 
 __all__ = ["NearestSingularity", "nearest_singularity"]
 
-_compile = njit(cache=True, error_model="numpy")
 
 #: Directions that are searched, on half a sphere: each is followed both ways. Neighbours are about 12° apart.
 _DIRECTIONS = 150
@@ -61,7 +60,7 @@ class NearestSingularity:
         return np.degrees(self.distance)
 
 
-@_compile
+@kernel
 def _first_zero(n: Any, a: Any, b: Any, poly: Any, other: Any, found: Any, parts: Any) -> float:
     """Least angle of a turn about the unit vector n after which det[a_i × b_i] = 0; π if there is none.
 
@@ -104,7 +103,7 @@ def _first_zero(n: Any, a: Any, b: Any, poly: Any, other: Any, found: Any, parts
     return best
 
 
-@_compile
+@kernel
 def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
     """Least angle to det[a_i × b_i] = 0 over all axes; write the axis."""
     poly, other, found = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1), np.empty(2 * MAX_DEGREE)
@@ -162,7 +161,7 @@ def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
     return best
 
 
-@_compile
+@kernel(stack=True, cost=1000)
 def nearest_stack(R: Any, base: Any, platform: Any, directions: Any, distance: Any, axis: Any) -> None:
     """Distance and axis for a stack of poses, shapes (N,) and (N, 3), written."""
     a, b = np.empty((3, 3)), np.empty((3, 3))

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.compiled import kernel
 from ...core.conventions import shoulder_rotation, tilt_torsion_rotation
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.validation import FloatArray, as_positive
@@ -27,13 +27,12 @@ __all__ = [
     "tilt_torsion_slice",
 ]
 
-_compile = njit(cache=True, error_model="numpy")
 
 #: Step of central differences in degrees: truncation and rounding errors are about equal.
 _STEP = float(np.degrees(np.finfo(float).eps ** (1 / 3)))
 
 
-@_compile
+@kernel(stack=True)
 def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any) -> None:
     """Fill -det[a_i × b_i] over Π |a_i||b_i|, and det[X_1 X_2 X_3] (NaN for a folded limb)."""
     normal, scale = np.empty((3, 3)), 1.0

@@ -17,8 +17,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from ...core.compiled import kernel
 from ...numerics.vectors import cross
 from ..kernels import limb_vectors
 
@@ -27,15 +27,13 @@ __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
 #: What a limb's rows are about, in their order.
 QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
 
-_compile = njit(cache=True, error_model="numpy")
 
-
-@_compile
+@kernel
 def _dot(u: Any, v: Any) -> float:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-@_compile
+@kernel
 def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows: Any) -> None:
     """Write the five rows of a limb, shape (5, 3), in the order of :data:`QUANTITIES`, m/rad and rad/rad.
 
@@ -58,7 +56,7 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
         rows[4, j] = a_X[j] * size_b / area
 
 
-@_compile
+@kernel
 def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, omega: Any, rows: Any) -> None:
     """Write the time derivatives of :func:`joint_rows` for an arm that turns with ``omega``."""
     if length == 0.0 or reach == 0.0:
@@ -90,7 +88,7 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
         rows[4, j] = (a_X_dot[j] - a_X[j] * area_dot / area) * size_b / area
 
 
-@_compile
+@kernel(stack=True)
 def rate_stack(R: Any, base: Any, platform: Any, omega: Any, rows: Any, derivatives: Any) -> None:
     """Rows, and their time derivatives, of all limbs over a stack of poses.
 

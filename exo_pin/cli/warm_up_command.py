@@ -1,0 +1,65 @@
+"""``exo-pin warm-up``: compile ahead of time."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from ..core.compiled import compilations, kernels, mode
+from ..core.conventions import shoulder_rotation
+from ..exo.shoulder_exo import ShoulderExo, load
+from .options.command_list import help_of
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("warm-up", help=help_of("warm-up"))
+    parser.set_defaults(run=_warm_up)
+
+
+def _warm_up(options: argparse.Namespace) -> int:
+    with mode("compiled"):
+        exo = load("prototype")
+        _kinematics(exo)
+        _forces(exo)
+        _chain(exo)
+    ready = sum(each.is_ready for each in kernels())
+    print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
+    return 0
+
+
+def _poses(count: int) -> Any:
+    return shoulder_rotation(np.linspace(20.0, 60.0, count), 10.0, 5.0, degrees=True)
+
+
+def _kinematics(exo: ShoulderExo) -> None:
+    for pose in (_poses(1)[0], _poses(2)):
+        state = exo.inverse_kinematics(pose)
+        exo.forward_kinematics(state.lengths)
+        exo.forward_kinematics_from_base_angles(theta_x=state.base_theta_x)
+        exo.forward_kinematics_from_base_angles(theta_y=state.base_theta_y)
+        exo.forward_kinematics_from_base_angles(theta_x=state.base_theta_x, theta_y=state.base_theta_y)
+        exo.jacobian(pose)
+        exo.singularity(pose)
+
+
+def _forces(exo: ShoulderExo) -> None:
+    for pose in (_poses(1)[0], _poses(2)):
+        for split in ("spherical", "minimal", "standalone"):
+            exo.reaction(pose, split=split)
+            exo.reaction(pose, split=split, actuator_bounds="pull")
+        exo.reaction(pose, constraint_bounds="actuator", split="minimal")
+    for split in ("spherical", "minimal", "standalone"):
+        exo.reaction_map(_poses(3), split=split)
+
+
+def _chain(exo: ShoulderExo) -> None:
+    chain = exo.chain
+    q = chain.close(chain.neutral())
+    v = np.zeros(chain.model.nv)
+    chain.mobility(q)
+    chain.inverse_dynamics(q, v, v)

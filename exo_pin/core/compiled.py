@@ -1,0 +1,348 @@
+"""Kernels: numerical functions that run uncompiled for a single pose and compiled (Numba) for many.
+
+A formula is written once, as a Python function with the decorator :func:`kernel`. From it come two forms:
+
+* ``plain``, the same code run by Python, with NumPy's rules for errors (NaN and infinity, no exceptions). It starts at
+  once and takes milliseconds.
+* ``compiled``, machine code. Making it takes seconds, once; it is then read from a cache on disk. Numba, whose import
+  takes longer than a first answer, is imported only for this form.
+
+A call in mode "auto" takes the plain form until the kernel has done :data:`PLAIN_WORK` units of work, and the compiled
+one from then on. A unit is about 0.3 ms: one row of a stack of poses (``stack=True``), or else one call, more for large
+matrices, times the kernel's ``cost``.
+The choice depends on counts alone, never on a clock. Plain and compiled results agree to rounding.
+
+Environment variables: ``EXO_PIN_COMPILE`` = auto, plain or compiled; ``NUMBA_DISABLE_JIT=1`` means plain.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dis import EXTENDED_ARG, opmap
+from threading import RLock
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, overload
+
+import numpy as np
+
+from . import plain_math
+from .errors import UnknownName
+
+__all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "intrinsic_kernel", "kernel", "kernels", "mode"]
+
+MODES = ("auto", "plain", "compiled")
+#: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
+PLAIN_WORK = 300
+#: Numbers in the largest argument of a call that count as one unit of work more.
+_NUMBERS_A_UNIT = 100
+
+_all: list[Kernel] = []
+_lock = RLock()
+_compilations = 0
+
+
+class Kernel:
+    """A numerical function with a plain and a compiled form; see the module's description.
+
+    Call it as the function. Inside other kernels it is replaced by its form of the same kind.
+
+    Parameters
+    ----------
+    function : callable
+        On numbers, tuples, arrays and named tuples of these, without keyword arguments and without a closure, in the
+        part of Python that Numba compiles.
+    inline : bool
+        Whether the compiled form is inlined where another kernel calls it.
+    stack : bool
+        Whether the first argument is a stack of poses, whose first axis counts as work.
+    cost : int
+        Units of work a row or a call. With more than :data:`PLAIN_WORK` even the first call is compiled.
+    """
+
+    def __init__(self, function: Callable[..., Any], inline: bool = False, stack: bool = False, cost: int = 1) -> None:
+        functools.update_wrapper(self, function)
+        self.__qualname__ = function.__qualname__
+        self._function: FunctionType = function  # type: ignore[assignment]
+        self._stack, self._cost = stack, cost
+        self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+        if inline:
+            self.options["forceinline"] = True
+        self._done = 0
+        self._plain: Any = None
+        self._compiled: Any = None
+        self._run: Callable[..., Any] = self._call_plain
+        self.choose()
+        _all.append(self)
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102 - the class says it
+        return self._run(*arguments)
+
+    def __repr__(self) -> str:
+        return f"<kernel {self.__module__}.{self.__qualname__}>"
+
+    def __reduce__(self) -> str:
+        return self.__qualname__  # pickled by name, as functions are
+
+    @property
+    def plain(self) -> Any:
+        """The form that Python runs: a function, to be called with NumPy numbers under ``np.errstate``."""
+        if self._plain is None:
+            with _lock:
+                if self._plain is None:
+                    self._plain = self._make_plain()
+        return self._plain
+
+    @property
+    def compiled(self) -> Any:
+        """The form that Numba compiles: a dispatcher, which compiles for the types it is called with."""
+        if self._compiled is None:
+            with _lock:
+                if self._compiled is None:
+                    self._compiled = self._make_compiled()
+        return self._compiled
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether the compiled form has been made in this process."""
+        return self._compiled is not None
+
+    @functools.cached_property
+    def stamp(self) -> str:
+        """Digest of all code and all constants that the compiled form is made of, other kernels' included.
+
+        The cache on disk holds good for this stamp only. It comes from what Python has loaded, not from files: an edit
+        of any function or constant counts, in whatever file it stands, and one of a comment does not.
+        """
+        digest = hashlib.sha256(f"{np.__version__} {sorted(self.options.items())}".encode())
+        self._digest_code(self._function.__code__, self._function.__globals__, digest.update)
+        return digest.hexdigest()
+
+    def choose(self) -> None:
+        """Set which form calls take, by the mode of the process."""
+        if _mode == "auto":
+            self._run = self._call_and_count if self._compiled is None else self._compiled
+        elif _mode == "plain":
+            self._run = self._call_plain
+        else:
+            self._run = self._call_compiled if self._compiled is None else self._compiled
+
+    def _call_plain(self, *arguments: Any) -> Any:
+        with np.errstate(all="ignore"):
+            return _as_python(self.plain(*[np.float64(a) if type(a) is float else a for a in arguments]))
+
+    def _call_compiled(self, *arguments: Any) -> Any:
+        compiled = self.compiled
+        self.choose()
+        return compiled(*arguments)
+
+    def _call_and_count(self, *arguments: Any) -> Any:
+        self._done += self._work(arguments)
+        if self._done > PLAIN_WORK:
+            return self._call_compiled(*arguments)
+        return self._call_plain(*arguments)
+
+    def _work(self, arguments: tuple[Any, ...]) -> int:
+        if self._stack:
+            return self._cost * max(1, len(arguments[0]))
+        largest = max((a.size for a in arguments if type(a) is np.ndarray), default=0)
+        return self._cost * (1 + largest // _NUMBERS_A_UNIT)
+
+    def _make_plain(self) -> Any:
+        code = self._function.__code__
+        code = code.replace(co_consts=tuple(_as_numpy(value) for value in code.co_consts))
+        return self._twin(code, _plain_form)
+
+    def _make_compiled(self) -> Any:
+        from .numba_cache import dispatcher  # here, because the import of Numba takes long
+
+        return dispatcher(
+            self._twin(self._function.__code__, _compiled_form), self.options, self.stamp, _count_compilation
+        )
+
+    def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
+        """The function with other constants, and with another form of each global that it uses."""
+        own = self._function
+        used = {name: form(own.__globals__[name]) for name in _globals_of(code) if name in own.__globals__}
+        used["__name__"] = own.__module__
+        twin = FunctionType(code, used, own.__name__)
+        twin.__qualname__, twin.__module__, twin.__doc__ = own.__qualname__, own.__module__, own.__doc__
+        return twin
+
+    def _digest_code(self, code: CodeType, scope: dict[str, Any], update: Callable[[bytes], None]) -> None:
+        update(code.co_code)
+        for constant in code.co_consts:
+            if isinstance(constant, CodeType):
+                self._digest_code(constant, scope, update)
+            else:
+                update(f"{sorted(constant) if isinstance(constant, frozenset) else constant!r} ".encode())
+        update(f"{code.co_names} ".encode())
+        for name in _globals_of(code):
+            if name in scope:
+                update(f"{name} {_identity(scope[name])} ".encode())
+
+
+class _Intrinsic(Kernel):
+    """A kernel whose compiled form is not made from its code."""
+
+    def __init__(self, function: Callable[..., Any], make: Callable[[], Any]) -> None:
+        super().__init__(function)
+        self._make = make
+
+    @functools.cached_property
+    def stamp(self) -> str:
+        digest = hashlib.sha256()
+        self._digest_code(self._make.__code__, {}, digest.update)
+        return digest.hexdigest()
+
+    def choose(self) -> None:
+        self._run = self._call_plain  # Numba calls intrinsics from compiled code only
+
+    def _make_compiled(self) -> Any:
+        return self._make()
+
+
+@overload
+def kernel(function: Callable[..., Any]) -> Kernel: ...
+
+
+@overload
+def kernel(*, inline: bool = False, stack: bool = False, cost: int = 1) -> Callable[[Callable[..., Any]], Kernel]: ...
+
+
+def kernel(
+    function: Callable[..., Any] | None = None, *, inline: bool = False, stack: bool = False, cost: int = 1
+) -> Any:
+    """Make a :class:`Kernel` of a function: ``@kernel`` or ``@kernel(stack=True)``.
+
+    Parameters
+    ----------
+    function : callable
+        See :class:`Kernel`.
+    inline, stack : bool
+    cost : int
+        See :class:`Kernel`.
+    """
+    if function is None:
+        return lambda decorated: Kernel(decorated, inline, stack, cost)
+    return Kernel(function, inline, stack, cost)
+
+
+def intrinsic_kernel(make: Callable[[], Any]) -> Callable[[Callable[..., Any]], Kernel]:
+    """Make a :class:`Kernel` whose compiled form is what ``make()`` returns, a Numba intrinsic.
+
+    Numba is imported in ``make``, which is called when something compiled needs the kernel. It can be called from other
+    kernels only; from Python it is always plain.
+    """
+    return lambda function: _Intrinsic(function, make)
+
+
+def kernels() -> tuple[Kernel, ...]:
+    """All kernels of the modules that are loaded."""
+    return tuple(_all)
+
+
+@contextmanager
+def mode(name: str) -> Iterator[None]:
+    """Choose how kernels run inside a ``with`` block, for all threads of the process.
+
+    Parameters
+    ----------
+    name : {"auto", "plain", "compiled"}
+        "plain" never compiles; "compiled" compiles at the first call; "auto" as the module's description says.
+
+    Raises
+    ------
+    UnknownName
+        For another name.
+    """
+    before = _mode
+    _set_mode(_checked(name))
+    try:
+        yield
+    finally:
+        _set_mode(before)
+
+
+def compilations() -> int:
+    """Number of functions compiled in this process, once a set of types, without what the cache on disk has."""
+    return _compilations
+
+
+def _count_compilation() -> None:
+    """Count, and in mode "auto" announce the first: the user has not chosen to wait."""
+    global _compilations
+    _compilations += 1
+    if _compilations == 1 and _mode == "auto" and sys.stderr is not None:
+        sys.stderr.write("exo_pin: compiling, once, up to a minute ('exo-pin warm-up' does it ahead of time)\n")
+        sys.stderr.flush()
+
+
+def _set_mode(name: str) -> None:
+    global _mode
+    with _lock:
+        _mode = name
+        for each in _all:
+            each.choose()
+
+
+def _checked(name: str) -> str:
+    if name not in MODES:
+        raise UnknownName("compile mode", name, MODES)
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return "plain"
+    return name
+
+
+_mode = _checked(os.environ.get("EXO_PIN_COMPILE") or "auto")
+
+
+def _globals_of(code: CodeType) -> list[str]:
+    """Names of the globals that a function reads. ``co_names`` alone holds the names of attributes, too."""
+    names, extension = dict[str, None](), 0
+    for operation, low in zip(code.co_code[::2], code.co_code[1::2], strict=True):
+        argument = extension | low
+        extension = argument << 8 if operation == EXTENDED_ARG else 0
+        if operation == opmap["LOAD_GLOBAL"]:
+            names[code.co_names[argument >> 1]] = None
+    return list(names)
+
+
+def _plain_form(value: Any) -> Any:
+    if isinstance(value, Kernel):
+        return value.plain
+    return plain_math if value is math else _as_numpy(value)
+
+
+def _compiled_form(value: Any) -> Any:
+    return value.compiled if isinstance(value, Kernel) else value
+
+
+def _as_numpy(value: Any) -> Any:
+    """A float as a NumPy number, which division by zero makes infinite; tuples part by part."""
+    if type(value) is float:
+        return np.float64(value)
+    return tuple(_as_numpy(part) for part in value) if type(value) is tuple else value
+
+
+def _as_python(value: Any) -> Any:
+    """NumPy numbers as Python's, which compiled functions return; tuples part by part."""
+    if isinstance(value, np.generic):
+        return value.item()
+    return tuple(_as_python(part) for part in value) if type(value) is tuple else value
+
+
+def _identity(value: Any) -> str:
+    """What the compiled form has of a global: of a kernel its stamp, of a number its value."""
+    if isinstance(value, Kernel):
+        return value.stamp
+    if isinstance(value, ModuleType):
+        return value.__name__
+    if callable(value):
+        return f"{value.__module__}.{value.__qualname__} {getattr(value, '_fields', '')}"
+    return repr(value)

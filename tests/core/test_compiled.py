@@ -1,0 +1,221 @@
+"""Kernels: plain and compiled forms agree, one is chosen by counts, and the cache notices every edit."""
+
+import dis
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from kernel_calls import all_kernels, changed, recorded_calls
+
+from exo_pin.core import compiled
+from exo_pin.core.compiled import PLAIN_WORK, kernel, mode
+from exo_pin.core.errors import UnknownName
+
+KERNELS = all_kernels()
+#: One can be called from compiled code only, the other returns memory that is not filled.
+NOT_COMPARED = {"numerics.vectors.root", "numerics.shortest_variables.workspace"}
+#: Orthonormal bases have free signs, so products with themselves are compared.
+BASES = {"chain.dynamics.solution_kernels.solutions"}
+
+
+@kernel
+def quotient(x, y):
+    return x / y
+
+
+@kernel
+def shifted(x):
+    return quotient(x, 2.0) + 1.0
+
+
+@pytest.fixture(scope="module")
+def calls(tmp_path_factory):
+    return recorded_calls(tmp_path_factory.mktemp("calls"))
+
+
+def numbers(value):
+    """All numbers of a result, in one array."""
+    if isinstance(value, tuple):
+        return np.concatenate([numbers(part) for part in value]) if value else np.empty(0)
+    return np.empty(0) if value is None else np.asarray(value, dtype=float).ravel()
+
+
+def result(each, form, arguments):
+    """What a form returns and writes, as numbers; the type of the error if it raises one."""
+    own = changed(arguments, lambda array: array)
+    try:
+        with np.errstate(all="ignore"):
+            answer = form(*own)
+    except (np.linalg.LinAlgError, ValueError):  # ValueError: NaN as an integer
+        return None
+    if each in BASES:
+        answer = (*answer[:1], answer[1] @ answer[1].T, *answer[2:])
+    return numbers((answer, own))
+
+
+def zero(array):
+    array[...] = 0.0
+    return array
+
+
+def not_a_number(array):
+    array[...] = np.nan
+    return array
+
+
+def rounded(array):
+    """The nearest numbers above and below, in turn."""
+    flat = array.reshape(-1)
+    with np.errstate(all="ignore"):
+        flat[::2], flat[1::2] = np.nextafter(flat[::2], np.inf), np.nextafter(flat[1::2], -np.inf)
+    return flat.reshape(array.shape)
+
+
+CHANGES = {"as recorded": lambda array: array, "zero": zero, "NaN": not_a_number}
+
+
+@pytest.mark.parametrize("name", sorted(set(KERNELS) - NOT_COMPARED))
+def test_plain_and_compiled_forms_agree(name, calls):
+    each = KERNELS[name]
+    assert each in calls, "add a query that uses this kernel to tests/oracles/kernel_calls.py"
+    for arguments in calls[each]:
+        for change in CHANGES.values():
+            given = changed(arguments, change)
+            plain, machine = result(name, each.plain, given), result(name, each.compiled, given)
+            if plain is None or machine is None:
+                # LAPACK's and Numba's checks differ on what is not finite.
+                assert plain is machine or change in (not_a_number, zero)
+                continue
+            near = result(name, each.plain, changed(given, rounded))
+            with np.errstate(all="ignore"):
+                moved = 0.0 if near is None else np.abs(plain - near)
+                # Larger numbers are those of scratch arrays that are not filled.
+                size = np.abs(plain[np.abs(plain) < 1e9]).max(initial=1e-300)
+                agree = (plain == machine) | (np.isnan(plain) & np.isnan(machine))
+                agree |= np.abs(plain - machine) <= 1e-14 * size + 100.0 * np.nan_to_num(moved, nan=np.inf)
+            assert agree.all(), f"{plain[~agree]} plain, {machine[~agree]} compiled"
+
+
+@pytest.mark.parametrize("value", [0.0, 2.0, 1e-300, 1e300, np.inf, -1.0, np.nan])
+def test_square_root_follows_numpy(value):
+    with np.errstate(all="ignore"):
+        np.testing.assert_array_equal(KERNELS["numerics.vectors.root"](value), np.sqrt(value))
+
+
+@pytest.mark.parametrize("name", compiled.MODES)
+def test_division_by_zero_is_infinite_in_every_mode(name):
+    with mode(name):
+        assert quotient(1.0, 0.0) == np.inf
+        assert np.isnan(quotient(0.0, 0.0))
+        assert type(shifted(3.0)) is float
+        assert shifted(3.0) == 2.5
+
+
+def test_auto_compiles_after_a_count_of_work():
+    @kernel
+    def double(x):
+        return 2.0 * x
+
+    @kernel(stack=True)
+    def total(rows):
+        return rows.sum()
+
+    with mode("auto"):
+        for _ in range(PLAIN_WORK):
+            double(1.0)
+        assert not double.is_ready
+        assert double(1.0) == 2.0
+        assert double.is_ready
+        total(np.ones(PLAIN_WORK))
+        assert not total.is_ready
+        total(np.ones(1))
+        assert total.is_ready
+    with mode("plain"):
+        assert double(1.0) == 2.0
+
+
+def test_unknown_mode_is_refused():
+    with pytest.raises(UnknownName, match="auto"), mode("fast"):
+        pass
+
+
+@pytest.mark.parametrize("name", sorted(KERNELS))
+def test_globals_are_those_that_the_disassembler_finds(name):
+    code = KERNELS[name].__wrapped__.__code__
+    expected = {step.argval for step in dis.get_instructions(code) if step.opname == "LOAD_GLOBAL"}
+    assert set(compiled._globals_of(code)) == expected
+
+
+def python(text, folder=None, **environment):
+    """Standard output and standard error of a program in a process of its own."""
+    clean = {key: value for key, value in os.environ.items() if key not in ("EXO_PIN_COMPILE", "NUMBA_DISABLE_JIT")}
+    path = os.pathsep.join(part for part in (str(folder or ""), *sys.path) if part)
+    done = subprocess.run(
+        [sys.executable, "-c", text],
+        env={**clean, "PYTHONPATH": path, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout, done.stderr
+
+
+INNER = "from exo_pin.core.compiled import kernel\nSCALE = {scale}\n@kernel\ndef inner(x):\n    return {sign}x\n"
+OUTER = (
+    "from exo_pin.core.compiled import kernel\nfrom inner import SCALE, inner\n"
+    "@kernel\ndef outer(x):\n    return SCALE * inner(x)\n"
+)
+CALL = "from outer import outer\nfrom exo_pin.core.compiled import compilations\nprint(outer(1.0), compilations())"
+
+
+def test_cache_is_read_by_a_second_process_and_notices_edits_in_other_files(tmp_path):
+    (tmp_path / "outer.py").write_text(OUTER)
+
+    def run(scale, sign):
+        (tmp_path / "inner.py").write_text(INNER.format(scale=scale, sign=sign))
+        cache = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+        return python(CALL, tmp_path, EXO_PIN_COMPILE="compiled", **cache)[0].split()
+
+    assert run("2.0", "+") == ["2.0", "2"]
+    assert run("2.0", "+") == ["2.0", "0"]
+    assert run("3.0", "+") == ["3.0", "1"]
+    assert run("3.0", "-") == ["-3.0", "2"]
+    assert run("3.0", "-") == ["-3.0", "0"]
+
+
+def test_compilation_is_announced_once_and_reading_the_cache_is_not(tmp_path):
+    (tmp_path / "one.py").write_text(INNER.format(scale=1, sign="+"))
+    text = "from one import inner\nfor _ in range(400): inner(1.0)\nfor x in range(400): inner(x)"
+    first = python(text, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))[1]
+    assert first.count("compiling, once") == 1
+    assert python(text, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))[1] == ""
+
+
+FIRST = (
+    "import sys, exo_pin as ep\n"
+    "print(ep.load('prototype').reaction(ep.shoulder_rotation(60, 0, 0, degrees=True)).shoulder_force)\n"
+)
+HEAVY = ("numba", "scipy.stats", "scipy.optimize", "scipy.integrate", "matplotlib", "meshcat", "proxsuite", "pandas")
+
+
+def test_a_first_reaction_imports_neither_numba_nor_other_heavy_packages():
+    out, error = python(FIRST + f"print(*[name for name in {HEAVY} if name in sys.modules])")
+    assert out.splitlines()[1:] == [""]
+    assert error == ""
+
+
+def test_help_and_version_import_no_numpy():
+    text = (
+        "import sys\nfrom exo_pin.cli import main\n"
+        "try:\n    main(['{}'])\nfinally:\n    assert 'numpy' not in sys.modules"
+    )
+    for option in ("--help", "--version"):
+        python(text.format(option))
+
+
+def test_package_runs_without_jit():
+    expected, _ = python(FIRST, EXO_PIN_COMPILE="compiled")
+    out, _ = python(FIRST + "assert 'numba' not in sys.modules", NUMBA_DISABLE_JIT="1", EXO_PIN_COMPILE="compiled")
+    assert out == expected

@@ -1,0 +1,93 @@
+"""Arguments of every kernel, recorded while queries of many kinds are answered uncompiled."""
+
+import importlib
+import pkgutil
+
+import numpy as np
+from harvest import NUMERICAL
+from moving_chains import moving
+from wrists import random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin.core import compiled
+from exo_pin.numerics import least_forces
+
+#: Calls recorded of one kernel.
+MOST = 2
+
+
+def all_kernels():
+    """Every kernel of the package, by name."""
+    for module in pkgutil.walk_packages(ep.__path__, "exo_pin."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    found = [each for each in compiled.kernels() if each.__module__.startswith("exo_pin.")]
+    return {f"{each.__module__.removeprefix('exo_pin.')}.{each.__name__}": each for each in found}
+
+
+def changed(value, change):
+    """Apply ``change`` to copies of all arrays of floats and to all floats, in tuples too; the rest is copied."""
+    if isinstance(value, np.ndarray):
+        return change(value.copy()) if value.dtype == np.float64 else value.copy()
+    if isinstance(value, float):
+        return np.float64(change(np.array(value)))
+    if isinstance(value, tuple):
+        parts = [changed(part, change) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value
+
+
+def recorded_calls(folder):
+    """Arguments of calls from Python and from other kernels: {kernel: list of tuples}, at most ``MOST`` of each."""
+    found, make, before = {}, compiled.Kernel._make_plain, {}
+
+    def recording(each):
+        plain = make(each)
+
+        def record(*arguments):
+            calls = found.setdefault(each, [])
+            if len(calls) < MOST:
+                calls.append(changed(arguments, lambda numbers: numbers))
+            return plain(*arguments)
+
+        return record
+
+    for each in all_kernels().values():
+        before[each], each._plain = each._plain, None
+    compiled.Kernel._make_plain = recording
+    try:
+        with compiled.mode("plain"):
+            for scenario in (*NUMERICAL, _more_wrists, _more_chains):
+                scenario(folder)
+    finally:
+        compiled.Kernel._make_plain = make
+        for each, plain in before.items():
+            each._plain = plain
+    return found
+
+
+def _more_wrists(folder):
+    rng = np.random.default_rng(5)
+    for mechanism in (ep.load("prototype").mechanism, random_mechanism(rng, 5, ["UPU"] * 4 + ["SPS"])):
+        exo = ep.ShoulderExo.from_mechanism(mechanism)
+        poses = regular_poses(mechanism, rng, 3)
+        state = exo.inverse_kinematics(poses)
+        exo.forward_kinematics(state.lengths)
+        exo.forward_kinematics_from_base_angles(theta_x=state.base_theta_x)
+        exo.forward_kinematics_from_base_angles(theta_y=state.base_theta_y)
+        exo.forward_kinematics_from_base_angles(theta_x=state.base_theta_x, theta_y=state.base_theta_y)
+        motion = ep.Motion(rng.normal(size=3), rng.normal(size=3))
+        for split in ("spherical", "standalone"):
+            exo.reaction_map(poses, motion=motion, load=ep.Load([0, 1, -5]), split=split)
+    c, G = rng.normal(size=(20, 3)), rng.normal(size=(20, 3, 6))
+    G[:10, 2] = 0.0
+    least_forces(c, G, -0.3 * np.ones((20, 6)), 0.2 * np.ones((20, 6)))
+    least_forces(c, 1e3 * G, -0.3 * np.ones((20, 6)), 0.2 * np.ones((20, 6)))
+
+
+def _more_chains(folder):
+    chain, _, q, v, a = moving("delta with rods")
+    chain.rnea(q, v, a, np.random.default_rng(6).normal(size=chain.row_count))
+    found = chain.inverse_dynamics_derivatives(q, v, a)
+    for closure in chain.closures:
+        found.joint_reaction(closure.name)

@@ -91,7 +91,7 @@ def test_an_open_loop_shows_its_gap_and_says_so():
     np.testing.assert_allclose(gap[:3, 3], a, atol=1e-9)
     np.testing.assert_allclose(gap[:3, 3] + gap[:3, 2], b, atol=1e-9)
     size = np.abs(named.chain().residual(ajar)).max()
-    assert f"open by {size:.2g}" in " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
+    assert f"gap of {size:.2g}" in " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
     # What no closed configuration has is not told.
     assert panel(scene, "numbers")["values"] == []
 

@@ -18,6 +18,7 @@ from exo_pin.reaction.splits.registry import SPLITS
 from exo_pin.thesis import scenario_one
 from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.view import Browser
+from exo_pin.wrist.forces.affine_state import AffineState
 
 
 def frozen(values):
@@ -104,6 +105,7 @@ def rare_examples():
         Choice(*[0.0] * len(Choice._fields)),
         *SPLITS.values(),
         workspace(3),
+        AffineState.empty(1, 3).row(0).following(1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)),
         modes,
         path,
         scenario_one.rows(),

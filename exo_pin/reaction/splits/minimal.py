@@ -49,7 +49,7 @@ class Minimal(Split):
         """What is assumed, in a few words."""
         if not mechanism.is_upu.any():
             return "of the limb forces that hold the arm, those of least |F_s|"
-        return "side forces that make |F_s| least: a bound, no prediction"
+        return "lower bound of |F_s| over the side forces within their limits"
 
     def program(self, poses: PoseStack, row: int) -> Pose:
         """Least F_s, as weighted, within all limits."""

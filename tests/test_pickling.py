@@ -13,7 +13,7 @@ from pathlib import PurePath
 import numpy as np
 import pinocchio as pin
 import pytest
-from examples import error_examples
+from examples import error_examples, raise_example
 from harvest import harvest, public_classes
 from scipy.spatial.transform import Rotation
 
@@ -136,14 +136,10 @@ def test_there_is_an_example_of_every_error():
     assert {type(error) for error in error_examples()} == errors
 
 
-def _raise(index):
-    raise error_examples()[index]
-
-
 def test_process_pool_hands_over_every_error():
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:
-        jobs = [pool.submit(_raise, index) for index in range(len(error_examples()))]
+        jobs = [pool.submit(raise_example, index) for index in range(len(error_examples()))]
         for job, error in zip(jobs, error_examples(), strict=True):
             came = job.exception()
             assert type(came) is type(error)

@@ -61,6 +61,11 @@ def error_examples():
     ]
 
 
+def raise_example(index):
+    """Raise one of the errors; here, because a process of a pool imports it by the name of its module."""
+    raise error_examples()[index]
+
+
 def muscle_examples():
     """Models, measurements and fits."""
     static = muscle.muscle_model("best")

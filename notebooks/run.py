@@ -5,6 +5,7 @@ took. Needs the extra ``notebooks``. With ``--store`` the outputs are written in
 Python sees them: scenes as pictures, which needs a headless browser, and no sliders.
 """
 
+import os
 import argparse
 import base64
 import html
@@ -86,6 +87,8 @@ def still(output):
 
 
 def main():
+    # The word that something is being compiled is no output of a notebook.
+    os.environ.setdefault("EXO_PIN_COMPILE", "compiled")
     here = Path(__file__).resolve().parent
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("notebooks", nargs="*", type=Path, default=sorted(here.glob("*.ipynb")))

@@ -30,6 +30,8 @@ class Query(NamedTuple):
         Shape (N, 3), base frame.
     force, moment : ndarray
         Shape (N, 3), the load on the arm, moment about O, base frame.
+    quaternions : ndarray
+        Shape (N, 4), the poses as x, y, z, w.
     """
 
     shape: tuple[int, ...]
@@ -38,6 +40,7 @@ class Query(NamedTuple):
     acceleration: FloatArray
     force: FloatArray
     moment: FloatArray
+    quaternions: FloatArray
 
 
 class Rows(Record):
@@ -114,7 +117,7 @@ def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | N
         outside, moment = np.empty((count, 3)), np.empty((count, 3))
         applied_stack(matrices, force, couple, at, load.frame == "arm", outside, moment)
         force = outside
-    return Query(shape, matrices, velocity, acceleration, force, moment)
+    return Query(shape, matrices, velocity, acceleration, force, moment, orientation.as_quat().reshape(-1, 4))
 
 
 def _spread(name: str, array: FloatArray, shape: tuple[int, ...]) -> FloatArray:

@@ -1,4 +1,4 @@
-"""From the equilibrium of a stack of poses to the forces that a split chooses, within all limits."""
+"""From the equilibrium of a stack of poses to an answer: forces chosen by a split within all limits, and checked."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ from numpy.typing import NDArray
 
 from ..core.errors import SolverFailed
 from ..core.progress import track
+from ..core.validation import FloatArray
 from ..wrist.forces.closed_form import STATUS
-from .indeterminacy.infeasibility import Shortfall
+from .indeterminacy.component_assumptions import ComponentSource
+from .indeterminacy.infeasibility import Infeasibility, Shortfall
 from .indeterminacy.infeasible_poses import shortfall
+from .result import Optimum, Reaction
 from .splits.limb_and_side_forces import choose
 from .splits.split import Chosen, PoseStack, Split
 
-__all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answered", "distribute"]
+__all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered"]
 
-#: The closed form's status codes and what only a query with limits can find.
+#: The closed form's status codes and those that only a query with limits can have.
 QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke")
+_NAMES = np.array(QUERY_STATUS)
+_SINGULAR, _NOT_SOLVED, _INFEASIBLE = (QUERY_STATUS.index(name) for name in ("singular", "not_solved", "infeasible"))
 
 #: Gravity by which a person's weight is counted, m/s², whatever the design's gravity is.
 STANDARD_GRAVITY = 9.81
@@ -24,36 +29,94 @@ STANDARD_GRAVITY = 9.81
 
 def answered(status: NDArray[np.int8]) -> NDArray[np.intp]:
     """Rows that have an answer."""
-    return np.flatnonzero(status < STATUS.index("singular"))
+    return (status < _SINGULAR).nonzero()[0]
 
 
-def distribute(
-    split: Split, poses: PoseStack, status: NDArray[np.int8], progress: bool = False
-) -> tuple[Chosen, dict[int, Shortfall]]:
-    """Choose f and g of all poses.
+def answer(
+    split: Split,
+    poses: PoseStack,
+    shape: tuple[int, ...],
+    status: NDArray[np.int8],
+    margin: FloatArray,
+    determinant: FloatArray,
+    arm: tuple[FloatArray, FloatArray, FloatArray],
+    progress: bool = False,
+) -> Reaction:
+    """Choose f and g of all poses and return what follows from them.
 
     Parameters
     ----------
     split : Split
         How.
     poses : PoseStack
-        Equilibrium and limits.
+        Equilibrium and limits of N poses.
+    shape : tuple of int
+        The caller's stack.
     status : ndarray of int8
         Shape (N,), index into :data:`QUERY_STATUS`, changed where a pose turns out to have no answer.
+    margin, determinant : ndarray
+        Shape (N,), as in :class:`Reaction`.
+    arm : tuple of ndarray
+        What :func:`exo_pin.load_case.arm_loads.arm_loads` returns.
     progress : bool
         Whether to show a progress bar.
-
-    Returns
-    -------
-    Chosen
-        The forces.
-    dict of int to Shortfall
-        What is missing, of rows that cannot be held.
     """
+    chosen, missing = _distribute(split, poses, status, progress)
+    f, g, state, owner = chosen.f, chosen.g, poses.state, poses.mechanism.arm
+    closure = state.closures(f, g)
+    shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
+    spherical, rows = poses.tensions.shoulder, answered(status)
+    if len(rows) < len(status):
+        spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
+    limbs = on_arm.sum(axis=1)
+
+    def stacked(array: np.ndarray) -> np.ndarray:
+        return array.reshape((*shape, *array.shape[1:]))
+
+    return Reaction(
+        shoulder_force=stacked(shoulder),
+        actuator_forces=stacked(f),
+        constraint_forces=stacked(g),
+        limb_wrenches=stacked(on_arm),
+        cuff_wrench=stacked(limbs + arm[2]),
+        harness_wrenches=stacked(-closure),
+        spherical_force=stacked(spherical),
+        split=split.name,
+        status=stacked(_NAMES[status]),
+        margin=stacked(margin),
+        determinant=stacked(determinant),
+        residual=stacked(_residual(shoulder, on_arm, limbs, arm, poses.radius)),
+        source=ComponentSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1)),
+        body_weight=None if owner is None or owner.body_mass is None else owner.body_mass * STANDARD_GRAVITY,
+        trivial=bool(rows.size and chosen.trivial[rows].all()),
+        optimum=Optimum(stacked(chosen.kkt), stacked(chosen.gap), stacked(chosen.unique)),
+        infeasibility=Infeasibility.from_rows(shape, f.shape[1], missing) if missing else None,
+        **{name: stacked(value) for name, value in split.extras(poses, chosen).items()},
+    )
+
+
+def _residual(
+    shoulder: FloatArray,
+    on_arm: FloatArray,
+    limbs: FloatArray,
+    arm: tuple[FloatArray, FloatArray, FloatArray],
+    radius: float,
+) -> FloatArray:
+    """What force and moment balance of the arm miss, relative to the largest force, shape (N,)."""
+    forces = np.concatenate([shoulder[:, None], on_arm[:, :, :3], arm[0][:, None]], axis=1)
+    misses = np.concatenate([shoulder + limbs[:, :3] + arm[0], (limbs[:, 3:] + arm[1]) / radius], axis=1)
+    largest, miss = np.abs(forces).max(axis=(1, 2)), np.abs(misses).max(axis=1)
+    return miss / np.where(largest > 0.0, largest, 1.0)
+
+
+def _distribute(
+    split: Split, poses: PoseStack, status: NDArray[np.int8], progress: bool
+) -> tuple[Chosen, dict[int, Shortfall]]:
+    """Forces of all poses, and what is missing in the rows that cannot be held."""
     chosen = Chosen(status, poses.mechanism.limb_count)
     missing: dict[int, Shortfall] = {}
     hard = poses.socket is not None and poses.socket.is_hard
-    if hard or not poses.limits.is_free:
+    if hard or poses.limits is not None:
         missing = _shortfalls(split, poses, answered(status), status, progress)
     split.judge(poses, answered(status), chosen)
     rows = answered(status)
@@ -62,7 +125,7 @@ def distribute(
             try:
                 chosen.put(row, choose(split.program(poses, row)))
             except SolverFailed:
-                status[row] = STATUS.index("not_solved")
+                status[row] = _NOT_SOLVED
     else:
         split.choose(poses, rows, chosen)
     _mark_non_finite(chosen)
@@ -71,7 +134,7 @@ def distribute(
 
 def _is_determined(split: Split, poses: PoseStack) -> bool:
     """Whether limits of f leave nothing to choose, because there are none or f is the only one that balances."""
-    if poses.limits.is_free:
+    if poses.limits is None:
         return True
     loaded = split.chooses_sides and bool(poses.state.moment_of_g[..., poses.upu].any())
     return poses.mechanism.limb_count == 3 and not loaded and not poses.side_bounds.by_tension
@@ -86,11 +149,11 @@ def _shortfalls(
         try:
             missing = shortfall(split.program(poses, row))
         except SolverFailed:
-            status[row] = STATUS.index("not_solved")
+            status[row] = _NOT_SOLVED
             continue
         if missing is not None:
             found[row] = missing
-            status[row] = QUERY_STATUS.index("infeasible")
+            status[row] = _INFEASIBLE
     return found
 
 
@@ -99,8 +162,8 @@ def _mark_non_finite(chosen: Chosen) -> None:
     if np.isfinite(chosen.f.sum() + chosen.g.sum()):
         return
     finite = np.isfinite(chosen.f).all(axis=1) & np.isfinite(chosen.g).all(axis=1)
-    chosen.status[~finite & (chosen.status < STATUS.index("singular"))] = STATUS.index("not_solved")
-    empty = chosen.status >= STATUS.index("singular")
+    chosen.status[~finite & (chosen.status < _SINGULAR)] = _NOT_SOLVED
+    empty = chosen.status >= _SINGULAR
     for array in (chosen.f, chosen.g, chosen.kkt, chosen.gap):
         array[empty] = np.nan
     chosen.unique[empty] = False

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, as_choice
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.arm_loads import arm_loads
@@ -20,17 +20,16 @@ from ..wrist.forces.closed_form import classify
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist_chain.equilibrium import EquilibriumModel
-from .answer import QUERY_STATUS, answered, distribute
+from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, ForceLimits
-from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
-from .finished import finished
+from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .result import Reaction
 from .splits.limb_and_side_forces import Socket, Weights
-from .splits.registry import as_split, check_option
+from .splits.registry import SPLITS
 from .splits.split import PoseStack, Split
 
-__all__ = ["QUERY_STATUS", "reaction"]
+__all__ = ["QUERY_STATUS", "as_split", "check_option", "reaction"]
 
 
 def reaction(
@@ -51,46 +50,65 @@ def reaction(
 
     Source: thesis (D-7), (D-9), (D-30).
     """
-    law = as_split(split)
-    _check_options(law, constraint_bounds=constraint_bounds, weights=weights, cone=cone)
-    mechanism = model.mechanism
+    law, mechanism = as_split(split), model.mechanism
+    if not (constraint_bounds is None and weights is None and cone is None):
+        _check_options(law, constraint_bounds=constraint_bounds, weights=weights, cone=cone)
     law.check(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
-    n = mechanism.limb_count
-    if isinstance(centre_offset, CentrePath):
-        centre_offset = centre_offset.offset(orientation)
     offset = None
     if centre_offset is not None:
-        offset = law.offsets(query.matrices, *as_offset(centre_offset, query.shape))
-    limits = ForceLimits(actuator_bounds, query.shape, n, partial(_lengths, mechanism, query, offset))
-    bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed, offset is not None)
+        moved = centre_offset.offset(orientation) if isinstance(centre_offset, CentrePath) else centre_offset
+        offset = law.offsets(query.matrices, *as_offset(moved, query.shape))
+    limits = None
+    if actuator_bounds is not None:
+        lengths = partial(_lengths, mechanism, query, offset)
+        limits = ForceLimits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
+    bounds = UNBOUNDED
+    if constraint_bounds is not None:
+        one_signed = limits is not None and limits.one_signed
+        bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
     loads = arm_loads(mechanism, query)
     if offset is None:
-        found = _aligned(model, law, query, orientation, limits, progress)
+        found = _aligned(model, law, query, limits, progress)
     else:
         displaced = Displaced(mechanism, query, *offset, *loads[:2])
         _mark_out_of_stroke(displaced.status, limits)
         side = displaced.side
         found = _Equilibria(displaced.state, displaced.tensions, side.stiffness, side.misfit, *displaced.classified)
-    poses = PoseStack(
-        mechanism,
-        float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()),
-        np.flatnonzero(mechanism.is_upu),
-        found.state,
-        found.tensions,
-        found.state.shoulder_of_g,
-        found.stiffness,
-        found.misfit,
-        limits,
-        bounds,
-        socket,
-        weights,
-    )
-    chosen, missing = distribute(law, poses, found.status, progress)
-    return finished(law, poses, query, chosen, missing, found.margin, found.determinant, loads)
+    poses = PoseStack(mechanism, model.radius, model.upu, *found[:4], limits, bounds, socket, weights)
+    return answer(law, poses, query.shape, found.status, found.margin, found.determinant, loads, progress)
+
+
+def as_split(split: str | Split) -> Split:
+    """The split of a name, or an instance of a class of one's own.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none of that name.
+    """
+    if isinstance(split, str) and split in SPLITS:
+        return SPLITS[split]
+    return split if isinstance(split, Split) else SPLITS[as_choice("split", split, tuple(SPLITS))]
+
+
+def check_option(split: Split, option: str) -> None:
+    """Refuse an option that a split cannot follow.
+
+    Raises
+    ------
+    InvalidInput
+        Saying why, or which splits can.
+    """
+    if option in split.options:
+        return
+    if option in split.refusals:
+        raise InvalidInput(split.refusals[option])
+    names = [f'split="{other.name}"' for other in SPLITS.values() if option in other.options]
+    raise InvalidInput(f"{option} belong to {' or '.join(names)}, got split={split.name!r}")
 
 
 class _Equilibria(NamedTuple):
@@ -106,18 +124,18 @@ class _Equilibria(NamedTuple):
 
 
 def _aligned(
-    model: EquilibriumModel, law: Split, query: Query, orientation: Rotation, limits: ForceLimits, progress: bool
+    model: EquilibriumModel, law: Split, query: Query, limits: ForceLimits | None, progress: bool
 ) -> _Equilibria:
     """Equilibrium through Pinocchio, where the device's centre is the shoulder's."""
     mechanism = model.mechanism
-    status, margin, determinant = classify(mechanism, query.matrices)
-    _mark_out_of_stroke(status, limits)
-    state = model.states(query, orientation.as_quat().reshape(-1, 4), answered(status).tolist(), progress)
-    none = np.zeros((len(status), 3))
-    stiffness = misfit = np.zeros((len(status), mechanism.limb_count))
+    limbs = classify(mechanism, query.matrices)
+    _mark_out_of_stroke(limbs.status, limits)
+    state = model.states(query, limbs, answered(limbs.status), progress)
+    stiffness = misfit = np.zeros_like(limbs.length)
     if law.shoulder_stiffness(mechanism) is not None:
+        none = np.zeros((len(stiffness), 3))
         stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
-    return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, status, margin, determinant)
+    return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3])
 
 
 def _lengths(mechanism: Mechanism, query: Query, offset: tuple[FloatArray, FloatArray] | None) -> FloatArray:
@@ -127,8 +145,10 @@ def _lengths(mechanism: Mechanism, query: Query, offset: tuple[FloatArray, Float
     return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
 
 
-def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits) -> None:
+def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits | None) -> None:
     """Mark poses in which an actuator cannot take the length of its limb."""
+    if limits is None:
+        return
     status[(status < QUERY_STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
 
 

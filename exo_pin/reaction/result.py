@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..core.validation import FloatArray, ReadOnly
 from .indeterminacy.certificate import Certificate
+from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_table
 
@@ -66,9 +68,6 @@ class Reaction(ReadOnly):
         Shape (..., n, 6): force and moment of each limb on the torso.
     spherical_force : ndarray
         Shape (..., 3): F_s with limbs that carry no side force, the F_s0 of (D-34).
-    ratio : ndarray
-        Γ = |F_s| / |F_s0| of (D-34), shape (...). Both vanish together at some poses: the ratio is NaN there,
-        so never average it over a workspace.
     split : str
         How what equilibrium leaves open was shared out.
     status : ndarray of str
@@ -83,8 +82,8 @@ class Reaction(ReadOnly):
     residual : ndarray
         Shape (...): what force and moment balance of the arm miss, relative to the largest force (moments over
         the largest |B_i|), evaluated from the wrenches above; NaN without an answer.
-    certificate : Certificate
-        Which of these numbers equilibrium determines.
+    source : ComponentSource
+        From which :attr:`certificate` is computed on demand.
     body_weight : float or None
         Weight of the person under standard gravity, N, where the mass is known.
     trivial : bool
@@ -108,19 +107,37 @@ class Reaction(ReadOnly):
     cuff_wrench: FloatArray
     harness_wrenches: FloatArray
     spherical_force: FloatArray
-    ratio: FloatArray
     split: str
     status: NDArray[np.str_]
     margin: FloatArray
     determinant: FloatArray
     residual: FloatArray
-    certificate: Certificate
+    source: ComponentSource
     body_weight: float | None = None
     trivial: bool = False
     centre_displacement: FloatArray | None = None
     side_stiffness: FloatArray | None = None
     optimum: Optimum | None = None
     infeasibility: Infeasibility | None = None
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Which of these numbers equilibrium determines."""
+        return self.source.certificate()
+
+    @property
+    def ratio(self) -> FloatArray:
+        """Γ = |F_s| / |F_s0| of (D-34), shape (...).
+
+        Both vanish together at some poses: the ratio is NaN there, so never average it over a workspace.
+
+        Source: thesis (D-34).
+        """
+        size, reference = self.magnitude, np.linalg.norm(self.spherical_force, axis=-1)
+        nothing = 1e-12 * np.maximum(size, np.abs(self.limb_wrenches[..., :3]).max(axis=(-1, -2)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(reference > nothing, size / reference, np.where(size > nothing, np.inf, np.nan))
+        return np.asarray(np.where(np.isnan(size), np.nan, ratio))
 
     @property
     def magnitude(self) -> FloatArray:

@@ -5,7 +5,6 @@ Symbols and signs are those of the formulas.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -22,9 +21,11 @@ from ..numerics.vectors import (
     SINGULAR,
     SINGULAR_MARGIN,
     along_normals,
+    dot,
     gram,
     limb,
     matrix,
+    root,
     second_invariant,
     status_code,
     triple,
@@ -109,7 +110,7 @@ def _margin(X: Any, reach: Any, radius: float) -> float:
                 part_volume = triple(vector(X, i), vector(X, j), vector(X, k))
                 part_volume *= (reach[i] / radius) * (reach[j] / radius) * (reach[k] / radius)
                 volume += part_volume * part_volume
-    return math.sqrt(volume / second)
+    return root(volume / second)
 
 
 @kernel
@@ -117,7 +118,8 @@ def largest_radius(platform: Any) -> float:
     """The largest |B_i|, m."""
     radius = 0.0
     for i in range(platform.shape[0]):
-        radius = max(radius, math.sqrt(platform[i, 0] ** 2 + platform[i, 1] ** 2 + platform[i, 2] ** 2))
+        p = vector(platform, i)
+        radius = max(radius, root(dot(p, p)))
     return radius
 
 
@@ -139,16 +141,26 @@ def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float
 
 
 @kernel(stack=True)
-def classify_stack(R: Any, base: Any, platform: Any, upu: Any, status: Any, margin: Any, determinant: Any) -> None:
-    """Fill status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of a stack of poses."""
-    n = base.shape[0]
-    b, s, X = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-    length, reach = np.empty(n), np.empty(n)
+def classify_stack(
+    R: Any,
+    base: Any,
+    platform: Any,
+    upu: Any,
+    b: Any,
+    s: Any,
+    X: Any,
+    length: Any,
+    reach: Any,
+    status: Any,
+    margin: Any,
+    determinant: Any,
+) -> None:
+    """:func:`limb_stack`, and status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of every pose."""
     radius = largest_radius(platform)
     for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        status[k], margin[k] = pose_status(X, reach, upu, radius)
-        determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if n == 3 else np.nan
+        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
+        status[k], margin[k] = pose_status(X[k], reach[k], upu, radius)
+        determinant[k] = triple(vector(X[k], 0), vector(X[k], 1), vector(X[k], 2)) if base.shape[0] == 3 else np.nan
 
 
 @kernel

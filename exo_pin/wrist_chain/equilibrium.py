@@ -1,90 +1,60 @@
-"""Equilibrium of arm and limbs in one pose: the equations of motion of the closed chain, solved limb by limb.
+"""Equilibrium of arm and limbs through Pinocchio: the equations of motion of the closed chain, solved limb by limb.
 
 The tree hangs from the arm (see :mod:`exo_pin.wrist_chain.wrist_urdf`): every limb is a branch, closed onto the
-torso at A_i. Write λ_i for what the torso puts on limb i at its closure. Of the chain's equations of motion
-(:mod:`exo_pin.chain.dynamics.equations_of_motion`), the rows of a limb's own joints say
+torso at A_i. Write λ_i for the wrench about O that the torso puts on limb i at its closure. With the columns J_i of
+the tree's Jacobian that belong to the limb's own joints, their equations of motion are
 
     J_iᵀ λ_i = τ_i + e_slide f_i          τ_i of the open tree; the actuator's effort is -f_i, tension pulls
 
 and, for a UPU limb, five such rows leave one freedom of the six, the couple in the universal joint at B_i. That
 couple defines g_i, also where the limb has mass: it is g_i |B_i| about b_i/|b_i| × X_i, on the arm, (D-18). So λ_i is
 affine in f_i and g_i, and what is left is the arm's moment balance for f and its force balance for F_s.
+
+The joint angles that close the loops are known in closed form. The plane O A_i B_i, across X_i, holds b_i, s_i and a_i:
+two of the angles are those between them. The other two are turns of X_i about b_i and about a_i.
 """
 
 from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
 
 from ..chain import ClosedChain
-from ..chain.dynamics.equations_of_motion import EquationsOfMotion, equations_of_motion
 from ..core.progress import track
 from ..core.validation import FloatArray
 from ..design import Arm, Limb, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
-from ..wrist.kernels import limb_vectors
-from .joint_angles import NeutralLimbs, joint_angles, side_couples
+from ..wrist.forces.closed_form import Limbs, classify
 from .wrist_urdf import mechanism_urdf
 
 __all__ = ["EquilibriumModel"]
 
-
-def _without_spin(limb: Limb) -> Limb:
-    """An SPS limb may spin about its own line at any rate, so its inertia about that line is left out."""
-    if limb.kind != "SPS" or limb.mass == 0.0:
-        return limb
-    base, platform = limb.base_body, limb.platform_body
-    return replace(
-        limb,
-        base_body=base and replace(base, axial_inertia=0.0),
-        platform_body=platform and replace(platform, axial_inertia=0.0),
-    )
-
-
-class _LimbPose(NamedTuple):
-    """The limbs of one pose, base frame, filled by :func:`limb_vectors` and :func:`joint_angles`.
-
-    Attributes
-    ----------
-    b, s, X : ndarray
-        Vectors from O to B_i, directions and axes of the limbs, shape (n, 3).
-    length, reach : ndarray
-        Shape (n,), m.
-    angles : ndarray
-        Shape (n, 5), angles of the limbs' joints, rad, and the slide, m.
-    """
-
-    b: FloatArray
-    s: FloatArray
-    X: FloatArray
-    length: FloatArray
-    reach: FloatArray
-    angles: FloatArray
-
-    @classmethod
-    def empty(cls, n: int) -> _LimbPose:
-        """Memory for n limbs."""
-        return cls(np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n), np.empty((n, 5)))
+#: Largest distance, m, and turn, rad, by which a loop may be open.
+_CLOSED = 1e-12
 
 
 class EquilibriumModel:
-    """A mechanism's closed chain, ready for equilibrium pose by pose.
-
-    May be used from several threads at once: each thread has its own memory for the limbs of its pose.
+    """A mechanism's tree in Pinocchio, ready for equilibrium pose by pose. May be used from several threads at once.
 
     Parameters
     ----------
     mechanism : Mechanism
-        With an arm. An arm without inertia is given none, so only poses at rest may then be asked.
+        With an arm. An arm without inertia is given none, so it must be at rest then.
 
     Attributes
     ----------
-    chain : ClosedChain
-        The chain with the ball joint.
+    model : pinocchio.Model
+        The tree with the ball joint.
+    upu, sps : ndarray of int
+        Indices of the UPU and of the other limbs.
+    radius : float
+        Largest |B_i|, m.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -93,40 +63,80 @@ class EquilibriumModel:
         if arm.inertia is None:
             arm = Arm(arm.mass, arm.centre_of_mass, np.zeros((3, 3)))
         mechanism = mechanism.replace(arm=arm, limbs=tuple(_without_spin(limb) for limb in mechanism.limbs))
-        self.chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="whole"))
-        self._model = self.chain.model
-        geometry = mechanism.geometry
-        self._neutral = NeutralLimbs(geometry)
-        self._base_axes = -geometry.base_points / np.linalg.norm(geometry.base_points, axis=-1, keepdims=True)
-        self._radii = np.linalg.norm(geometry.platform_points, axis=-1)
-        self._upu = np.flatnonzero(mechanism.is_upu)
-        self._sps = np.flatnonzero(~mechanism.is_upu)
+        text, self._closures = mechanism_urdf(mechanism, part="whole")
+        self.model = model = pin.buildModelFromXML(text, pin.JointModelSpherical(), self._closures.root.name)
+        model.gravity.linear = mechanism.gravity
+        self.upu, self.sps = np.flatnonzero(mechanism.is_upu), np.flatnonzero(~mechanism.is_upu)
         self._massless = mechanism.limbs_are_massless
-        names = ("platform_y", "platform_x", "slide", "base_x", "base_y")
-        joints = [
-            [self._model.getJointId(f"limb_{i + 1}_{name}") for name in names[: 5 if limb.kind == "UPU" else 3]]
-            for i, limb in enumerate(mechanism.limbs)
-        ]
-        self._first_joint = [ids[0] for ids in joints]
-        self._q_index = [[self._model.joints[j].idx_q for j in ids] for ids in joints]
-        v_index = [[self._model.joints[j].idx_v for j in ids] for ids in joints]
-        self._upu_columns = np.array([v_index[i] for i in self._upu], dtype=int).reshape(-1, 5)
-        closures = [self.chain.rows(role.closure) for role in self.chain.roles.limbs]
-        rigid = [np.arange(own.start, own.stop) for own in closures if own.stop - own.start == 6]
-        self._upu_rows = np.array(rigid, dtype=int).reshape(-1, 6)
-        self._slides = np.array([columns[2] for columns in v_index])
+        self._index_joints()
+        self._set_neutral()
         self._local = threading.local()
 
     def __reduce__(self) -> tuple[type[EquilibriumModel], tuple[Mechanism]]:
         return type(self), (self.mechanism,)
 
-    @property
-    def _pose(self) -> _LimbPose:
-        """This thread's limbs in the pose that :meth:`configuration` was called with last."""
-        pose = getattr(self._local, "pose", None)
-        if pose is None:
-            pose = self._local.pose = _LimbPose.empty(self.mechanism.limb_count)
-        return pose
+    @cached_property
+    def chain(self) -> ClosedChain:
+        """The same tree as a closed chain."""
+        return ClosedChain(self.model, self._closures)
+
+    def _index_joints(self) -> None:
+        """Where the limbs' joints and ends stand in the model."""
+        model, names = self.model, ("platform_y", "platform_x", "slide", "base_x", "base_y")
+        ids = [
+            [model.getJointId(f"limb_{i + 1}_{name}") for name in names[: 5 if i in self.upu else 3]]
+            for i in range(self.mechanism.limb_count)
+        ]
+        self._first_joint = [own[0] for own in ids]
+        self._q_index = np.concatenate([[model.idx_qs[j] for j in own] for own in ids])
+        #: Which of the angles, shape (n, 5), these are.
+        self._angles = np.concatenate([5 * i + np.arange(len(own)) for i, own in enumerate(ids)])
+        columns = [[model.idx_vs[j] for j in own] for own in ids]
+        self._upu_columns = np.array([columns[i] for i in self.upu], dtype=int).reshape(-1, 5)
+        self._slides = np.array([own[2] for own in columns])
+        self._ends = [model.getFrameId(closure.frame_a) for closure in self._closures.closures]
+        places = [closure.placement_b for closure in self._closures.closures]
+        targets = [pin.SE3(pin.Quaternion(np.array(place.quaternion)), np.array(place.translation)) for place in places]
+        self._targets = np.array([target.homogeneous for target in targets])
+        held = np.ones_like(self._targets, dtype=bool)
+        held[self.sps, :, :3] = False
+        self._held = held.nonzero()
+
+    def _set_neutral(self) -> None:
+        """What the joint angles are measured from: the limbs in the neutral pose, where all of them are zero."""
+        geometry = self.mechanism.geometry
+        R = geometry.neutral.as_matrix()
+        limbs = classify(self.mechanism, R[None])
+        size_a, size_b = (np.linalg.norm(p, axis=1) for p in (geometry.base_points, geometry.platform_points))
+        self._radii, self.radius = size_b, float(size_b.max())
+        X = limbs.X[0] @ R
+        for i in np.flatnonzero(limbs.reach[0] == 0.0):
+            X[i] = across(geometry.platform_points[i])
+        # Turns of X about -b in the axes of the arm, and about -a in those of the base: sine and cosine per unit of X.
+        self._about_b = np.stack([-np.cross(geometry.platform_points / size_b[:, None], X), X], axis=-1)
+        X = X @ R.T
+        self._about_a = np.stack([np.cross(geometry.base_points / size_a[:, None], X), X], axis=-1)
+        self._neutral: FloatArray = np.zeros(0)
+        self._neutral = self._joint_angles(R[None], limbs)[0]
+
+    def _joint_angles(self, matrices: FloatArray, limbs: Limbs) -> FloatArray:
+        """Angles of platform_y, platform_x, slide (m), base_x and base_y of all limbs, shape (N, 5 n), rad.
+
+        Source: thesis (D-4), (D-11), (D-12).
+        """
+        count, n = limbs.length.shape
+        sines, cosines = np.empty((2, count, n, 4))
+        turn = (limbs.X @ matrices)[:, :, None] @ self._about_b
+        sines[..., 0], cosines[..., 0] = turn[:, :, 0, 0], turn[:, :, 0, 1]
+        turn = limbs.X[:, :, None] @ self._about_a
+        sines[..., 3], cosines[..., 3] = turn[:, :, 0, 0], turn[:, :, 0, 1]
+        sines[..., 1], sines[..., 2] = limbs.reach, -limbs.reach
+        cosines[..., 1] = -(limbs.b * limbs.s).sum(axis=2)
+        cosines[..., 2] = -(self.mechanism.geometry.base_points * limbs.s).sum(axis=2)
+        angles = np.empty((count, n, 5))
+        angles[..., [0, 1, 3, 4]], angles[..., 2] = np.arctan2(sines, cosines), limbs.length
+        angles = angles.reshape(count, -1)
+        return angles - self._neutral if self._neutral.size else angles
 
     def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:
         """Joint vector with closed loops for a pose, shape (nq,).
@@ -142,53 +152,51 @@ class EquilibriumModel:
         ------
         LoopNotClosed
             If the loops do not close to 1e-12.
-
-        Notes
-        -----
-        Source: thesis (D-4), (D-11), (D-12).
         """
-        geometry, neutral, pose = self.mechanism.geometry, self._neutral, self._pose
-        limb_vectors(
-            R,
-            geometry.base_points,
-            geometry.platform_points,
-            pose.b,
-            pose.s,
-            pose.X,
-            pose.length,
-            pose.reach,
-        )
-        joint_angles(
-            R,
-            geometry.platform_points,
-            self._base_axes,
-            pose.s,
-            pose.X,
-            pose.length,
-            pose.reach,
-            neutral.axes,
-            neutral.directions,
-            neutral.lengths,
-            neutral.base_axes,
-            neutral.matrix,
-            pose.angles,
-        )
-        q = np.empty(self._model.nq)
-        q[:4] = quaternion
-        for index, angles in zip(self._q_index, pose.angles, strict=True):
-            q[index] = angles[: len(index)]
-        return self.chain.close(q)
+        q = self._configurations(R[None], quaternion[None], classify(self.mechanism, R[None]))[0]
+        return self._linearised(q)
 
-    def states(self, query: Query, quaternions: FloatArray, rows: list[int], progress: bool = False) -> AffineState:
+    def _configurations(self, matrices: FloatArray, quaternions: FloatArray, limbs: Limbs) -> FloatArray:
+        """Joint vectors of N poses, shape (N, nq)."""
+        q = np.empty((len(matrices), self.model.nq))
+        q[:, :4] = quaternions
+        q[:, self._q_index] = self._joint_angles(matrices, limbs)[:, self._angles]
+        return q
+
+    @property
+    def _data(self) -> pin.Data:
+        """This thread's memory."""
+        data = getattr(self._local, "data", None)
+        if data is None:
+            data = self._local.data = self.model.createData()
+        return data
+
+    def _linearised(self, q: FloatArray) -> FloatArray:
+        """Fill placements and Jacobian of this thread's data; returns q, with closed loops.
+
+        Raises
+        ------
+        LoopNotClosed
+            If the loops do not close to 1e-12.
+        """
+        model, data = self.model, self._data
+        pin.computeJointJacobians(model, data, q)
+        ends = np.array([pin.updateFramePlacement(model, data, frame).homogeneous for frame in self._ends])
+        if not np.abs(ends - self._targets)[self._held].max(initial=0.0) <= _CLOSED:
+            q = self.chain.close(q)
+            pin.computeJointJacobians(model, data, q)
+        return q
+
+    def states(self, query: Query, limbs: Limbs, rows: NDArray[np.intp], progress: bool = False) -> AffineState:
         """Equilibrium of a stack of N poses.
 
         Parameters
         ----------
         query : Query
             Poses, motion and load.
-        quaternions : ndarray
-            Shape (N, 4), the same poses, xyzw.
-        rows : list of int
+        limbs : Limbs
+            Of these poses, from :func:`exo_pin.wrist.forces.closed_form.classify`.
+        rows : ndarray of int
             Poses that have an answer; the rows of the others are zero.
         progress : bool
             Whether to show a progress bar.
@@ -202,78 +210,102 @@ class EquilibriumModel:
         -----
         Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
-        count, n = len(query.matrices), self.mechanism.limb_count
-        closure, of_f, of_g, share = (np.zeros((count, n, 6)) for _ in range(4))
-        wrench = np.zeros((count, 6))
-        for k in track(rows, "reaction", progress):
-            R = query.matrices[k]
-            q = self.configuration(R, quaternions[k])
-            v, a = self._motion(R, q, query.velocity[k], query.acceleration[k])
-            # Closed by construction, and massless limbs need no motion of their own: nothing to refuse.
-            balance = equations_of_motion(self.chain.state, q, v, a, check_closed=False)
+        model, data, count = self.model, self._data, len(query.matrices)
+        q = self._configurations(query.matrices, query.quaternions, limbs)
+        closure, of_f, of_g, share = np.zeros((4, count, self.mechanism.limb_count, 6))
+        wrench, tau, J = np.zeros((count, 6)), np.zeros((count, model.nv)), np.zeros((count, 6, model.nv))
+        v = a = np.zeros(model.nv)
+        moves = query.velocity.any() or query.acceleration.any()
+        for k in track(rows.tolist(), "reaction", True) if progress else rows.tolist():
+            q_k = self._linearised(q[k])
+            J[k] = data.J
+            if moves:
+                v, a = self._motion(query.matrices[k].T, q_k, query.velocity[k], query.acceleration[k])
+            tau[k] = pin.rnea(model, data, q_k, v, a)
+            wrench[k] = data.oMi[1].act(data.f[1]).vector
             if not self._massless:
-                share[k] = balance.tree[self._first_joint]
-            if self._upu.size:
-                self._close_upu(balance, share[k], closure[k], of_f[k], of_g[k])
-            if self._sps.size:
-                self._close_sps(balance.tau, share[k], closure[k], of_f[k])
-            wrench[k, :3], wrench[k, 3:] = balance.tree[1, :3] - query.force[k], balance.tree[1, 3:] - query.moment[k]
-        # Side wrenches are forces through O: what the solves leave as moment is rounding.
-        of_g[:, :, 3:] = 0.0
+                share[k] = [data.oMi[j].act(data.f[j]).vector for j in self._first_joint]
+        wrench[:, :3] -= query.force
+        wrench[:, 3:] -= query.moment
+        if self.upu.size:
+            self._close_upu(rows, J[rows], tau[rows], share, closure, of_f, of_g)
+        if self.sps.size:
+            self._close_sps(limbs, tau, share, closure, of_f)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
 
     def _motion(
-        self, R: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray
+        self, to_arm: FloatArray, q: FloatArray, velocity: FloatArray, acceleration: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Velocities and accelerations of all joints; massless limbs need none of theirs."""
-        v, a = np.zeros(self._model.nv), np.zeros(self._model.nv)
-        v[:3], a[:3] = R.T @ velocity, R.T @ acceleration
-        if self._massless or not (velocity.any() or acceleration.any()):
-            return v, a
-        return self.chain.dependent_motion(q, ["root_joint"], v[:3], a[:3])
+        v, a = np.zeros((2, self.model.nv))
+        v[:3], a[:3] = to_arm @ velocity, to_arm @ acceleration
+        return (v, a) if self._massless else self.chain.dependent_motion(q, ["root_joint"], v[:3], a[:3])
 
     def _close_upu(
         self,
-        balance: EquationsOfMotion,
+        rows: NDArray[np.intp],
+        J: FloatArray,
+        tau: FloatArray,
         share: FloatArray,
         closure: FloatArray,
         of_f: FloatArray,
         of_g: FloatArray,
     ) -> None:
-        """Fill the rows of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i.
+        """Fill the UPU limbs of some poses: five joint rows and the couple at B_i for six components of λ_i.
 
-        Source: thesis (D-14), (D-15), (D-17), (D-18).
+        Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·M - |b| X·F, and the joint platform_x, about
+        the axis X through B, has the column (b × X, X) in the tree's Jacobian J, shape (k, 6, nv).
+
+        Source: thesis (D-13), (D-14), (D-15), (D-17), (D-18).
         """
-        limbs, columns, own = self._upu, self._upu_columns, self._upu_rows
-        X, radius = self._pose.X[limbs], self._radii[limbs]
-        couple = np.empty((limbs.size, 6))
-        side_couples(self._pose.b[limbs], X, couple)
-        # In the multipliers of the limb's rigid closure; ``unit`` makes wrenches about O of them.
-        unit = balance.unit[own]
-        rows = np.empty((limbs.size, 6, 6))
-        rows[:, :5] = balance.jacobian[own[:, None, :], columns[:, :, None]]
-        rows[:, 5] = (unit @ couple[:, :, None])[:, :, 0]
-        target = np.zeros((limbs.size, 6, 3))
-        target[:, :5, 0] = balance.tau[columns]
-        target[:, 5, 0] = (couple * share[limbs]).sum(axis=1)
-        target[:, 2, 1] = 1.0
-        target[:, 5, 2] = radius
-        solved = unit.transpose(0, 2, 1) @ np.linalg.solve(rows, target)
-        closure[limbs], of_f[limbs], of_g[limbs] = solved[:, :, 0], solved[:, :, 1], solved[:, :, 2]
+        columns, radius = self._upu_columns, self._radii[self.upu]
+        own = J[:, :, columns].transpose(0, 2, 3, 1)
+        system, target = np.empty((*own.shape[:2], 6, 6)), np.zeros((*own.shape[:2], 6, 3))
+        system[:, :, :5] = own
+        couple = system[:, :, 5]
+        couple[..., :3], couple[..., 3:] = -radius[:, None] * own[:, :, 1, 3:], own[:, :, 1, :3] / radius[:, None]
+        at = np.ix_(rows, self.upu)
+        if not self._massless:
+            target[:, :, :5, 0] = tau[:, columns]
+            target[:, :, 5, 0] = (couple * share[at]).sum(axis=2)
+        target[:, :, 2, 1] = 1.0
+        target[:, :, 5, 2] = radius
+        solved = np.linalg.solve(system, target)
+        # Side wrenches are forces through O: what the solution has as moment is rounding.
+        solved[:, :, 3:, 2] = 0.0
+        closure[at], of_f[at], of_g[at] = solved[..., 0], solved[..., 1], solved[..., 2]
 
-    def _close_sps(self, tau: FloatArray, share: FloatArray, closure: FloatArray, of_f: FloatArray) -> None:
-        """Fill the rows of the SPS limbs: a pure force through A_i, also where the limb points at O.
+    def _close_sps(
+        self, limbs: Limbs, tau: FloatArray, share: FloatArray, closure: FloatArray, of_f: FloatArray
+    ) -> None:
+        """Fill the SPS limbs: a pure force through A_i, also where the limb points at O.
 
         Along the limb the slide's row gives it, across the limb the moment balance of the limb about B_i.
 
         Source: thesis (D-6), (D-14), (D-15).
         """
-        limbs = self._sps
-        s, length, b = self._pose.s[limbs], self._pose.length[limbs, None], self._pose.b[limbs]
-        base = self.mechanism.geometry.base_points[limbs]
-        about_B = share[limbs, 3:] - np.cross(b, share[limbs, :3])
-        across = np.cross(s, about_B) / np.where(length > 0.0, length, 1.0)
-        along = -(tau[self._slides[limbs]])[:, None] * s
-        force = along + across
-        closure[limbs] = np.concatenate([force, np.cross(base, force)], axis=1)
-        of_f[limbs] = np.concatenate([-s, np.cross(base, -s)], axis=1)
+        own = self.sps
+        s, length, b, carried = limbs.s[:, own], limbs.length[:, own, None], limbs.b[:, own], share[:, own]
+        base = self.mechanism.geometry.base_points[own]
+        about_B = carried[..., 3:] - np.cross(b, carried[..., :3])
+        force = np.cross(s, about_B) / np.where(length > 0.0, length, 1.0) - tau[:, self._slides[own], None] * s
+        closure[:, own] = np.concatenate([force, np.cross(base, force)], axis=2)
+        of_f[:, own] = np.concatenate([-s, np.cross(base, -s)], axis=2)
+
+
+def across(vector: FloatArray) -> FloatArray:
+    """Unit vector at right angles to ``vector``: its cross product with the coordinate axis it is farthest from."""
+    axis = np.cross(vector, np.eye(3)[np.abs(vector).argmin()])
+    return np.asarray(axis / np.linalg.norm(axis))
+
+
+def _without_spin(limb: Limb) -> Limb:
+    """An SPS limb may spin about its own line at any rate, so its inertia about that line is left out."""
+    if limb.kind != "SPS" or limb.mass == 0.0:
+        return limb
+    base, platform = limb.base_body, limb.platform_body
+    return replace(
+        limb,
+        base_body=base and replace(base, axial_inertia=0.0),
+        platform_body=platform and replace(platform, axial_inertia=0.0),
+    )

@@ -20,9 +20,9 @@ from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
 from ...wrist.forces.closed_form import STATUS
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from ..query import as_split, check_option
 from ..splits.elastic import Elastic
 from ..splits.minimal import Minimal
-from ..splits.registry import as_split, check_option
 from ..splits.spherical import Spherical
 from ..splits.standalone import Standalone
 from . import map_kernels

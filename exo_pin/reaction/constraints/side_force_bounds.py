@@ -9,7 +9,7 @@ from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, Unkno
 from ...core.validation import LARGEST, FloatArray, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["ConstraintBounds", "SideForceBounds"]
+__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds"]
 
 #: None, the word "actuator", or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | tuple[ArrayLike, ArrayLike] | None
@@ -110,6 +110,10 @@ class SideForceBounds:
             return self._pair[0].block(start, stop), self._pair[1].block(start, stop)
         infinite = np.full((1, self._limb_count), np.inf)
         return -infinite, infinite
+
+
+#: No bounds, for the bounds of single poses.
+UNBOUNDED = SideForceBounds(None, (), 0)
 
 
 def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:

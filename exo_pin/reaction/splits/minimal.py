@@ -72,7 +72,7 @@ class Minimal(Split):
             free = np.full(own.self_stress.shape[2], np.inf)
             low, high = poses.side_bounds.at(row, own.f[row])
             lower, upper = np.concatenate([-free, low[poses.upu]]), np.concatenate([free, high[poses.upu]])
-            answer.trivial[row] = poses.limits.is_free and is_trivial(effect, lower, upper)
+            answer.trivial[row] = poses.limits is None and is_trivial(effect, lower, upper)
             try:
                 best = least_force(own.shoulder[row], effect, lower, upper)
             except SolverFailed:

@@ -34,11 +34,10 @@ class PoseStack(NamedTuple):
         Of the N poses.
     tensions : BalancedTensions
         The tensions that balance it.
-    sides, stiffness, misfit : ndarray
-        Side wrenches S_g of the state, shape (N, 3, n), and of each limb along them its stiffness and misfit, shape
-        (N, n), N/m and m.
-    limits : ForceLimits
-        Of f.
+    stiffness, misfit : ndarray
+        Of each limb along its side wrench, shape (N, n), N/m and m.
+    limits : ForceLimits or None
+        Of f; None where there are none.
     side_bounds : SideForceBounds
         Of g.
     socket : Socket or None
@@ -52,13 +51,17 @@ class PoseStack(NamedTuple):
     upu: NDArray[np.intp]
     state: AffineState
     tensions: BalancedTensions
-    sides: FloatArray
     stiffness: FloatArray
     misfit: FloatArray
-    limits: ForceLimits
+    limits: ForceLimits | None
     side_bounds: SideForceBounds
     socket: Socket | None
     weights: Weights | None
+
+    @property
+    def sides(self) -> FloatArray:
+        """Side wrenches S_g of the state, shape (N, 3, n)."""
+        return self.state.shoulder_of_g
 
     def effect(self, row: int) -> FloatArray:
         """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
@@ -79,7 +82,7 @@ class PoseStack(NamedTuple):
 
     def program(self, row: int, **choices: Any) -> Pose:
         """The program of one pose within its limits, tensions only and of least norm unless ``choices`` say else."""
-        none = np.empty(0)
+        none, n = np.empty(0), len(self.tensions.f[row])
         fields: dict[str, Any] = {
             "state": self.state.row(row),
             "g_low": none,
@@ -95,8 +98,8 @@ class PoseStack(NamedTuple):
         return Pose(
             **(fields | choices),
             radius=self.radius,
-            f_low=self.limits.lower[row],
-            f_high=self.limits.upper[row],
+            f_low=np.full(n, -np.inf) if self.limits is None else self.limits.lower[row],
+            f_high=np.full(n, np.inf) if self.limits is None else self.limits.upper[row],
             socket=self.socket,
             metric=metric if metric is not None and len(metric) else None,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from ...load_case.arm_loads import carried
 from ...load_case.pose_stacks import as_query, require_massless
 from ..kernels import classify_stack, force_stack
 
-__all__ = ["STATUS", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
+__all__ = ["STATUS", "Limbs", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
 
 #: Names of the kernel's status codes.
 STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
@@ -184,34 +184,44 @@ def require_standalone(mechanism: Mechanism) -> None:
         )
 
 
-def classify(mechanism: Mechanism, matrices: FloatArray) -> tuple[NDArray[np.int8], FloatArray, FloatArray]:
-    """Tell poses that have an answer from those that have none.
+class Limbs(NamedTuple):
+    """The limbs in N poses, and whether the poses have an answer.
 
-    Parameters
+    Attributes
     ----------
-    mechanism : Mechanism
-        Geometry and limb kinds.
-    matrices : ndarray
-        Poses, shape (N, 3, 3).
-
-    Returns
-    -------
     status : ndarray of int8
         Index into :data:`STATUS`, shape (N,).
     margin : ndarray
         Shape (N,), as in :class:`WristForces`.
     determinant : ndarray
         det[X_1 X_2 X_3], shape (N,); NaN for other than three limbs, 0 with a folded limb.
+    b, s, X : ndarray
+        Vectors from O to B_i in m, directions and axes of the limbs, base frame, shape (N, n, 3); X is 0 for a folded
+        limb.
+    length, reach : ndarray
+        l_i, and distance h_i from O to the limb's line, shape (N, n), m.
     """
+
+    status: NDArray[np.int8]
+    margin: FloatArray
+    determinant: FloatArray
+    b: FloatArray
+    s: FloatArray
+    X: FloatArray
+    length: FloatArray
+    reach: FloatArray
+
+
+def classify(mechanism: Mechanism, matrices: FloatArray) -> Limbs:
+    """Find the limbs of poses, shape (N, 3, 3), and which poses have an answer."""
     count, geometry = len(matrices), mechanism.geometry
-    status, margin, determinant = np.empty(count, dtype=np.int8), np.empty(count), np.empty(count)
-    classify_stack(
-        matrices,
-        geometry.base_points,
-        geometry.platform_points,
-        np.flatnonzero(mechanism.is_upu),
-        status,
-        margin,
-        determinant,
+    n = geometry.limb_count
+    limbs = Limbs(
+        np.empty(count, dtype=np.int8),
+        *(np.empty(count) for _ in range(2)),
+        *(np.empty((count, n, 3)) for _ in range(3)),
+        *(np.empty((count, n)) for _ in range(2)),
     )
-    return status, margin, determinant
+    upu = np.flatnonzero(mechanism.is_upu)
+    classify_stack(matrices, geometry.base_points, geometry.platform_points, upu, *limbs[3:], *limbs[:3])
+    return limbs

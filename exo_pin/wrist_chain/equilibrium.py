@@ -135,7 +135,7 @@ class EquilibriumModel:
         cosines[..., 2] = -(self.mechanism.geometry.base_points * limbs.s).sum(axis=2)
         angles = np.empty((count, n, 5))
         angles[..., [0, 1, 3, 4]], angles[..., 2] = np.arctan2(sines, cosines), limbs.length
-        angles = angles.reshape(count, -1)
+        angles = angles.reshape(count, 5 * n)
         return angles - self._neutral if self._neutral.size else angles
 
     def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:

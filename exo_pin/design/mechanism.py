@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from ..core.conventions import GRAVITY, MIRROR, Side, as_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite
+from ..core.validation import FloatArray, as_finite, frozen
 from .arm import Arm
 from .geometry import WristGeometry
 from .limb import Limb
@@ -105,10 +106,10 @@ class Mechanism(Record):
         """Number of limbs n."""
         return len(self.limbs)
 
-    @property
+    @cached_property
     def is_upu(self) -> NDArray[np.bool_]:
         """Shape (n,), bool: which limbs have universal joints at both ends."""
-        return np.array([limb.kind == "UPU" for limb in self.limbs])
+        return frozen(np.array([limb.kind == "UPU" for limb in self.limbs]))
 
     @property
     def limbs_are_massless(self) -> bool:

@@ -13,8 +13,9 @@ Signs: f > 0 is tension, the limb pulls the arm with -f s; the side force -g X p
 
 from __future__ import annotations
 
-import math
 from typing import Any
+
+import numpy as np
 
 from ..core.compiled import intrinsic_kernel, kernel
 
@@ -75,7 +76,7 @@ def root(number: float) -> float:
 
     ``math.sqrt`` becomes a call of the C library, which keeps the loops around it from taking several poses at once.
     """
-    return math.sqrt(number)
+    return np.sqrt(number)
 
 
 @kernel(inline=True)

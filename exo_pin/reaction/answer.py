@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..core.errors import SolverFailed
 from ..core.progress import track
 from ..core.validation import FloatArray
-from ..wrist.forces.closed_form import STATUS
+from ..wrist.limbs import STATUS
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility, Shortfall
 from .indeterminacy.infeasible_poses import shortfall
@@ -57,7 +57,7 @@ def answer(
     margin, determinant : ndarray
         Shape (N,), as in :class:`Reaction`.
     arm : tuple of ndarray
-        What :func:`exo_pin.load_case.arm_loads.arm_loads` returns.
+        What :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
     progress : bool
         Whether to show a progress bar.
     """
@@ -113,7 +113,7 @@ def _distribute(
     split: Split, poses: PoseStack, status: NDArray[np.int8], progress: bool
 ) -> tuple[Chosen, dict[int, Shortfall]]:
     """Forces of all poses, and what is missing in the rows that cannot be held."""
-    chosen = Chosen(status, poses.mechanism.limb_count)
+    chosen = Chosen(status, poses.tensions.f.shape[1])
     missing: dict[int, Shortfall] = {}
     hard = poses.socket is not None and poses.socket.is_hard
     if hard or poses.limits is not None:

@@ -13,12 +13,11 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..load_case.arm_loads import arm_loads
-from ..load_case.pose_stacks import Query, as_query
+from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import AffineState, BalancedTensions
-from ..wrist.forces.closed_form import classify
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
+from ..wrist.limbs import classify
 from ..wrist_chain.equilibrium import EquilibriumModel
 from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
@@ -70,7 +69,7 @@ def reaction(
         one_signed = limits is not None and limits.one_signed
         bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
-    loads = arm_loads(mechanism, query)
+    loads = arm_loads(model.arm, mechanism.gravity, query)
     if offset is None:
         found = _aligned(model, law, query, limits, progress)
     else:

@@ -26,8 +26,8 @@ from ..core.validation import FloatArray, as_finite
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
 from ..reaction.splits.elastic import shoulder_stiffness
-from ..wrist.forces.closed_form import STATUS
 from ..wrist.forces.displaced import Displaced, as_offset
+from ..wrist.limbs import STATUS
 from .worst_case import WorstCase, loaded, status_names
 
 __all__ = ["side_forces_with_play", "worst_clearance"]

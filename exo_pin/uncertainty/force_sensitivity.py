@@ -27,9 +27,9 @@ from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.pose_stacks import as_query, require_massless
 from ..reaction.splits.registry import SPLITS
-from ..wrist.forces.closed_form import STATUS
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import SideWrenches
+from ..wrist.limbs import STATUS
 from .parameter_derivatives import SYMMETRIC, Seed, circle_seeds, geometry_seeds, load_seeds
 
 __all__ = ["Parameter", "Sensitivity", "sensitivity"]

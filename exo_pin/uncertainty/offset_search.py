@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..wrist.forces.closed_form import STATUS
 from ..wrist.forces.displaced import Displaced
+from ..wrist.limbs import STATUS
 from .worst_case import Loaded
 
 __all__ = ["OffsetSearch"]

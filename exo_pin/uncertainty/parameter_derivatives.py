@@ -21,8 +21,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..design.geometry import CircleDimensions
 from ..load_case import Load, Motion
-from ..load_case.arm_loads import arm_load
-from ..load_case.pose_stacks import Query, as_query
+from ..load_case.pose_stacks import Query, arm_load, as_query
 from ..wrist.forces.side_forces import SideWrenches, guide_flexibility, side_wrenches_of
 
 __all__ = ["Seed", "circle_seeds", "geometry_seeds", "load_seeds"]

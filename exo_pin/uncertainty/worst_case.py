@@ -14,10 +14,9 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_positive
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
-from ..load_case.arm_loads import arm_loads
-from ..load_case.pose_stacks import Query, as_query, require_massless
-from ..wrist.forces.closed_form import STATUS
+from ..load_case.pose_stacks import Query, arm_loads, as_query, require_massless
 from ..wrist.forces.displaced import Displaced, as_offset
+from ..wrist.limbs import STATUS
 
 __all__ = ["Loaded", "WorstCase", "loaded", "status_names", "worst_stiffness"]
 
@@ -150,7 +149,7 @@ def loaded(mechanism: Mechanism, orientation: Rotation, motion: Motion | None, l
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
     query = as_query(orientation, motion, load)
-    force, moment, _ = arm_loads(mechanism, query)
+    force, moment, _ = arm_loads(mechanism.require_arm("weight"), mechanism.gravity, query)
     return Loaded(query, force, moment)
 
 

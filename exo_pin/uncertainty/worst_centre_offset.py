@@ -18,7 +18,7 @@ from ..core.validation import as_finite, as_positive
 from ..design import Mechanism
 from ..load_case import Load, Motion
 from ..reaction.splits.registry import SPLITS
-from ..wrist.forces.closed_form import STATUS
+from ..wrist.limbs import STATUS
 from .offset_search import OffsetSearch
 from .worst_case import WorstCase, loaded, status_names
 

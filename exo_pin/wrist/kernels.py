@@ -1,4 +1,4 @@
-"""The wrist over arrays: the formulas of :mod:`exo_pin.numerics.vectors` for all limbs of a pose, all poses of a stack.
+"""Forces of the wrist, compiled: the formulas of :mod:`exo_pin.numerics.vectors` for all limbs of a pose.
 
 Symbols and signs are those of the formulas.
 """
@@ -21,16 +21,9 @@ from ..numerics.vectors import (
     SINGULAR,
     SINGULAR_MARGIN,
     along_normals,
-    dot,
-    gram,
-    limb,
-    matrix,
-    root,
-    second_invariant,
-    status_code,
-    triple,
     vector,
 )
+from .limbs import largest_radius, limb_vectors, pose_status
 
 __all__ = [
     "FOLDED",
@@ -42,125 +35,14 @@ __all__ = [
     "SINGULAR",
     "SINGULAR_MARGIN",
     "add_open",
-    "classify_stack",
-    "fill_limbs",
     "force_stack",
-    "largest_radius",
-    "limb_stack",
-    "limb_vectors",
     "open_effects",
-    "pose_status",
     "spherical_forces",
     "standalone_forces",
 ]
 
 #: Relative size of a singular value of the open forces' effects below which limbs alone do not hold the arm.
 _LOST_HOLD = 1e-9
-
-
-@kernel
-def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
-    """:func:`limb_vectors` with the pose as a tuple of rows."""
-    count = 0
-    for i in range(base.shape[0]):
-        b_i, s_i, X_i, length[i], reach[i], folded = limb(R, vector(base, i), vector(platform, i))
-        for j in range(3):
-            b[i, j], s[i, j], X[i, j] = b_i[j], s_i[j], X_i[j]
-        count += folded
-    return count
-
-
-@kernel
-def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
-    """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
-
-    A folded limb gets X = 0 and h = 0, one of no length also s = 0.
-
-    Source: thesis (4-1), (D-4), (D-11), (D-12).
-    """
-    return fill_limbs(matrix(R), base, platform, b, s, X, length, reach)
-
-
-@kernel(stack=True)
-def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> None:
-    """:func:`limb_vectors` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
-    for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
-
-
-@kernel
-def _margin(X: Any, reach: Any, radius: float) -> float:
-    """Smallest singular value of the matrix of rows h_i X_i / radius, within a factor √3, dimensionless.
-
-    det / sqrt(second invariant of the Gram matrix): it goes to the singular value itself where that goes to zero,
-    and does not square it, as the eigenvalues of the Gram matrix would.
-    """
-    n = X.shape[0]
-    g0 = g1 = g2 = g3 = g4 = g5 = 0.0
-    for i in range(n):
-        part = gram(vector(X, i), reach[i] / radius)
-        g0, g1, g2, g3, g4, g5 = g0 + part[0], g1 + part[1], g2 + part[2], g3 + part[3], g4 + part[4], g5 + part[5]
-    second = second_invariant((g0, g1, g2, g3, g4, g5))
-    if not second > 0.0:
-        return 0.0
-    volume = 0.0  # of the Gram matrix, as a sum of squares over all triples of limbs (Cauchy and Binet)
-    for i in range(n):
-        for j in range(i + 1, n):
-            for k in range(j + 1, n):
-                part_volume = triple(vector(X, i), vector(X, j), vector(X, k))
-                part_volume *= (reach[i] / radius) * (reach[j] / radius) * (reach[k] / radius)
-                volume += part_volume * part_volume
-    return root(volume / second)
-
-
-@kernel
-def largest_radius(platform: Any) -> float:
-    """The largest |B_i|, m."""
-    radius = 0.0
-    for i in range(platform.shape[0]):
-        p = vector(platform, i)
-        radius = max(radius, root(dot(p, p)))
-    return radius
-
-
-@kernel
-def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
-    """Status code and margin of a pose whose limbs are known.
-
-    A folded limb (h = 0) spoils the pose if it is one of the UPU limbs, whose indices are ``upu``: they need their X_i.
-    An SPS limb only loses its moment arm, which leaves enough to hold the pose unless there are three limbs.
-    """
-    margin = _margin(X, reach, radius)
-    spoiled = False
-    if X.shape[0] == 3:
-        spoiled = reach[0] == 0.0 or reach[1] == 0.0 or reach[2] == 0.0
-    else:
-        for k in range(upu.shape[0]):
-            spoiled |= reach[upu[k]] == 0.0
-    return status_code(spoiled, margin), margin
-
-
-@kernel(stack=True)
-def classify_stack(
-    R: Any,
-    base: Any,
-    platform: Any,
-    upu: Any,
-    b: Any,
-    s: Any,
-    X: Any,
-    length: Any,
-    reach: Any,
-    status: Any,
-    margin: Any,
-    determinant: Any,
-) -> None:
-    """:func:`limb_stack`, and status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of every pose."""
-    radius = largest_radius(platform)
-    for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
-        status[k], margin[k] = pose_status(X[k], reach[k], upu, radius)
-        determinant[k] = triple(vector(X[k], 0), vector(X[k], 1), vector(X[k], 2)) if base.shape[0] == 3 else np.nan
 
 
 @kernel

@@ -30,7 +30,7 @@ from ..core.validation import FloatArray
 from ..design import Arm, Limb, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
-from ..wrist.forces.closed_form import Limbs, classify
+from ..wrist.limbs import Limbs, classify
 from .wrist_urdf import mechanism_urdf
 
 __all__ = ["EquilibriumModel"]
@@ -49,6 +49,8 @@ class EquilibriumModel:
 
     Attributes
     ----------
+    arm : Arm
+        The mechanism's.
     model : pinocchio.Model
         The tree with the ball joint.
     upu, sps : ndarray of int
@@ -59,7 +61,7 @@ class EquilibriumModel:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        arm = mechanism.require_arm("weight")
+        self.arm = arm = mechanism.require_arm("weight")
         if arm.inertia is None:
             arm = Arm(arm.mass, arm.centre_of_mass, np.zeros((3, 3)))
         mechanism = mechanism.replace(arm=arm, limbs=tuple(_without_spin(limb) for limb in mechanism.limbs))
@@ -90,7 +92,7 @@ class EquilibriumModel:
         self._first_joint = [own[0] for own in ids]
         self._q_index = np.concatenate([[model.idx_qs[j] for j in own] for own in ids])
         #: Which of the angles, shape (n, 5), these are.
-        self._angles = np.concatenate([5 * i + np.arange(len(own)) for i, own in enumerate(ids)])
+        self._angles = np.concatenate([5 * i + np.array([0, 1, 4, 2, 3])[: len(own)] for i, own in enumerate(ids)])
         columns = [[model.idx_vs[j] for j in own] for own in ids]
         self._upu_columns = np.array([columns[i] for i in self.upu], dtype=int).reshape(-1, 5)
         self._slides = np.array([own[2] for own in columns])
@@ -120,7 +122,7 @@ class EquilibriumModel:
         self._neutral = self._joint_angles(R[None], limbs)[0]
 
     def _joint_angles(self, matrices: FloatArray, limbs: Limbs) -> FloatArray:
-        """Angles of platform_y, platform_x, slide (m), base_x and base_y of all limbs, shape (N, 5 n), rad.
+        """Angles of platform_y, platform_x, base_x and base_y, rad, and slide, m, of all limbs, shape (N, 5 n).
 
         Source: thesis (D-4), (D-11), (D-12).
         """
@@ -134,9 +136,10 @@ class EquilibriumModel:
         cosines[..., 1] = -(limbs.b * limbs.s).sum(axis=2)
         cosines[..., 2] = -(self.mechanism.geometry.base_points * limbs.s).sum(axis=2)
         angles = np.empty((count, n, 5))
-        angles[..., [0, 1, 3, 4]], angles[..., 2] = np.arctan2(sines, cosines), limbs.length
-        angles = angles.reshape(count, 5 * n)
-        return angles - self._neutral if self._neutral.size else angles
+        np.arctan2(sines, cosines, out=angles[..., :4])
+        angles[..., 4] = limbs.length
+        flat = angles.reshape(count, 5 * n)
+        return flat - self._neutral if self._neutral.size else flat
 
     def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:
         """Joint vector with closed loops for a pose, shape (nq,).
@@ -154,7 +157,7 @@ class EquilibriumModel:
             If the loops do not close to 1e-12.
         """
         q = self._configurations(R[None], quaternion[None], classify(self.mechanism, R[None]))[0]
-        return self._linearised(q)
+        return self._linearised(q, self._data)
 
     def _configurations(self, matrices: FloatArray, quaternions: FloatArray, limbs: Limbs) -> FloatArray:
         """Joint vectors of N poses, shape (N, nq)."""
@@ -171,15 +174,15 @@ class EquilibriumModel:
             data = self._local.data = self.model.createData()
         return data
 
-    def _linearised(self, q: FloatArray) -> FloatArray:
-        """Fill placements and Jacobian of this thread's data; returns q, with closed loops.
+    def _linearised(self, q: FloatArray, data: pin.Data) -> FloatArray:
+        """Fill placements and Jacobian; returns q, with closed loops.
 
         Raises
         ------
         LoopNotClosed
             If the loops do not close to 1e-12.
         """
-        model, data = self.model, self._data
+        model = self.model
         pin.computeJointJacobians(model, data, q)
         ends = np.array([pin.updateFramePlacement(model, data, frame).homogeneous for frame in self._ends])
         if not np.abs(ends - self._targets)[self._held].max(initial=0.0) <= _CLOSED:
@@ -195,7 +198,7 @@ class EquilibriumModel:
         query : Query
             Poses, motion and load.
         limbs : Limbs
-            Of these poses, from :func:`exo_pin.wrist.forces.closed_form.classify`.
+            Of these poses, from :func:`exo_pin.wrist.limbs.classify`.
         rows : ndarray of int
             Poses that have an answer; the rows of the others are zero.
         progress : bool
@@ -212,12 +215,12 @@ class EquilibriumModel:
         """
         model, data, count = self.model, self._data, len(query.matrices)
         q = self._configurations(query.matrices, query.quaternions, limbs)
-        closure, of_f, of_g, share = np.zeros((4, count, self.mechanism.limb_count, 6))
+        closure, of_f, of_g, share = np.zeros((4, *limbs.length.shape, 6))
         wrench, tau, J = np.zeros((count, 6)), np.zeros((count, model.nv)), np.zeros((count, 6, model.nv))
         v = a = np.zeros(model.nv)
         moves = query.velocity.any() or query.acceleration.any()
         for k in track(rows.tolist(), "reaction", True) if progress else rows.tolist():
-            q_k = self._linearised(q[k])
+            q_k = self._linearised(q[k], data)
             J[k] = data.J
             if moves:
                 v, a = self._motion(query.matrices[k].T, q_k, query.velocity[k], query.acceleration[k])
@@ -264,7 +267,7 @@ class EquilibriumModel:
         system[:, :, :5] = own
         couple = system[:, :, 5]
         couple[..., :3], couple[..., 3:] = -radius[:, None] * own[:, :, 1, 3:], own[:, :, 1, :3] / radius[:, None]
-        at = np.ix_(rows, self.upu)
+        at = rows[:, None], self.upu
         if not self._massless:
             target[:, :, :5, 0] = tau[:, columns]
             target[:, :, 5, 0] = (couple * share[at]).sum(axis=2)

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.design import Arm, Limb, Mechanism, WristGeometry
-from exo_pin.wrist.forces.closed_form import classify
+from exo_pin.wrist.limbs import classify
 
 DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")

@@ -14,15 +14,8 @@ from ...core.compiled import kernel
 from ...numerics.active_set import GAP_TOLERANCE, least_bounded
 from ...numerics.shortest_variables import workspace
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
-from ...wrist.kernels import (
-    add_open,
-    fill_limbs,
-    largest_radius,
-    open_effects,
-    pose_status,
-    spherical_forces,
-    standalone_forces,
-)
+from ...wrist.kernels import add_open, open_effects, spherical_forces, standalone_forces
+from ...wrist.limbs import fill_limbs, largest_radius, pose_status
 from .elastic_kernels import elastic_forces, side_stiffness
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.vectors import SINGULAR, along_normals, gram, limb, root, second_invariant, status_code, triple, vector
-from ...wrist.kernels import largest_radius
+from ...wrist.limbs import largest_radius
 from .map_blocks import (
     F1,
     F2,

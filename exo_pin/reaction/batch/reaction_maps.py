@@ -18,7 +18,7 @@ from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
-from ...wrist.forces.closed_form import STATUS
+from ...wrist.limbs import STATUS
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..query import as_split, check_option
 from ..splits.elastic import Elastic

@@ -60,7 +60,7 @@ class ComponentSource(ReadOnly):
     def certificate(self) -> Certificate:
         """Which reactions change with a self-stress, Wojtyra's criterion."""
         poses, own = self.poses, self.poses.tensions
-        upu, good = poses.upu, ~np.isnan(self.values).any(axis=1)
+        upu, good = poses.upu, np.asarray(~np.isnan(self.values).any(axis=1))
         n, stresses = own.self_stress.shape[1:]
         of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
         of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)

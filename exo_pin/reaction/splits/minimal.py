@@ -9,7 +9,7 @@ from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.least_force_in_bounds import least_force
-from ...wrist.forces.closed_form import STATUS
+from ...wrist.limbs import STATUS
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .split import Chosen, PoseStack, Split

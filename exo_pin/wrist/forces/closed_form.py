@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +13,11 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ...load_case.arm_loads import carried
-from ...load_case.pose_stacks import as_query, require_massless
-from ..kernels import classify_stack, force_stack
+from ...load_case.pose_stacks import as_query, carried, require_massless
+from ..kernels import force_stack
+from ..limbs import STATUS
 
-__all__ = ["STATUS", "Limbs", "WristForces", "classify", "dynamics", "require_standalone", "statics"]
-
-#: Names of the kernel's status codes.
-STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
+__all__ = ["STATUS", "WristForces", "dynamics", "require_standalone", "statics"]
 
 Split = Literal["spherical", "standalone"]
 
@@ -182,46 +179,3 @@ def require_standalone(mechanism: Mechanism) -> None:
             f"without a shoulder the limbs must hold six components, and {mechanism.limb_count} tensions with {sides} "
             "side forces of UPU limbs are too few"
         )
-
-
-class Limbs(NamedTuple):
-    """The limbs in N poses, and whether the poses have an answer.
-
-    Attributes
-    ----------
-    status : ndarray of int8
-        Index into :data:`STATUS`, shape (N,).
-    margin : ndarray
-        Shape (N,), as in :class:`WristForces`.
-    determinant : ndarray
-        det[X_1 X_2 X_3], shape (N,); NaN for other than three limbs, 0 with a folded limb.
-    b, s, X : ndarray
-        Vectors from O to B_i in m, directions and axes of the limbs, base frame, shape (N, n, 3); X is 0 for a folded
-        limb.
-    length, reach : ndarray
-        l_i, and distance h_i from O to the limb's line, shape (N, n), m.
-    """
-
-    status: NDArray[np.int8]
-    margin: FloatArray
-    determinant: FloatArray
-    b: FloatArray
-    s: FloatArray
-    X: FloatArray
-    length: FloatArray
-    reach: FloatArray
-
-
-def classify(mechanism: Mechanism, matrices: FloatArray) -> Limbs:
-    """Find the limbs of poses, shape (N, 3, 3), and which poses have an answer."""
-    count, geometry = len(matrices), mechanism.geometry
-    n = geometry.limb_count
-    limbs = Limbs(
-        np.empty(count, dtype=np.int8),
-        *(np.empty(count) for _ in range(2)),
-        *(np.empty((count, n, 3)) for _ in range(3)),
-        *(np.empty((count, n)) for _ in range(2)),
-    )
-    upu = np.flatnonzero(mechanism.is_upu)
-    classify_stack(matrices, geometry.base_points, geometry.platform_points, upu, *limbs[3:], *limbs[:3])
-    return limbs

@@ -25,10 +25,10 @@ from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.validation import LARGEST, FloatArray
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ...load_case.arm_loads import carried
-from ...load_case.pose_stacks import as_query, require_massless
-from ..kernels import SINGULAR, limb_stack
-from .closed_form import STATUS, classify
+from ...load_case.pose_stacks import as_query, carried, require_massless
+from ..kernels import SINGULAR
+from ..limbs import classify, limb_stack
+from .closed_form import STATUS
 
 __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ..kernels import limb_vectors
+from ..limbs import limb_vectors
 from .assembly import CONTINUUM, MAX_MODES
 from .from_lengths import unit_directions
 from .solutions import rotation, solve, write_modes

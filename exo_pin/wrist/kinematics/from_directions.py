@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ..kernels import limb_vectors
+from ..limbs import limb_vectors
 from ..velocity.joint_rates import joint_rows
 from .from_angles import wrapped
 from .from_lengths import twist_roots, unit_directions

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
-from ..kernels import limb_stack
+from ..limbs import limb_stack
 
 __all__ = ["LimbState", "inverse_kinematics", "universal_angles"]
 

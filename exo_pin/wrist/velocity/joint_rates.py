@@ -20,7 +20,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.vectors import cross
-from ..kernels import limb_vectors
+from ..limbs import limb_vectors
 
 __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
 

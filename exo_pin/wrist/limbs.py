@@ -1,0 +1,179 @@
+"""The limbs of the wrist in stacks of poses, and whether a pose has an answer.
+
+The formulas of :mod:`exo_pin.numerics.vectors`, with their symbols and signs, for all limbs of a pose.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.compiled import kernel
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..numerics.vectors import dot, gram, limb, matrix, root, second_invariant, status_code, triple, vector
+
+__all__ = [
+    "STATUS",
+    "Limbs",
+    "classify",
+    "fill_limbs",
+    "largest_radius",
+    "limb_stack",
+    "limb_vectors",
+    "pose_status",
+]
+
+#: Names of the status codes of :mod:`exo_pin.numerics.vectors`.
+STATUS = ("ok", "near_singular", "singular", "folded", "not_solved")
+
+
+@kernel
+def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
+    """:func:`limb_vectors` with the pose as a tuple of rows."""
+    count = 0
+    for i in range(base.shape[0]):
+        b_i, s_i, X_i, length[i], reach[i], folded = limb(R, vector(base, i), vector(platform, i))
+        for j in range(3):
+            b[i, j], s[i, j], X[i, j] = b_i[j], s_i[j], X_i[j]
+        count += folded
+    return count
+
+
+@kernel
+def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
+    """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
+
+    A folded limb gets X = 0 and h = 0, one of no length also s = 0.
+
+    Source: thesis (4-1), (D-4), (D-11), (D-12).
+    """
+    return fill_limbs(matrix(R), base, platform, b, s, X, length, reach)
+
+
+@kernel(stack=True)
+def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> None:
+    """:func:`limb_vectors` over a stack of poses, the first axis of every array but ``base`` and ``platform``."""
+    for k in range(R.shape[0]):
+        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
+
+
+@kernel
+def _margin(X: Any, reach: Any, radius: float) -> float:
+    """Smallest singular value of the matrix of rows h_i X_i / radius, within a factor √3, dimensionless.
+
+    det / sqrt(second invariant of the Gram matrix): it goes to the singular value itself where that goes to zero,
+    and does not square it, as the eigenvalues of the Gram matrix would.
+    """
+    n = X.shape[0]
+    g0 = g1 = g2 = g3 = g4 = g5 = 0.0
+    for i in range(n):
+        part = gram(vector(X, i), reach[i] / radius)
+        g0, g1, g2, g3, g4, g5 = g0 + part[0], g1 + part[1], g2 + part[2], g3 + part[3], g4 + part[4], g5 + part[5]
+    second = second_invariant((g0, g1, g2, g3, g4, g5))
+    if not second > 0.0:
+        return 0.0
+    volume = 0.0  # of the Gram matrix, as a sum of squares over all triples of limbs (Cauchy and Binet)
+    for i in range(n):
+        for j in range(i + 1, n):
+            for k in range(j + 1, n):
+                part_volume = triple(vector(X, i), vector(X, j), vector(X, k))
+                part_volume *= (reach[i] / radius) * (reach[j] / radius) * (reach[k] / radius)
+                volume += part_volume * part_volume
+    return root(volume / second)
+
+
+@kernel
+def largest_radius(platform: Any) -> float:
+    """The largest |B_i|, m."""
+    radius = 0.0
+    for i in range(platform.shape[0]):
+        p = vector(platform, i)
+        radius = max(radius, root(dot(p, p)))
+    return radius
+
+
+@kernel
+def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
+    """Status code and margin of a pose whose limbs are known.
+
+    A folded limb (h = 0) spoils the pose if it is one of the UPU limbs, whose indices are ``upu``: they need their X_i.
+    An SPS limb only loses its moment arm, which leaves enough to hold the pose unless there are three limbs.
+    """
+    margin = _margin(X, reach, radius)
+    spoiled = False
+    if X.shape[0] == 3:
+        spoiled = reach[0] == 0.0 or reach[1] == 0.0 or reach[2] == 0.0
+    else:
+        for k in range(upu.shape[0]):
+            spoiled |= reach[upu[k]] == 0.0
+    return status_code(spoiled, margin), margin
+
+
+@kernel(stack=True)
+def classify_stack(
+    R: Any,
+    base: Any,
+    platform: Any,
+    upu: Any,
+    b: Any,
+    s: Any,
+    X: Any,
+    length: Any,
+    reach: Any,
+    status: Any,
+    margin: Any,
+    determinant: Any,
+) -> None:
+    """:func:`limb_stack`, and status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of every pose."""
+    radius = largest_radius(platform)
+    for k in range(R.shape[0]):
+        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
+        status[k], margin[k] = pose_status(X[k], reach[k], upu, radius)
+        determinant[k] = triple(vector(X[k], 0), vector(X[k], 1), vector(X[k], 2)) if base.shape[0] == 3 else np.nan
+
+
+class Limbs(NamedTuple):
+    """The limbs in N poses, and whether the poses have an answer.
+
+    Attributes
+    ----------
+    status : ndarray of int8
+        Index into :data:`STATUS`, shape (N,).
+    margin : ndarray
+        Shape (N,), dimensionless distance from the singular surface: the smallest singular value of the matrix of rows
+        b_i × s_i over the largest |B_i|, within a factor √3.
+    determinant : ndarray
+        det[X_1 X_2 X_3], shape (N,); NaN for other than three limbs, 0 with a folded limb.
+    b, s, X : ndarray
+        Vectors from O to B_i in m, directions and axes of the limbs, base frame, shape (N, n, 3); X is 0 for a folded
+        limb.
+    length, reach : ndarray
+        l_i, and distance h_i from O to the limb's line, shape (N, n), m.
+    """
+
+    status: NDArray[np.int8]
+    margin: FloatArray
+    determinant: FloatArray
+    b: FloatArray
+    s: FloatArray
+    X: FloatArray
+    length: FloatArray
+    reach: FloatArray
+
+
+def classify(mechanism: Mechanism, matrices: FloatArray) -> Limbs:
+    """Find the limbs of poses, shape (N, 3, 3), and which poses have an answer."""
+    count, geometry = len(matrices), mechanism.geometry
+    n = len(geometry.base_points)
+    limbs = Limbs(
+        np.empty(count, dtype=np.int8),
+        *(np.empty(count) for _ in range(2)),
+        *(np.empty((count, n, 3)) for _ in range(3)),
+        *(np.empty((count, n)) for _ in range(2)),
+    )
+    upu = np.flatnonzero(mechanism.is_upu)
+    classify_stack(matrices, geometry.base_points, geometry.platform_points, upu, *limbs[3:], *limbs[:3])
+    return limbs

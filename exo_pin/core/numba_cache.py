@@ -33,7 +33,9 @@ class _KernelCache(FunctionCache):
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Read the machine code; where there is none Numba compiles next."""
-        found = super().load_overload(signature, target)
+        found = None
+        with contextlib.suppress(ImportError):  # of a kernel that stood in another module when this was compiled
+            found = super().load_overload(signature, target)
         if found is None:
             self._on_compile()
         return found

@@ -75,7 +75,7 @@ class Reaction(ReadOnly):
         "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``) or
         "out_of_stroke" (an actuator cannot take the length of its limb); the last five have no answer.
     margin : ndarray
-        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
+        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     determinant : ndarray
         det[X_1 X_2 X_3], shape (...), NaN for other than three limbs. Where its sign changes along a path the
         path crosses the singular surface.

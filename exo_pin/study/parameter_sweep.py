@@ -19,6 +19,7 @@ from ..core.errors import ExoPinError, InvalidInput
 from ..core.progress import track
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..load_case import Load
+from ..reaction import reaction_map
 from .design_parameters import changed, labelled, parameter_values
 from .study_table import StudyTable
 
@@ -94,9 +95,9 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
         raise InvalidInput("expected at least one pose, got an empty stack")
     massless = exo.mechanism.limbs_are_massless
     if massless and not options:
-        closed = wrist.statics(exo.mechanism, poses, load)
-        force, margin = np.linalg.norm(closed.shoulder_force, axis=-1), closed.margin
-        held = np.isin(closed.status, ("ok", "near_singular"))
+        closed = reaction_map(exo.mechanism, poses, None, load)
+        force, margin = np.asarray(closed.magnitude), np.asarray(closed.margin)
+        held = closed.has_answer
     else:
         answer = exo.reaction(poses, load=load, **options)
         force, margin, held = answer.magnitude, answer.margin, answer.has_answer

@@ -20,7 +20,7 @@ from ..wrist.limbs import STATUS
 
 __all__ = ["Loaded", "WorstCase", "loaded", "status_names", "worst_stiffness"]
 
-#: What may be said of a pose besides the names of :data:`exo_pin.wrist.forces.closed_form.STATUS`.
+#: What may be said of a pose besides the names of :data:`exo_pin.wrist.limbs.STATUS`.
 SINGULAR_WITHIN = "singular_within"
 #: Points per decade of stiffness at which the search starts.
 _PER_DECADE = 16

@@ -1,6 +1,3 @@
-from .forces.closed_form import WristForces as WristForces
-from .forces.closed_form import dynamics as dynamics
-from .forces.closed_form import statics as statics
 from .forces.rotational_stiffness_matrix import rotational_stiffness as rotational_stiffness
 from .forces.wrench_feasibility import Holding as Holding
 from .forces.wrench_feasibility import holding as holding

@@ -7,9 +7,8 @@ from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin import wrist
 from exo_pin.load_case import Movement, read_movement
-from exo_pin.reaction import write_movement_reaction
+from exo_pin.reaction import reaction_map, write_movement_reaction
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 A, B = np.array([0.9, 0.0, 0.0]), np.array([0.0, 0.8, 0.3])
@@ -86,7 +85,7 @@ def test_histories_along_a_movement():
     exo = ep.load("prototype").worn_by(PERSON)
     movement = Movement.from_samples(*reach())
     answer = exo.follow(movement)
-    closed = wrist.dynamics(exo.mechanism, movement.orientations, movement.motion)
+    closed = reaction_map(exo.mechanism, movement.orientations, movement.motion)
     size = np.linalg.norm(closed.shoulder_force, axis=1)
     np.testing.assert_allclose(answer.reaction.magnitude, size, rtol=1e-8)
     assert answer.peak == pytest.approx(size.max())

@@ -17,6 +17,7 @@ import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.chain.formats import sdf_writing
 from exo_pin.numerics import least_forces
+from exo_pin.reaction import reaction_map
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.wrist_chain import wrist_urdf as urdf
 
@@ -148,7 +149,7 @@ def _wrists(folder):
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     wrist.arm_motion(geometry, POSE, {"lengths": exo.joint_motion(POSE, motion).velocities["lengths"]})
-    wrist.statics(exo.mechanism, POSE)
+    reaction_map(exo.mechanism, POSE)
     wrist.holding(exo.mechanism, POSE)
     wrist.free_region(geometry, step_deg=15.0)
     wrist.daily_crossings(geometry, step_deg=15.0)

@@ -19,8 +19,8 @@ from wrists import (
 )
 
 import exo_pin as ep
-from exo_pin import wrist
 from exo_pin.core.conventions import MIRROR, mirrored
+from exo_pin.reaction import reaction_map
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,8 @@ def test_pinocchio_equals_the_closed_form(name):
     splits = ["spherical", "standalone"] if mechanism.is_upu.sum() >= 3 else ["spherical"]
     for split in splits:
         for terms, closed in (
-            ((None, load), wrist.statics(mechanism, poses, load, split)),
-            ((motion, load), wrist.dynamics(mechanism, poses, motion, load, split)),
+            ((None, load), reaction_map(mechanism, poses, None, load, split)),
+            ((motion, load), reaction_map(mechanism, poses, motion, load, split)),
         ):
             answer = exo_of(mechanism).reaction(poses, *terms, split=split)
             assert (answer.status == closed.status).all()
@@ -240,7 +240,7 @@ def test_answers_are_read_only(prototype):
         by_stiffness,
         pulling.certificate.components,
         prototype.reaction_map(poses),
-        wrist.statics(prototype.mechanism, poses),
+        reaction_map(prototype.mechanism, poses),
     ]
     for record in records:
         named = list(arrays_of(record))

@@ -61,9 +61,9 @@ class ReactionMap(ReadOnly):
     constraint_forces : ndarray or None
         g_i, shape (..., n), N: the limb pulls the arm with -f_i s_i - g_i X_i; zero for an SPS limb.
     status_codes : ndarray of int8 or None
-        Shape (...), index into :data:`exo_pin.wrist.forces.closed_form.STATUS`; :attr:`status` gives the names.
+        Shape (...), index into :data:`exo_pin.wrist.limbs.STATUS`; :attr:`status` gives the names.
     margin : ndarray or None
-        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
+        Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     magnitude : ndarray or None
         |F_s|, shape (...), N.
     split : str

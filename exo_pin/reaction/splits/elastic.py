@@ -32,7 +32,7 @@ from ...core.errors import MissingData, SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import LOOSE, BalancedTensions
-from ...wrist.forces.closed_form import STATUS
+from ...wrist.limbs import STATUS
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split

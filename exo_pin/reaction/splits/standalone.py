@@ -7,12 +7,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import SolverFailed
+from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.least_force_in_bounds import least_force
-from ...wrist.forces.closed_form import STATUS, require_standalone
-from ...wrist.kernels import NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from ...wrist.limbs import STATUS
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .split import Chosen, PoseStack, Split
@@ -36,8 +36,13 @@ class Standalone(Split):
         return "wrist without a shoulder joint"
 
     def check(self, mechanism: Mechanism) -> None:
-        """Raise unless there are six limb forces or more."""
-        require_standalone(mechanism)
+        """Raise unless tensions (one a limb) and side forces (one a UPU limb) can hold six components."""
+        sides = int(mechanism.is_upu.sum())
+        if mechanism.limb_count + sides < 6:
+            raise InvalidInput(
+                f"without a shoulder the limbs must hold six components, and {mechanism.limb_count} tensions with "
+                f"{sides} side forces of UPU limbs are too few: use more limbs or more UPU limbs"
+            )
 
     def offsets(self, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Without a ball joint the two centres of the device stay together, and only the cuff's seat counts."""

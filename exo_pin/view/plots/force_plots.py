@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from ... import wrist
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.validation import FloatArray, as_rotation
+from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
 from .charts import force_history, method_bars, tension_history
@@ -155,7 +156,7 @@ def shoulder_force_map(
     assert ax is not None
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
-    force = np.linalg.norm(wrist.statics(exo.mechanism, poses).shoulder_force, axis=-1)
+    force = np.asarray(reaction_map(exo.mechanism, poses, keep=("magnitude",)).magnitude)
     arm = exo.mechanism.require_arm("a map of forces")
     unit, name = 1.0, "|F_s|, N"
     if arm.body_mass is not None:

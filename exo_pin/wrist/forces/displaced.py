@@ -16,9 +16,9 @@ from ...core.validation import FloatArray, as_finite
 from ...design import Mechanism
 from ...load_case import CentreOffset
 from ...load_case.pose_stacks import Query
-from ..kernels import NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
+from ..limbs import STATUS
 from .affine_state import AffineState, BalancedTensions
-from .closed_form import STATUS
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, side_wrenches
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ..kernels import FOLDED_SINE
+from ...numerics.vectors import FOLDED_SINE
 
 __all__ = ["SideWrenches", "guide_flexibility", "side_wrenches", "side_wrenches_of"]
 

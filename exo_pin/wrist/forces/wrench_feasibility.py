@@ -26,9 +26,8 @@ from ...core.validation import LARGEST, FloatArray
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ..kernels import SINGULAR
-from ..limbs import classify, limb_stack
-from .closed_form import STATUS
+from ...numerics.vectors import SINGULAR
+from ..limbs import STATUS, classify, limb_stack
 
 __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
 
@@ -56,7 +55,7 @@ class Holding:
         Shape (..., n), N: how far this limit alone would have to give way for the pose to be held; infinite if
         that does not suffice, 0 where the pose is held.
     status : ndarray of str
-        Shape (...): as in :class:`exo_pin.wrist.WristForces`.
+        Shape (...): as in :class:`exo_pin.wrist.limbs.Limbs`.
     """
 
     holdable: NDArray[np.bool_]

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...design import WristGeometry
-from ..kernels import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
 
 __all__ = ["Singularity", "centre_shift", "singularity"]

@@ -16,8 +16,7 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
 from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
-from ...numerics.vectors import cross, triple
-from ..kernels import FOLDED_SINE
+from ...numerics.vectors import FOLDED_SINE, cross, triple
 from ..kinematics.inverse import inverse_kinematics
 
 __all__ = ["NearestSingularity", "nearest_singularity"]

@@ -14,7 +14,7 @@ from ...core.validation import FloatArray, as_finite
 from ...design import WristGeometry
 from ...load_case import Motion
 from ...load_case.pose_stacks import as_query, pose_matrices
-from ..kernels import SINGULAR_MARGIN
+from ...numerics.vectors import SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
 from .joint_rates import QUANTITIES, rate_stack
 

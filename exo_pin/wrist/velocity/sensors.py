@@ -13,7 +13,7 @@ from ...core.conventions import as_side, shoulder_angles, thesis_angles
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_rotation
 from ...design import WristGeometry
-from ..kernels import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
 from .joint_rates import QUANTITIES
 from .joint_velocity import joint_jacobians

@@ -1,45 +1,17 @@
-"""Forces of the wrist, compiled: the formulas of :mod:`exo_pin.numerics.vectors` for all limbs of a pose.
+"""Forces of one pose of massless limbs in closed form, compiled: limbs without side force, and a wrist on its own.
 
-Symbols and signs are those of the formulas.
+The formulas of :mod:`exo_pin.numerics.vectors`, with their symbols and signs.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
+from ...core.compiled import kernel
+from ...numerics.small_linear import complete_basis, least_norm, orthonormalise
+from ...numerics.vectors import along_normals, vector
 
-from ..core.compiled import kernel
-from ..numerics.small_linear import complete_basis, least_norm, orthonormalise
-from ..numerics.vectors import (
-    FOLDED,
-    FOLDED_SINE,
-    NEAR_MARGIN,
-    NEAR_SINGULAR,
-    NOT_SOLVED,
-    OK,
-    SINGULAR,
-    SINGULAR_MARGIN,
-    along_normals,
-    vector,
-)
-from .limbs import largest_radius, limb_vectors, pose_status
-
-__all__ = [
-    "FOLDED",
-    "FOLDED_SINE",
-    "NEAR_MARGIN",
-    "NEAR_SINGULAR",
-    "NOT_SOLVED",
-    "OK",
-    "SINGULAR",
-    "SINGULAR_MARGIN",
-    "add_open",
-    "force_stack",
-    "open_effects",
-    "spherical_forces",
-    "standalone_forces",
-]
+__all__ = ["add_open", "open_effects", "spherical_forces", "standalone_forces"]
 
 #: Relative size of a singular value of the open forces' effects below which limbs alone do not hold the arm.
 _LOST_HOLD = 1e-9
@@ -130,54 +102,3 @@ def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
             f[i] += N[i, k] * z[k]
     for k in range(upu.shape[0]):
         g[upu[k]] += z[n - 3 + k]
-
-
-@kernel(stack=True)
-def force_stack(
-    R: Any,
-    base: Any,
-    platform: Any,
-    upu: Any,
-    F: Any,
-    M: Any,
-    standalone: bool,
-    f: Any,
-    g: Any,
-    shoulder: Any,
-    status: Any,
-    margin: Any,
-) -> None:
-    """Limb and shoulder forces over a stack of poses, (D-22), (D-25), (D-29).
-
-    Parameters
-    ----------
-    R, F, M : ndarray
-        Stacks (N, 3, 3), (N, 3), (N, 3): poses, and what limbs and shoulder carry (:mod:`.loads`).
-    base, platform : ndarray
-        Shape (n, 3).
-    upu : ndarray of int
-        Indices of the limbs with universal joints at both ends.
-    standalone : bool
-        Whether the limbs carry all of it, F_s = 0 (three UPU limbs or more); else g = 0.
-    f, g, shoulder, status, margin : ndarray
-        Written: (N, n), (N, n), (N, 3), (N,), (N,). Rows without an answer are NaN.
-
-    Notes
-    -----
-    Source: thesis (D-22), (D-25), (D-30).
-    """
-    n, u = base.shape[0], upu.shape[0]
-    b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
-    length, reach = np.empty(n), np.empty(n)
-    N, G, c, z = np.empty((n, n - 3)), np.empty((3, n - 3 + u)), np.empty(3), np.empty(n - 3 + u)
-    radius = largest_radius(platform)
-    for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b, s, X, length, reach)
-        status[k], margin[k] = pose_status(X, reach, upu, radius)
-        if status[k] < SINGULAR:
-            spherical_forces(s, X, reach, vector(F, k), vector(M, k), f[k], shoulder[k], Q, U)
-            g[k, :] = 0.0
-            if standalone and not standalone_forces(s, X, upu, Q, f[k], g[k], shoulder[k], N, G, c, z):
-                status[k] = SINGULAR
-        if status[k] >= SINGULAR:
-            f[k, :], g[k, :], shoulder[k, :] = np.nan, np.nan, np.nan

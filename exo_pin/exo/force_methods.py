@@ -76,8 +76,8 @@ class ForceQuestions(Subject):
             (:mod:`exo_pin.reaction.splits.elastic`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
             Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
-            With more than three limbs, what is still open is chosen with the least sum of squares; in "minimal" the
-            tensions that balance themselves serve to lower |F_s| as well.
+            With more than three limbs, the tensions that equilibrium does not determine are those of least sum of
+            squares; in "minimal" the tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator" or (lower, upper), optional
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n). With a centre offset
             "actuator" means the |f_i| of limbs without side force, unless ``actuator_bounds`` fix the sign of f.
@@ -104,8 +104,8 @@ class ForceQuestions(Subject):
         Raises
         ------
         MissingData
-            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or "elastic" is
-            asked and the shoulder's stiffness is not known.
+            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or ``split``
+            is "elastic" and the shoulder's stiffness is not known.
         InvalidInput
             If an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
 
@@ -227,8 +227,8 @@ class ForceQuestions(Subject):
         Raises
         ------
         MissingData
-            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or "elastic" is asked
-            and the shoulder's stiffness is not known.
+            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or ``split`` is
+            "elastic" and the shoulder's stiffness is not known.
         InvalidInput
             If a limb has mass, or an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """

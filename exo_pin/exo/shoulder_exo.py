@@ -258,7 +258,7 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions):
         Returns
         -------
         Report
-            Prints as a table; ``passed`` tells whether nothing failed.
+            Prints as a table; ``passed`` is true if nothing failed.
         """
         return check_chain(self.chain) if self._mechanism is None else check(self._mechanism)
 

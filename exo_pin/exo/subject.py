@@ -1,4 +1,4 @@
-"""What the questions are asked of."""
+"""The mechanism that the queries are about."""
 
 from __future__ import annotations
 

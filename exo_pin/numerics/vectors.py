@@ -210,7 +210,7 @@ def inertia_load(R: Any, mass: float, C: Any, inertia: Any, w: Any, e: Any) -> A
 def applied_load(R: Any, force: Any, couple: Any, at: Any, in_arm: bool) -> Any:
     """Force and moment about O, base frame, of a load that acts at ``at`` (arm's axes).
 
-    ``in_arm`` tells whether force and couple are given in the arm's axes.
+    ``in_arm``: whether force and couple are given in the arm's axes.
     """
     if in_arm:
         force, couple = turn(R, force), turn(R, couple)

@@ -64,7 +64,7 @@ class MovementReaction:
 
     @property
     def fraction_not_holdable(self) -> float:
-        """Fraction of samples without an answer, for whatever reason; ``reaction.status`` tells."""
+        """Fraction of samples without an answer, for whatever reason; see ``reaction.status``."""
         return float((~self.reaction.has_answer).mean())
 
     def _integral(self, values: FloatArray) -> tuple[float, float]:

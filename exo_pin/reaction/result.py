@@ -69,7 +69,7 @@ class Reaction(ReadOnly):
     spherical_force : ndarray
         Shape (..., 3): F_s with limbs that carry no side force, the F_s0 of (D-34).
     split : str
-        How what equilibrium leaves open was shared out.
+        How the forces that equilibrium does not determine were chosen.
     status : ndarray of str
         Shape (...): "ok", "near_singular" (an answer, with limb forces far above the load), "singular",
         "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``) or

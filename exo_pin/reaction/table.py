@@ -91,7 +91,7 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 
 
 def _crossings(reaction: Reaction) -> str:
-    """How often paths cross the singular surface; a dash where its sides have no sign to tell them by."""
+    """How often paths cross the singular surface; a dash where its sides have no sign."""
     return "-" if np.isnan(reaction.determinant).all() else str(len(reaction.crossings()))
 
 

@@ -118,7 +118,7 @@ def sensitivity(
     orientation, motion, load, centre_offset
         As :meth:`exo_pin.ShoulderExo.reaction`.
     split : {"spherical", "elastic"}
-        How the part that statics leaves open is shared out.
+        How the forces that equilibrium does not determine are chosen.
 
     Returns
     -------

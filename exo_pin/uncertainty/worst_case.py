@@ -141,7 +141,7 @@ def loaded(mechanism: Mechanism, orientation: Rotation, motion: Motion | None, l
     Raises
     ------
     MissingData
-        If there is no arm, or motion is asked of one without inertia.
+        If there is no arm, or ``motion`` is given and the arm has no inertia.
     InvalidInput
         If a limb has mass, or the stacks do not fit.
     """

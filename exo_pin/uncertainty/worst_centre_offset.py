@@ -51,7 +51,7 @@ def worst_offset(
     radius : float
         Of the ball, m; 0.015 to 0.021 m is what usual estimates of the shoulder's centre err by.
     split : {"spherical", "elastic"}
-        How the part that statics leaves open is shared out.
+        How the forces that equilibrium does not determine are chosen.
     motion, load
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like
@@ -70,7 +70,7 @@ def worst_offset(
     Raises
     ------
     MissingData
-        If "elastic" is asked and the shoulder's stiffness is not known.
+        If ``split`` is "elastic" and the shoulder's stiffness is not known.
     InvalidInput
         If an argument does not fit, or a limb has mass.
     """

@@ -65,7 +65,7 @@ class EquilibriumModel:
         if arm.inertia is None:
             arm = Arm(arm.mass, arm.centre_of_mass, np.zeros((3, 3)))
         mechanism = mechanism.replace(arm=arm, limbs=tuple(_without_spin(limb) for limb in mechanism.limbs))
-        text, self._closures = mechanism_urdf(mechanism, part="whole")
+        text, self._closures = mechanism_urdf(mechanism, part="whole", visuals=False)
         self.model = model = pin.buildModelFromXML(text, pin.JointModelSpherical(), self._closures.root.name)
         model.gravity.linear = mechanism.gravity
         self.upu, self.sps = np.flatnonzero(mechanism.is_upu), np.flatnonzero(~mechanism.is_upu)

@@ -36,7 +36,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..chain.formats.urdf.urdf_document import Body, Document
+from ..chain.formats.urdf.urdf_document import Body, Document, Picture
 from ..chain.structure.closures import Closure, Placement
 from ..chain.structure.description import Closures, LimbRole, Roles, Root
 from ..core.errors import InvalidInput, UnknownName
@@ -60,7 +60,7 @@ _TURN = float(np.pi)
 
 
 def mechanism_urdf(
-    mechanism: Mechanism, part: str = "whole", assumed: AssumedMasses | None = None
+    mechanism: Mechanism, part: str = "whole", assumed: AssumedMasses | None = None, visuals: bool = True
 ) -> tuple[str, Closures]:
     """Write a mechanism as URDF, in the layout of the module's description.
 
@@ -72,6 +72,8 @@ def mechanism_urdf(
         How much of it, and how it hangs.
     assumed : AssumedMasses, optional
         Masses for links that have none, for simulators; comments in the file state that they are assumed.
+    visuals : bool
+        Whether to write what the links look like.
 
     Returns
     -------
@@ -92,14 +94,14 @@ def mechanism_urdf(
     document = Document(f"{mechanism.name}-{part}", _head(mechanism, part, assumed))
     limbs = [] if part == "shoulder" else [_Limb(mechanism, index) for index in range(mechanism.limb_count)]
     arm_points = mechanism.geometry.platform_points
-    looks = arm_visuals(arm_points, bool(limbs), mechanism.geometry.platform_axis)
+    looks = arm_visuals(arm_points, bool(limbs), mechanism.geometry.platform_axis) if visuals else []
     document.link("arm", _arm_body(mechanism.arm, arm_points, assumed, document), looks)
     closures = [Closure("shoulder", "spherical", "arm", "universe")] if part == "floating" else []
     first_upu = next((limb.name for limb in limbs if limb.is_upu), None)
     for limb in limbs:
         # The base ring does not move, so its picture belongs to the link that the closed loop fixes.
         ring = [other.a for other in limbs] if limb.name == first_upu else []
-        limb.write(document, assumed, ring)
+        limb.write(document, assumed, limb.visuals(ring) if visuals else {})
         closures.append(limb.closure())
     shoulder = {"whole": "root_joint", "shoulder": "root_joint", "floating": "shoulder", "wrist": None}[part]
     roles = Roles(
@@ -210,10 +212,13 @@ class _Limb:
         name = self.name
         return LimbRole(name, self.limb.kind, f"{name}_slide", f"{name}_platform_y", f"{name}_base")
 
-    def write(self, document: Document, assumed: AssumedMasses | None, ring: list[FloatArray]) -> None:
+    def visuals(self, ring: list[FloatArray]) -> dict[str, list[Picture]]:
+        """What its links look like, with the base ring through the points ``ring``."""
+        return limb_visuals(self.s, self.length, self.a, ring, self.ring_axis)
+
+    def write(self, document: Document, assumed: AssumedMasses | None, looks: dict[str, list[Picture]]) -> None:
         """Add the limb's links and joints."""
         name, limb = self.name, self.limb
-        looks = limb_visuals(self.s, self.length, self.a, ring, self.ring_axis)
         cross = None if assumed is None else assumed.cross_body()
         platform_half, base_half = limb.platform_body, limb.base_body
         if assumed is not None:
@@ -222,16 +227,16 @@ class _Limb:
         turn = np.array([-_TURN, _TURN])
         zero = np.zeros(3)
         links = [f"{name}_{key}" for key in ("platform_cross", "platform_body", "base_body", "base_cross", "base")]
-        document.link(links[0], cross, looks["cross"])
+        document.link(links[0], cross, looks.get("cross", []))
         document.joint(f"{name}_platform_y", "revolute", "arm", links[0], self.b, self.y_platform, turn)
-        document.link(links[1], _half_body(platform_half, -self.s), looks["platform_body"])
+        document.link(links[1], _half_body(platform_half, -self.s), looks.get("platform_body", []))
         document.joint(f"{name}_platform_x", "revolute", links[0], links[1], zero, self.x, turn)
-        document.link(links[2], _half_body(base_half, self.s), looks["base_body"])
+        document.link(links[2], _half_body(base_half, self.s), looks.get("base_body", []))
         document.joint(f"{name}_slide", "prismatic", links[1], links[2], self.a - self.b, -self.s, self.travel)
         if self.is_upu:
-            document.link(links[3], cross, looks["cross"])
+            document.link(links[3], cross, looks.get("cross", []))
             document.joint(f"{name}_base_x", "revolute", links[2], links[3], zero, self.x, turn)
-            document.link(links[4], cross, looks["base"])
+            document.link(links[4], cross, looks.get("base", []))
             document.joint(f"{name}_base_y", "revolute", links[3], links[4], zero, self.y_base, turn)
 
 

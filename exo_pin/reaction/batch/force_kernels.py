@@ -49,7 +49,7 @@ def spherical_forces(s: Any, X: Any, reach: Any, F: Any, M: Any, f: Any, shoulde
 
 @kernel
 def open_effects(s: Any, X: Any, upu: Any, Q: Any, N: Any, G: Any) -> None:
-    """Fill G, shape (3, n - 3 + u): what each force that equilibrium leaves open does to F_s, dimensionless.
+    """Fill G, shape (3, n - 3 + u): the effect on F_s of each force that equilibrium does not determine.
 
     First the n - 3 sets of tensions that balance themselves, the columns of N, shape (n, n - 3), orthonormal; then the
     side forces of the u limbs whose indices are ``upu``.

@@ -38,7 +38,7 @@ def map_any(
     q : ndarray
         Unit quaternions, shape (N, 4), scalar last.
     device, terms, out : NamedTuple
-        What is asked, and where the answers go.
+        The mechanism, the query, and the arrays for the results.
     split, bounds : int
         One of the codes above.
     lower, upper : ndarray

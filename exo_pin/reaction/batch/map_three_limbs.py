@@ -116,9 +116,9 @@ def map_three(q: Any, device: Device, terms: Terms, standalone: bool, out: Outpu
     q : ndarray
         Unit quaternions, shape (N, 4), scalar last.
     device, terms, out : NamedTuple
-        What is asked, and where the answers go.
+        The mechanism, the query, and the arrays for the results.
     standalone : bool
-        Whether F_s = 0 is asked for (three UPU limbs), else g = 0.
+        Whether F_s = 0 (three UPU limbs), else g = 0.
     """
     count = q.shape[0]
     w = np.empty(ROWS * LANES)

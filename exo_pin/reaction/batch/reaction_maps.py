@@ -42,13 +42,13 @@ _CODES = {
 }
 #: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
 CHUNK = 32768
-#: What can be kept.
+#: Quantities that a map can return.
 _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "margin", "magnitude")
 
 
 @dataclass(frozen=True, eq=False)
 class ReactionMap(ReadOnly):
-    """Forces over a stack of poses of shape (...), massless limbs; None where it was not kept.
+    """Forces over a stack of poses of shape (...), massless limbs; None for what ``keep`` leaves out.
 
     Base frame; rows without an answer are NaN, and ``status`` says why.
 
@@ -67,7 +67,7 @@ class ReactionMap(ReadOnly):
     magnitude : ndarray or None
         |F_s|, shape (...), N.
     split : str
-        How what equilibrium leaves open was shared out.
+        How the forces that equilibrium does not determine were chosen.
     trivial : bool
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
     """
@@ -88,7 +88,7 @@ class ReactionMap(ReadOnly):
         Raises
         ------
         InvalidInput
-            If the status was not kept.
+            If ``keep`` left the status out.
         """
         return np.array(STATUS)[self._codes()]
 
@@ -99,7 +99,7 @@ class ReactionMap(ReadOnly):
 
     def _codes(self) -> NDArray[np.int8]:
         if self.status_codes is None:
-            raise InvalidInput('the status was not kept: add "status" to keep')
+            raise InvalidInput('the map has no status: add "status" to keep')
         return self.status_codes
 
 
@@ -268,7 +268,7 @@ def _wanted(keep: Iterable[str] | None) -> set[str]:
 
 
 def _outputs(count: int, limb_count: int, wanted: set[str]) -> Outputs:
-    """Arrays for what is kept, and arrays without rows for the rest."""
+    """Arrays for the quantities of ``keep``, and arrays without rows for the others."""
     rows = [count if name in wanted else 0 for name in _KEEP]
     return Outputs(
         np.empty((rows[0], 3)),

@@ -23,7 +23,7 @@ class ForceLimited(Protocol):
     def force_limits(self, length: FloatArray) -> tuple[ArrayLike, ArrayLike]:
         """Least and greatest f_i, shape (...), N, at limb lengths l_i = |A_i B_i|, shape (...), m.
 
-        A length that the actuator cannot take is told by NaN, by a masked entry, or by raising a child of
+        A length that the actuator cannot take is reported by NaN, by a masked entry, or by raising a child of
         ExoPinError.
         """
         ...
@@ -60,7 +60,7 @@ class ForceLimits:
     limb_count : int
         n.
     lengths : callable
-        Gives l_i, shape (N, n), m; asked only if actuators are.
+        Gives l_i, shape (N, n), m; called only where actuators are given.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ def each_limb(given: Any, limb_count: int, protocol: type, needs: str) -> list[A
     Raises
     ------
     InvalidInput
-        If there are not as many as limbs, or one does not have what ``protocol`` asks for.
+        If there are not as many as limbs, or one does not follow ``protocol``.
     """
     actuators = list(given) if isinstance(given, (list, tuple)) else [given] * limb_count
     if len(actuators) != limb_count:
@@ -173,7 +173,7 @@ def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
     MissingData
         If the actuator lacks what it needs.
     InvalidInput
-        If what it gives is not what was asked for.
+        If its results are not numbers of the expected shape.
     """
     count = len(arguments[0])
     whole = _asked(call, outputs, arguments)
@@ -195,7 +195,7 @@ def _asked(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatA
     MissingData
         If it lacks what it needs.
     InvalidInput
-        If what it gives is not what was asked for.
+        If its results are not numbers of the expected shape.
     """
     try:
         raw = call(*arguments)

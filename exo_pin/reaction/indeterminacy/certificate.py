@@ -1,4 +1,4 @@
-"""Which of the reactions equilibrium determines at all."""
+"""Which of the reactions equilibrium alone determines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determin
 _NO_EFFECT = 1e-9
 
 
-#: What a component of an answer can rest on, and how that is said.
+#: Assumptions behind a component of a result, and their descriptions.
 KINDS = {
     "unique": "Unique by equilibrium",
     "stiffness": "Determined by stiffness",
@@ -38,23 +38,23 @@ def component_names(limb_count: int) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class Components(ReadOnly):
-    """What each component of an answer rests on, for a pose or a stack of shape (...).
+    """Assumptions behind each component of a result, for a pose or a stack of shape (...).
 
     Attributes
     ----------
     actuator_forces, constraint_forces, shoulder_force : ndarray of str
         Shape (..., n), (..., n) and (..., 3), a key of :data:`KINDS`: "unique" (no self-stress changes it),
-        "stiffness", "optimiser" (the only one, or of least squares, among what is open), "assumed" (g = 0 or
+        "stiffness", "optimiser" (the only one, or that of least squares, of those that balance), "assumed" (g = 0 or
         F_s = 0), "bounded" (what the optimiser seeks does not depend on it: any value of an interval is as good), or
         "none" for a pose without an answer.
     actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
         Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
         allow, each component by itself; infinite without bounds, NaN if nothing fits them.
     needed : tuple of str
-        What would have to be known to determine what is open.
+        What would have to be known to determine the other components.
     outside : tuple of str
-        Components whose answer lies beyond its interval in some pose: the answer breaks bounds that it was not asked
-        to keep.
+        Components whose answer lies beyond its interval in some pose: the answer breaks bounds that were no part
+        of its query.
     """
 
     actuator_forces: NDArray[np.str_]
@@ -123,9 +123,9 @@ class Certificate(ReadOnly):
     Attributes
     ----------
     undetermined : ndarray of int
-        Shape (...): how many independent reactions equilibrium leaves open; -1 for a pose without an answer.
+        Shape (...): how many independent reactions equilibrium alone does not determine; -1 without an answer.
     redundant_closures : ndarray of int
-        Shape (...): rows of the loop closures that repeat others, so that their forces cannot be told apart.
+        Shape (...): rows of the loop closures that repeat others, so that only the sum of their forces is determined.
     actuator_forces : ndarray of bool
         Shape (..., n): whether f_i is unique.
     constraint_forces : ndarray of bool
@@ -135,9 +135,9 @@ class Certificate(ReadOnly):
     torso_wrench : ndarray of bool
         Shape (...,): whether the total wrench of limbs and shoulder on the torso is unique.
     chosen_by : str
-        What filled in the rest.
+        Assumption by which the others were chosen.
     source : callable or None
-        From which :attr:`components` are worked out when they are asked for.
+        From which :attr:`components` are computed on demand.
     """
 
     undetermined: NDArray[np.int64]
@@ -151,7 +151,7 @@ class Certificate(ReadOnly):
 
     @functools.cached_property
     def components(self) -> Components:
-        """What each component of f, g and F_s rests on, with its interval under the bounds of the query."""
+        """Assumptions behind each component of f, g and F_s, and its interval under the bounds of the query."""
         return self.under()
 
     def under(self, constraint_bounds: Any = None, tension_bounds: Any = None) -> Components:
@@ -163,7 +163,7 @@ class Certificate(ReadOnly):
             Bounds on g as in :meth:`exo_pin.ShoulderExo.reaction`; those of the query if left out.
         tension_bounds : None, "pull" or (lower, upper), optional
             Bounds on f, N, broadcasting to (..., n); "pull" means none below zero. They narrow an interval where
-            tensions are open: with more than three limbs, or a centre offset.
+            equilibrium does not determine tensions: with more than three limbs, or a centre offset.
 
         Raises
         ------
@@ -175,7 +175,7 @@ class Certificate(ReadOnly):
         return self.source(constraint_bounds, tension_bounds)
 
     def sentence(self) -> str:
-        """What each component rests on and what would have to be known, in words."""
+        """Assumptions behind each component, and what would have to be known, in words."""
         return f"{self.statement} {self.components}"
 
     def __str__(self) -> str:
@@ -184,10 +184,10 @@ class Certificate(ReadOnly):
 
     @property
     def statement(self) -> str:
-        """What equilibrium determines and what it leaves open, in words."""
+        """Which reactions equilibrium alone determines, in words."""
         counts = np.unique(self.undetermined[self.undetermined >= 0])
         if counts.size == 0:
-            return "No pose has an answer."
+            return "No pose has a solution."
         if counts.max() == 0:
             return "Equilibrium determines every reaction."
         span = str(counts[0]) if counts.size == 1 else f"{counts[0]} to {counts[-1]}"
@@ -201,7 +201,7 @@ class Certificate(ReadOnly):
         ):
             (sure if flags[self.undetermined >= 0].all() else open_).append(name)
         return (
-            f"Equilibrium leaves {span} reactions open. Determined: {', '.join(sure) or 'none'}. "
+            f"Equilibrium alone does not determine {span} of the reactions. Determined: {', '.join(sure) or 'none'}. "
             f"Not determined: {', '.join(open_) or 'none'}."
         )
 

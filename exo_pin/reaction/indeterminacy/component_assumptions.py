@@ -1,4 +1,4 @@
-"""What each component of an answer rests on, and what equilibrium and bounds leave of it.
+"""Assumptions behind each component of a result, and its interval under equilibrium and bounds.
 
 All answers that balance in a pose differ by self-stresses: tensions that balance themselves, and side forces. f and F_s
 are affine in those, so a component is unique if no self-stress changes it; and its interval under bounds on g is exact
@@ -153,7 +153,7 @@ class ComponentSource(ReadOnly):
         return fixed
 
     def _needed(self) -> tuple[str, ...]:
-        """What would have to be known to determine what is open."""
+        """What would have to be known to determine the other components."""
         upu, n = np.flatnonzero(self.poses.mechanism.is_upu), self.poses.mechanism.limb_count
         needed: list[str] = []
         if n > 3:
@@ -205,7 +205,7 @@ def _end(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatAr
         return scipy.optimize.linprog(target, A_ub=A, b_ub=b, bounds=[(None, None)] * count, method="highs")
 
     answer = solved(sign * effect)
-    if answer.status == 4:  # HiGHS may leave open whether a program is unbounded or infeasible
+    if answer.status == 4:  # HiGHS may not say whether a program is unbounded or infeasible
         answer.status = 2 if solved(np.zeros(count)).status == 2 else 3
     if answer.status in (2, 3):
         return np.nan if answer.status == 2 else -sign * np.inf

@@ -59,8 +59,8 @@ class Infeasibility(ReadOnly):
     blocking : ndarray of int
         Shape (..., n): -1 where the lower limit of f_i blocks, +1 where the upper one does, else 0.
     relief : ndarray
-        Shape (..., n), N: by how much this blocking limit alone, all others kept, would have to give way for
-        the pose to be held. Infinite where that would not do, or the limit does not block.
+        Shape (..., n), N: by how much this blocking limit alone would have to be relaxed for the pose to be held.
+        Infinite where that does not make the pose feasible, or the limit does not block.
     one_more_muscle : ndarray of bool
         Shape (...): whether one more muscle, suitably placed, would hold the pose.
     extra_muscle_force : ndarray

@@ -132,7 +132,7 @@ class _Line:
         the joint at A_i.
         """
         about_a = share[:, 3:] - np.cross(self.a, share[:, :3])
-        # Moment l s × F of the force F, wanted about the free axes only.
+        # Moment l s × F of the force F, about the free axes only.
         couple = -about_a
         if is_upu:
             x = _unit(np.cross(y, self.s))

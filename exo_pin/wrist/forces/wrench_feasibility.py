@@ -160,7 +160,7 @@ def holding(
     Raises
     ------
     MissingData
-        If the mechanism has no arm, or motion is asked of one without inertia.
+        If the mechanism has no arm, or ``motion`` is given and the arm has no inertia.
     InvalidInput
         If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one stands above its upper one.
     """

@@ -35,7 +35,7 @@ __all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble"]
 MAX_MODES = 8
 #: Returned instead of a number of solutions where a whole curve of orientations solves the equations.
 CONTINUUM = -1
-#: Two modes closer than this, rad, cannot be told apart: rounding alone moves modes that meet by √eps = 1.5e-8.
+#: Two modes closer than this, rad, count as one: rounding alone moves modes that meet by √eps = 1.5e-8.
 _SAME = 1e-6
 #: A mode whose smallest singular value is below this is about to meet another, or does.
 MEETING_MARGIN = 1e-6

@@ -139,7 +139,7 @@ def twist_roots(sine: float, a: float, b: float, roots: Any) -> tuple[int, float
     Returns
     -------
     int
-        How many; roots that rounding cannot tell apart are one.
+        How many; roots that differ by rounding alone are one.
     float
         Half their difference over b, 0 where they meet: that is b·s/b, the sensor's own distance from its
         singularity.

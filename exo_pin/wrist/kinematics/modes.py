@@ -91,7 +91,7 @@ class AssemblyModes:
         Raises
         ------
         InvalidInput
-            If the question was asked without ``near=``, or some row has no pose at all (``nearest`` is -1 there).
+            If the call was without ``near=``, or some row has no pose at all (``nearest`` is -1 there).
         """
         if self.nearest is None:
             raise InvalidInput("no mode is nearest: ask with near= a Rotation")

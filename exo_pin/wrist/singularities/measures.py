@@ -26,7 +26,7 @@ class Singularity:
     ----------
     determinant : ndarray
         det[X_1 X_2 X_3], shape (...), dimensionless; NaN for other than three limbs and for a folded limb. Its
-        sign tells the two sides of the singular surface apart.
+        sign differs on the two sides of the singular surface.
     actuation_determinant : ndarray
         det[b_i × s_i] = -h_1 h_2 h_3 det[X_1 X_2 X_3], shape (...), m³; NaN for other than three limbs. It is zero for
         a folded limb too.

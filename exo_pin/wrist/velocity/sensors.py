@@ -29,14 +29,15 @@ class SensorSensitivity:
     ----------
     sensitivity : ndarray
         Shape (...): largest turn of the arm per unit of sensor error (root of sum of squares over all sensors), rad
-        per rad (degrees per degree), or rad per m if lengths alone are measured; inf where the sensors do not tell.
+        per rad (degrees per degree), or rad per m if lengths alone are measured; inf where they do not
+        determine the pose.
     worst_axis : ndarray
-        Shape (..., 3), unit vector, base frame: the axis about which the sensors tell least.
+        Shape (..., 3), unit vector, base frame: the axis about which the sensors give least information.
     error_gain : ndarray
         Shape (..., 3, m): rotation vector of the arm per error of each of the m sensors, base frame; least squares for
-        more than three. NaN where the sensors do not tell.
+        more than three. NaN where they do not determine the pose.
     along : ndarray
-        b_i·s_i/|b_i|, shape (..., n): a sensor of θ_xA tells nothing where its limb's is zero.
+        b_i·s_i/|b_i|, shape (..., n): a sensor of θ_xA gives no information where its limb's is zero.
     determinant : ndarray
         Of three sensors' rows, shape (...); NaN for more than three. For θ_xA it is Π (b_i·s_i)/l_i det X, for θ_yA
         det[b_i × X_i] / Π q_i, with q_i the distance of B_i from the line O A_i.
@@ -55,7 +56,7 @@ class SensorSensitivity:
 def sensor_sensitivity(
     geometry: WristGeometry, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
 ) -> SensorSensitivity:
-    """How well sensors on the limbs and their joints tell the arm's orientation.
+    """How well sensors on the limbs and their joints determine the arm's orientation.
 
     A sensor's error e turns the computed arm by J⁻¹ e (least squares: the pseudo-inverse), with J the rows of
     :func:`joint_jacobians` for what is measured. θ_xA alone is singular where det X = 0 or some b_i·s_i = 0, where

@@ -55,7 +55,6 @@ def add_commands(commands: Any) -> None:
         "--map", type=Path, metavar="FILE", help="write det X over flexion and abduction as a picture"
     )
     singular.add_argument("--surface", type=Path, metavar="FILE", help="write the surface det X = 0 as a picture")
-    singular.add_argument("--tilt-torsion", type=Path, metavar="FILE", help="write det X over tilt of the arm")
     singular.add_argument("--json", action="store_true", help="print JSON instead of tables")
     singular.set_defaults(run=_singularity)
 
@@ -224,16 +223,15 @@ def _number(value: Any) -> float | None:
 
 def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
     """Draw the requested pictures; return the files."""
-    if options.map is None and options.surface is None and options.tilt_torsion is None:
+    if options.map is None and options.surface is None:
         return []
-    from ..view.plots.singularity_plots import determinant_map, locus_surface, tilt_torsion_map
+    from ..view.plots.singularity_plots import determinant_map, locus_surface
 
     internal = float(options.internal_rotation)
     written: list[Path] = []
     pictures: tuple[tuple[Path | None, Callable[[], Any]], ...] = (
         (options.map, lambda: determinant_map(exo, internal_rotation=internal)),
         (options.surface, lambda: locus_surface(exo)),
-        (options.tilt_torsion, lambda: tilt_torsion_map(exo, internal)),
     )
     for path, draw in pictures:
         if path is not None:

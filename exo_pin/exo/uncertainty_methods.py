@@ -29,15 +29,14 @@ class UncertaintyQuestions(Subject):
         motion: Motion | None = None,
         load: Load | None = None,
         centre: ArrayLike = (0.0, 0.0, 0.0),
-        separately: bool = False,
     ) -> WorstCase:
         """Largest |F_s| over all centre offsets within ``radius``, m, and whether the device turns singular there.
 
-        Base and cuff are off together, or each by itself with ``separately``.
+        Base and cuff are off together.
 
         See :func:`exo_pin.uncertainty.worst_centre_offset.worst_offset`.
         """
-        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre, separately)
+        return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre)
 
     def worst_clearance(
         self,

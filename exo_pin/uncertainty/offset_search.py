@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ..core.records import Record
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, frozen
 from ..design import Mechanism
 from ..wrist.forces.displaced import Displaced
 from ..wrist.limbs import STATUS
@@ -19,7 +18,7 @@ from .worst_case import Loaded
 
 __all__ = ["OffsetSearch"]
 
-#: 2^m points of a Sobol sequence within the ball, and as many on its surface; of two balls 2^(m + 2).
+#: 2^m points of a Sobol sequence within the ball, and as many on its surface.
 _SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.
 _STEP = 1e-5
@@ -28,26 +27,17 @@ _STARTS = 3
 
 
 @functools.cache
-def _points(balls: int) -> FloatArray:
-    """The centre, points within unit balls and on their surfaces, shape (k, 3 balls)."""
-    u = (
-        scipy.stats.qmc.Sobol(3 * balls, scramble=False)
-        .random_base2(_SOBOL_POWER + 2 * (balls - 1))
-        .reshape(-1, balls, 3)
-    )
-    height, turn = 2.0 * u[..., 1] - 1.0, 2.0 * np.pi * u[..., 2]
+def _points() -> FloatArray:
+    """The centre, points within the unit ball and on its surface, shape (k, 3)."""
+    u = scipy.stats.qmc.Sobol(3, scramble=False).random_base2(_SOBOL_POWER)
+    height, turn = 2.0 * u[:, 1] - 1.0, 2.0 * np.pi * u[:, 2]
     ring = np.sqrt(np.maximum(1.0 - height**2, 0.0))
     sphere = np.stack([ring * np.cos(turn), ring * np.sin(turn), height], axis=-1)
-    points = np.concatenate([np.zeros((1, balls, 3)), np.cbrt(u[..., :1]) * sphere, sphere]).reshape(-1, 3 * balls)
-    if balls > 1:
-        # What they can do together they can do separately, so the search begins no worse.
-        points = np.concatenate([points, np.tile(_points(1)[1:], balls)])
-    points.setflags(write=False)
-    return points
+    return frozen(np.concatenate([np.zeros((1, 3)), np.cbrt(u[:, :1]) * sphere, sphere]))
 
 
 class OffsetSearch(Record):
-    """The offsets of one pose in radii: x of base and cuff together, or of base and then of cuff, each |x| <= 1."""
+    """The offsets of one pose in radii: x of base and cuff together, |x| <= 1."""
 
     def __init__(
         self,
@@ -57,13 +47,11 @@ class OffsetSearch(Record):
         middle: FloatArray,
         size: float,
         stiffness: FloatArray | None,
-        balls: int,
     ) -> None:
         self.mechanism, self.given, self.row = mechanism, given, row
         self.middle, self.size, self.stiffness = middle, size, stiffness
         self.signed = mechanism.limb_count == 3
-        self.inside = [_inside(slice(3 * ball, 3 * ball + 3)) for ball in range(balls)]
-        self.x = _points(balls)
+        self.x = _points()
         self.force, self.sign, self.codes = self._evaluate(self.x)
         self.code = self.codes[0]
         self.nominal = float(np.linalg.norm(self.force[0]))
@@ -72,8 +60,8 @@ class OffsetSearch(Record):
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
         """F_s, the determinant of the equilibrium equations, and status codes, at a stack of points."""
-        base, cuff = self.middle + self.size * x[:, :3], self.middle + self.size * x[:, -3:]
-        state = self.given.one(self.row, len(x)).displaced(self.mechanism, base, cuff)
+        offset = self.middle + self.size * x
+        state = self.given.one(self.row, len(x)).displaced(self.mechanism, offset, offset)
         force = state.shoulder
         sign: FloatArray = np.full(len(x), np.nan)
         if self.signed:
@@ -99,7 +87,7 @@ class OffsetSearch(Record):
     def singular(self) -> FloatArray | None:
         """The point nearest to the centre, of those found, at which the forces grow without bound."""
         if self.code == STATUS.index("singular"):
-            return np.zeros(self.x.shape[1])
+            return np.zeros(3)
         if not self.signed:
             return None
         relative = self.sign / self.unit
@@ -123,10 +111,10 @@ class OffsetSearch(Record):
             start,
             jac=True,
             method="SLSQP",
-            constraints=self.inside,
+            constraints=_INSIDE,
             options={"maxiter": 40, "ftol": 1e-9},
         )
-        x = _into_balls(answer.x)
+        x = _into_ball(answer.x)
         return x if self._evaluate(x[None])[1][0] / self.unit <= 0.0 else None
 
     def _nearest(self, start: FloatArray) -> FloatArray:
@@ -142,7 +130,7 @@ class OffsetSearch(Record):
         )  # fmt: skip
         x = np.asarray(answer.x)
         near = abs(self._evaluate(x[None])[1][0] / self.unit) < 1e-8 and x @ x <= start @ start
-        return x if near and np.linalg.norm(x.reshape(-1, 3), axis=1).max() <= 1.0 else start
+        return x if near and np.linalg.norm(x) <= 1.0 else start
 
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows on the way to a point: without a moment in the lost direction it would not."""
@@ -170,10 +158,10 @@ class OffsetSearch(Record):
                 self.x[start],
                 jac=True,
                 method="SLSQP",
-                constraints=self.inside,
+                constraints=_INSIDE,
                 options={"maxiter": 60, "ftol": 1e-12},
             )
-            x = _into_balls(np.asarray(answer.x))
+            x = _into_ball(np.asarray(answer.x))
             force, _, codes = self._evaluate(x[None])
             if codes[0] == STATUS.index("singular"):
                 return x, np.full(3, np.nan), int(codes[0])
@@ -190,22 +178,17 @@ class OffsetSearch(Record):
         return float(values[0]), (values[1 : n + 1] - values[n + 1 :]) / (2.0 * _STEP)
 
 
-def _inside(part: slice) -> dict[str, Any]:
-    """SLSQP's constraint that a part of x stays in its unit ball."""
-    # No functions within the function: those cannot be pickled.
-    return {"type": "ineq", "fun": functools.partial(_room, part), "jac": functools.partial(_slope_of_room, part)}
+def _room(x: FloatArray) -> float:
+    return float(1.0 - x @ x)
 
 
-def _room(part: slice, x: FloatArray) -> float:
-    return float(1.0 - x[part] @ x[part])
+def _slope_of_room(x: FloatArray) -> FloatArray:
+    return -2.0 * x
 
 
-def _slope_of_room(part: slice, x: FloatArray) -> FloatArray:
-    row = np.zeros_like(x)
-    row[part] = -2.0 * x[part]
-    return row
+def _into_ball(x: FloatArray) -> FloatArray:
+    return np.asarray(x / max(1.0, float(np.linalg.norm(x))))
 
 
-def _into_balls(x: FloatArray) -> FloatArray:
-    parts = x.reshape(-1, 3)
-    return np.asarray(parts / np.maximum(1.0, np.linalg.norm(parts, axis=1, keepdims=True))).ravel()
+#: SLSQP's constraint that x stays in the unit ball.
+_INSIDE = {"type": "ineq", "fun": _room, "jac": _slope_of_room}

@@ -42,8 +42,7 @@ class WorstCase:
     shoulder_force : ndarray
         F_s in the worst case, shape (..., 3), N, of the shoulder on the arm, base frame; NaN where infinite.
     at : ndarray
-        The evidence, where the worst case is: the offset, shape (..., 3), m, or those of base
-        and cuff, shape (..., 2, 3), m; the plays, shape (..., n), m; or the
+        The evidence, where the worst case is: the offset, shape (..., 3), m; the plays, shape (..., n), m; or the
         stiffness, shape (...), N/m. Where the magnitude is infinite it is the singular configuration itself; an
         offset of that kind is the nearest to the centre of the ball that was found.
     nominal : ndarray
@@ -88,8 +87,7 @@ class WorstCase:
 
     def _set(self) -> str:
         if self.quantity == "offset":
-            own = " of base and cuff, each by itself," if self.at.ndim > self.magnitude.ndim + 1 else ""
-            return f"all centre offsets{own} within {1e3 * self.limits[0]:g} mm"
+            return f"all centre offsets within {1e3 * self.limits[0]:g} mm"
         if self.quantity == "clearance":
             return f"all plays up to {', '.join(f'{1e3 * c:g}' for c in self.limits)} mm"
         return f"all shoulder stiffnesses from {self.limits[0]:g} to {self.limits[1]:g} N/m"
@@ -97,13 +95,8 @@ class WorstCase:
     def _place(self) -> str:
         if self.quantity == "stiffness":
             return f"K_s = {float(self.at):.4g} N/m"
-        names = ["offset" if self.quantity == "offset" else "play"]
-        if self.at.ndim == 2:
-            names = ["base offset", "cuff offset"]
-        rows = self.at.reshape(len(names), -1)
-        return " and ".join(
-            f"{name} ({', '.join(f'{1e3 * v:.2f}' for v in row)}) mm" for name, row in zip(names, rows, strict=True)
-        )
+        name = "offset" if self.quantity == "offset" else "play"
+        return f"{name} ({', '.join(f'{1e3 * v:.2f}' for v in self.at)}) mm"
 
 
 class Loaded(NamedTuple):

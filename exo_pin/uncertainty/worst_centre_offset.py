@@ -38,7 +38,6 @@ def worst_offset(
     motion: Motion | None = None,
     load: Load | None = None,
     centre: ArrayLike = (0.0, 0.0, 0.0),
-    separately: bool = False,
 ) -> WorstCase:
     """Largest |F_s| over all centre offsets within a ball.
 
@@ -56,14 +55,11 @@ def worst_offset(
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like
         Centre of the ball, shape (3,), m, where an offset is known.
-    separately : bool
-        Whether base and cuff are off independently of each other, each within the ball. They are off together if left
-        out: the wearer's centre is not known, and the device fits itself.
 
     Returns
     -------
     WorstCase
-        By search: 256 points of a Sobol sequence (1280 for base and cuff separately), then sequential quadratic
+        By search: 256 points of a Sobol sequence, then sequential quadratic
         programming from the best. With more than three limbs a singular configuration has no sign to betray it, and is
         found only if the search runs into it.
 
@@ -86,11 +82,10 @@ def worst_offset(
     given = loaded(mechanism, orientation, motion, load)
     count = len(given.force)
     magnitude, nominal = np.full(count, np.nan), np.full(count, np.nan)
-    balls = 2 if separately else 1
-    force, at = np.full((count, 3), np.nan), np.full((count, balls, 3), np.nan)
+    force, at = np.full((count, 3), np.nan), np.full((count, 3), np.nan)
     codes, within = np.full(count, STATUS.index("not_solved"), dtype=np.int8), np.zeros(count, dtype=bool)
     for row in range(count):
-        ball = OffsetSearch(mechanism, given, row, middle, size, stiffness, balls)
+        ball = OffsetSearch(mechanism, given, row, middle, size, stiffness)
         codes[row] = ball.code
         if ball.code == STATUS.index("folded"):
             continue
@@ -100,10 +95,10 @@ def worst_offset(
             continue
         singular = ball.singular()
         if singular is not None:
-            magnitude[row], at[row], within[row] = np.inf, middle + size * singular.reshape(-1, 3), True
+            magnitude[row], at[row], within[row] = np.inf, middle + size * singular, True
             continue
         x, force[row], code = ball.largest()
-        at[row], codes[row] = middle + size * x.reshape(-1, 3), code
+        at[row], codes[row] = middle + size * x, code
         magnitude[row] = np.linalg.norm(force[row]) if code != STATUS.index("singular") else np.inf
         within[row] = code == STATUS.index("singular")
     shape = given.query.shape
@@ -112,7 +107,7 @@ def worst_offset(
         (size,),
         magnitude.reshape(shape),
         force.reshape(*shape, 3),
-        at.reshape(*shape, balls, 3) if separately else at.reshape(*shape, 3),
+        at.reshape(*shape, 3),
         nominal.reshape(shape),
         status_names(codes, within, shape),
         False,

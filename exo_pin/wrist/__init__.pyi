@@ -20,7 +20,6 @@ from .singularities.singular_surface_mesh import SingularSurface as SingularSurf
 from .singularities.singular_surface_mesh import locus_function as locus_function
 from .singularities.singular_surface_mesh import shoulder_slice as shoulder_slice
 from .singularities.singular_surface_mesh import singular_surface as singular_surface
-from .singularities.singular_surface_mesh import tilt_torsion_slice as tilt_torsion_slice
 from .singularities.singularity_free_region import FreeRegion as FreeRegion
 from .singularities.singularity_free_region import RangeCrossing as RangeCrossing
 from .singularities.singularity_free_region import daily_crossings as daily_crossings

@@ -52,10 +52,9 @@ def test_poses_from_angles(capsys):
 
 
 def test_singularity_report(capsys, tmp_path):
-    pictures = [tmp_path / f"{name}.png" for name in ("map", "surface", "tilt")]
+    pictures = [tmp_path / f"{name}.png" for name in ("map", "surface")]
     status, out, _ = run(
         capsys, "singularity", "prototype", "--map", str(pictures[0]), "--surface", str(pictures[1]),
-        "--tilt-torsion", str(pictures[2]),
     )  # fmt: skip
     assert status == 0
     assert "-0.01433" in out

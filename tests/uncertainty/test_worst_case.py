@@ -64,37 +64,6 @@ def test_a_ball_with_a_singular_configuration_has_no_worst_force(split, exo):
     assert short.magnitude > 5 * short.nominal
 
 
-@pytest.mark.parametrize("split", ["spherical", "elastic"])
-def test_base_and_cuff_off_separately(split, exo):
-    rng, count, radius = np.random.default_rng(59), 4000, 0.004
-    together, worst = exo.worst_offset(LIFTED, radius, split), exo.worst_offset(LIFTED, radius, split, separately=True)
-    assert worst.status == "ok"
-    assert worst.at.shape == (2, 3)
-    assert (np.linalg.norm(worst.at, axis=1) <= radius * (1 + 1e-9)).all()
-    # An offset that base and cuff share is one of the set, and by no means its worst.
-    assert worst.magnitude > 1.02 * together.magnitude
-    evidence = exo.reaction(LIFTED, split=split, centre_offset=ep.CentreOffset(*worst.at))
-    np.testing.assert_allclose(evidence.shoulder_force, worst.shoulder_force, rtol=1e-9)
-    offsets = [in_ball(rng, count, radius) for _ in range(2)]
-    offsets = [radius * side / np.linalg.norm(side, axis=1, keepdims=True) for side in offsets]
-    sampled = exo.reaction(again(LIFTED, count), split=split, centre_offset=ep.CentreOffset(*offsets))
-    assert 0.9 * worst.magnitude <= sampled.magnitude.max() <= worst.magnitude * (1 + 1e-6)
-    assert "each by itself" in str(worst)
-    assert "cuff offset" in str(worst)
-
-
-def test_separate_offsets_of_a_stack_tell_the_singular_ones(exo):
-    worst = exo.worst_offset(Rotation.concatenate([Rotation.identity(), LIFTED]), 0.01, separately=True)
-    assert worst.at.shape == (2, 2, 3)
-    assert worst.status.tolist() == ["singular_within", "ok"]
-    base, cuff = worst.at[0]
-    sizes = [
-        exo.reaction(Rotation.identity(), centre_offset=ep.CentreOffset((1 - d) * base, (1 - d) * cuff)).magnitude
-        for d in (1e-4, 1e-5)
-    ]
-    assert 8.0 < sizes[1] / sizes[0] < 12.0
-
-
 def test_worst_offset_of_a_stack_marks_only_the_bad_row(exo):
     single = exo.worst_offset(LIFTED, 0.01)
     both = exo.worst_offset(Rotation.concatenate([Rotation.identity(), LIFTED]), 0.01)

@@ -11,4 +11,3 @@ from .muscle_plots import plot_responses as plot_responses
 from .singularity_plots import determinant_map as determinant_map
 from .singularity_plots import locus_picture as locus_picture
 from .singularity_plots import locus_surface as locus_surface
-from .singularity_plots import tilt_torsion_map as tilt_torsion_map

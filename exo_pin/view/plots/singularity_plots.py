@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["determinant_map", "locus_picture", "locus_surface", "tilt_torsion_map"]
+__all__ = ["determinant_map", "locus_picture", "locus_surface"]
 
 #: Line styles and labels of the ranges drawn on a map.
 _STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1, 1, 1)))
@@ -131,54 +131,9 @@ def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest
     ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
 
 
-def _locus(ax: Any, piece: loci.LocusSlice, degrees: bool = True) -> None:
+def _locus(ax: Any, piece: loci.LocusSlice) -> None:
     for k, line in enumerate(piece.curves):
-        points = line if degrees else line * [np.pi / 180.0, 1.0]
-        ax.plot(*points.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
-
-
-def tilt_torsion_map(
-    exo: ShoulderExo, torsion: float = 0.0, ax: Any = None, largest_tilt: float = 120.0, step: float = 1.0
-) -> Any:
-    """Map det X over where the arm points, at a fixed torsion.
-
-    View along the hanging arm: the centre is rest, the distance from it the tilt of the arm, the direction its azimuth
-    (0 forward, 90° outward). No angle locks inside this picture.
-
-    Parameters
-    ----------
-    exo : ShoulderExo
-        Three limbs.
-    torsion : float
-        Turn of the arm about its own axis, positive inward, degrees.
-    ax : matplotlib PolarAxes, optional
-        Where to draw; a new figure if left out.
-    largest_tilt, step : float
-        Edge of the map and step of the grid, degrees.
-
-    Returns
-    -------
-    PolarAxes
-    """
-    if ax is None:
-        ax = pyplot().figure(figsize=(6.5, 6), layout="constrained").add_subplot(projection="polar")
-    piece = loci.tilt_torsion_slice(exo.geometry, torsion, largest_tilt, step, exo.side)
-    rest = region.side_of_rest(exo.geometry)
-    _shaded(ax, np.radians(piece.x), piece.y, piece.determinant.T, rest)
-    _locus(ax, piece, degrees=False)
-    ax.plot(0, 0, marker="o", markersize=8, color="white", markeredgecolor=BLACK, markeredgewidth=1.5)
-    ax.grid(color="0.35", alpha=0.35, linewidth=0.6)
-    ax.set_theta_zero_location("N")
-    ax.set_theta_direction(1 if exo.side == "left" else -1)
-    ax.set_xticks(np.radians([0, 90, 180, 270]), ["forward", "outward", "backward", "inward"])
-    ax.tick_params(axis="x", pad=14)
-    tilts = np.arange(30, largest_tilt + 1, 30)
-    ax.set_yticks(tilts, [f"{tilt:.0f}°" for tilt in tilts], fontsize=8)
-    ax.set_title(
-        f"{exo.name}: det X over the tilt of the arm, {piece.fixed}" + ("\nhatched: across from rest" if rest else ""),
-        fontsize=11,
-    )
-    return ax
+        ax.plot(*line.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
 
 
 def locus_surface(

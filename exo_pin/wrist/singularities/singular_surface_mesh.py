@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
-from ...core.conventions import shoulder_rotation, tilt_torsion_rotation
+from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput, MissingExtra
-from ...core.validation import FloatArray, as_positive
+from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion, grid_rotation
@@ -24,7 +24,6 @@ __all__ = [
     "locus_function",
     "shoulder_slice",
     "singular_surface",
-    "tilt_torsion_slice",
 ]
 
 
@@ -266,43 +265,3 @@ def shoulder_slice(
     poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
     names = ("flexion", "abduction", f"internal rotation {internal_rotation_deg:g}°")
     return _sliced(geometry, poses, flexion, abduction, names)
-
-
-def tilt_torsion_slice(
-    geometry: WristGeometry,
-    torsion_deg: float = 0.0,
-    largest_tilt_deg: float = 120.0,
-    step_deg: float = 1.0,
-    side: str = "left",
-) -> LocusSlice:
-    """det X over azimuth (0 to 360°) and tilt of the arm at a fixed torsion.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Three limbs.
-    torsion_deg : float
-        Held fixed, degrees.
-    largest_tilt_deg : float
-        From 0 to here, degrees.
-    step_deg : float
-        Of the grid, degrees.
-    side : {"left", "right"}
-        Side of the body.
-
-    Returns
-    -------
-    LocusSlice
-
-    Raises
-    ------
-    MissingExtra
-        If scikit-image is not installed.
-    InvalidInput
-        For other than three limbs.
-    """
-    step = as_positive("step_deg", step_deg)
-    azimuth = np.linspace(0.0, 360.0, int(np.ceil(360.0 / step)) + 1)
-    tilt = np.linspace(0.0, largest_tilt_deg, int(np.ceil(largest_tilt_deg / step)) + 1)
-    poses = tilt_torsion_rotation(azimuth[:, None], tilt[None, :], torsion_deg, side, degrees=True)
-    return _sliced(geometry, poses, azimuth, tilt, ("azimuth", "tilt", f"torsion {torsion_deg:g}°"))

@@ -8,7 +8,7 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.core.conventions import mirrored, shoulder_rotation, tilt_torsion_angles, tilt_torsion_rotation
+from exo_pin.core.conventions import shoulder_rotation
 from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import preset
 from exo_pin.load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
@@ -87,13 +87,6 @@ def test_slices_show_the_known_crossings():
     on_curve, _ = loci.locus_function(geometry, shoulder_rotation(points[:, 0], points[:, 1], 0, **DEGREES))
     # Linear interpolation over half a degree.
     assert np.abs(on_curve).max() < 1e-4
-    polar = loci.tilt_torsion_slice(geometry, 0.0, step_deg=2.0)
-    assert polar.determinant.shape == (181, 61)
-    azimuth, tilt = np.vstack(polar.curves).T
-    assert np.hypot(azimuth - 90, tilt - 6.21).min() < 3
-    np.testing.assert_allclose(polar.determinant[0], polar.determinant[-1], atol=1e-12)
-    direct = wrist.singularity(geometry, tilt_torsion_rotation(polar.x[40], polar.y[30], 0, **DEGREES))
-    assert polar.determinant[40, 30] == pytest.approx(float(direct.determinant), abs=1e-12)
 
 
 def test_free_region_of_the_whole_group_is_one_side():
@@ -173,29 +166,6 @@ def test_mirror_image_has_the_mirrored_locus():
     np.testing.assert_allclose(one.vertices, two.vertices, atol=1e-6)
 
 
-def test_tilt_and_torsion():
-    rng = np.random.default_rng(5)
-    poses = Rotation.random(500, rng)
-    for side in ("left", "right"):
-        angles = tilt_torsion_angles(poses, side)
-        back = tilt_torsion_rotation(*angles.T, side=side)
-        assert (back * poses.inv()).magnitude().max() < 1e-13
-    # Raised forward is flexion, outward abduction, turned inward internal rotation, on both sides.
-    for side in ("left", "right"):
-        for tilted, clinical in (((0, 40, 0), (40, 0, 0)), ((90, 40, 0), (0, 40, 0)), ((30, 0, 25), (0, 0, 25))):
-            gap = (
-                tilt_torsion_rotation(*tilted, side=side, **DEGREES)
-                * shoulder_rotation(*clinical, side=side, **DEGREES).inv()
-            )
-            assert gap.magnitude() < 1e-14
-    left = tilt_torsion_rotation(0.3, 0.5, 0.7)
-    assert (mirrored(left) * tilt_torsion_rotation(0.3, 0.5, 0.7, side="right").inv()).magnitude() < 1e-14
-    # The arm's direction.
-    arm = tilt_torsion_rotation(0.3, 0.5, 0.7).as_matrix() @ [0, 0, -1]
-    np.testing.assert_allclose(arm, [np.sin(0.5) * np.cos(0.3), np.sin(0.5) * np.sin(0.3), -np.cos(0.5)], atol=1e-15)
-    np.testing.assert_array_equal(tilt_torsion_angles(Rotation.identity()), 0)
-
-
 def test_what_does_not_fit_is_named():
     geometry = preset("prototype").geometry
     with pytest.raises(InvalidInput, match="three limbs"):
@@ -219,7 +189,7 @@ def test_what_does_not_fit_is_named():
 def test_pictures_show_what_they_say(tmp_path):
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots.singularity_plots import determinant_map, locus_picture, locus_surface, tilt_torsion_map
+    from exo_pin.view.plots.singularity_plots import determinant_map, locus_picture, locus_surface
 
     exo = ep.load("prototype")
     ax = determinant_map(exo, step=2.0)
@@ -235,8 +205,6 @@ def test_pictures_show_what_they_say(tmp_path):
     assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 1.0
     drawn = locus_surface(exo, step=10.0, ranges=DAILY_RANGES)
     assert drawn.get_zlabel() == "internal rotation, °"
-    polar = tilt_torsion_map(exo, 30.0, step=5.0)
-    assert "torsion 30°" in polar.get_title()
     figure = locus_picture(exo, shoulder_rotation(30, 40, 20, **DEGREES))
     figure.savefig(tmp_path / "locus.png", dpi=40)
     assert (tmp_path / "locus.png").stat().st_size > 5000

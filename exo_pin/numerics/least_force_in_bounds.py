@@ -107,9 +107,13 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
 
 
 def _unbounded(c: FloatArray, G: FloatArray) -> FloatArray:
-    z = np.linalg.lstsq(G, -c, rcond=RANK_TOLERANCE)[0]
+    """The z of least norm with the least |c + G z|."""
+    U, values, Vt = np.linalg.svd(G, full_matrices=False)
+    rank = int((values > RANK_TOLERANCE * values[0]).sum())
+    inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
+    z = -inverse @ c
     # One refinement: near the singular surface z is large, and its rounding would be left over as force.
-    return np.asarray(z - np.linalg.lstsq(G, c + G @ z, rcond=RANK_TOLERANCE)[0], dtype=np.float64)
+    return np.asarray(z - inverse @ (c + G @ z))
 
 
 def _is_unique(G: FloatArray, low: FloatArray, high: FloatArray, z: FloatArray, gradient: FloatArray) -> bool:

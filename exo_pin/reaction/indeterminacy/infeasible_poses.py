@@ -56,7 +56,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
         raise SolverFailed("ProxQP", solution.kkt, "closest wrench within limits")
     missing = -solution.residual * scale
     size = float(np.linalg.norm(missing))
-    if size <= HELD * scale:
+    if size <= HELD * scale * max(1.0, float(np.abs(solution.z).max(initial=0.0))):
         return None
     y = missing / size
     required, available, valid = _separation(program, solution, y, target, size / scale)

@@ -191,9 +191,9 @@ class Chosen:
     def __init__(self, status: NDArray[np.int8], n: int) -> None:
         count = len(status)
         self.status = status
-        self.f, self.g = np.full((count, n), np.nan), np.full((count, n), np.nan)
-        self.kkt, self.gap = np.full(count, np.nan), np.full(count, np.nan)
-        self.unique, self.trivial = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        self.f, self.g = np.full((2, count, n), np.nan)
+        self.kkt, self.gap = np.full((2, count), np.nan)
+        self.unique, self.trivial = np.zeros((2, count), dtype=bool)
 
     def put(self, row: int, choice: Choice) -> None:
         """Fill one pose."""

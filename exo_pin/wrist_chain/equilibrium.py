@@ -31,7 +31,7 @@ from ..design import Arm, Limb, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
 from ..wrist.limbs import Limbs, classify
-from .wrist_urdf import mechanism_urdf
+from .wrist_urdf import across, mechanism_urdf
 
 __all__ = ["EquilibriumModel"]
 
@@ -49,10 +49,8 @@ class EquilibriumModel:
 
     Attributes
     ----------
-    arm : Arm
-        The mechanism's.
-    model : pinocchio.Model
-        The tree with the ball joint.
+    arm, model : Arm, pinocchio.Model
+        The mechanism's arm; the tree with the ball joint.
     upu, sps : ndarray of int
         Indices of the UPU and of the other limbs.
     radius : float
@@ -105,7 +103,7 @@ class EquilibriumModel:
         self._held = held.nonzero()
 
     def _set_neutral(self) -> None:
-        """What the joint angles are measured from: the limbs in the neutral pose, where all of them are zero."""
+        """The limbs in the neutral pose, where all joint angles are zero."""
         geometry = self.mechanism.geometry
         R = geometry.neutral.as_matrix()
         limbs = classify(self.mechanism, R[None])
@@ -156,8 +154,8 @@ class EquilibriumModel:
         LoopNotClosed
             If the loops do not close to 1e-12.
         """
-        q = self._configurations(R[None], quaternion[None], classify(self.mechanism, R[None]))[0]
-        return self._linearised(q, self._data)
+        q = self._configurations(R[None], quaternion[None], classify(self.mechanism, R[None]))
+        return self._linearised(q[0], self._data)
 
     def _configurations(self, matrices: FloatArray, quaternions: FloatArray, limbs: Limbs) -> FloatArray:
         """Joint vectors of N poses, shape (N, nq)."""
@@ -182,12 +180,11 @@ class EquilibriumModel:
         LoopNotClosed
             If the loops do not close to 1e-12.
         """
-        model = self.model
-        pin.computeJointJacobians(model, data, q)
-        ends = np.array([pin.updateFramePlacement(model, data, frame).homogeneous for frame in self._ends])
+        pin.computeJointJacobians(self.model, data, q)
+        ends = np.array([pin.updateFramePlacement(self.model, data, frame).homogeneous for frame in self._ends])
         if not np.abs(ends - self._targets)[self._held].max(initial=0.0) <= _CLOSED:
             q = self.chain.close(q)
-            pin.computeJointJacobians(model, data, q)
+            pin.computeJointJacobians(self.model, data, q)
         return q
 
     def states(self, query: Query, limbs: Limbs, rows: NDArray[np.intp], progress: bool = False) -> AffineState:
@@ -209,8 +206,6 @@ class EquilibriumModel:
         LoopNotClosed
             If the loops of a pose do not close to 1e-12.
 
-        Notes
-        -----
         Source: thesis (D-1), (D-2), (D-19), (D-20), (D-26).
         """
         model, data, count = self.model, self._data, len(query.matrices)
@@ -296,19 +291,9 @@ class EquilibriumModel:
         of_f[:, own] = np.concatenate([-s, np.cross(base, -s)], axis=2)
 
 
-def across(vector: FloatArray) -> FloatArray:
-    """Unit vector at right angles to ``vector``: its cross product with the coordinate axis it is farthest from."""
-    axis = np.cross(vector, np.eye(3)[np.abs(vector).argmin()])
-    return np.asarray(axis / np.linalg.norm(axis))
-
-
 def _without_spin(limb: Limb) -> Limb:
     """An SPS limb may spin about its own line at any rate, so its inertia about that line is left out."""
     if limb.kind != "SPS" or limb.mass == 0.0:
         return limb
-    base, platform = limb.base_body, limb.platform_body
-    return replace(
-        limb,
-        base_body=base and replace(base, axial_inertia=0.0),
-        platform_body=platform and replace(platform, axial_inertia=0.0),
-    )
+    base, platform = (half and replace(half, axial_inertia=0.0) for half in (limb.base_body, limb.platform_body))
+    return replace(limb, base_body=base, platform_body=platform)

@@ -47,7 +47,7 @@ from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
 from .visuals import arm_visuals, dummy_visuals, limb_visuals
 
-__all__ = ["PARTS", "Part", "dummy_shoulder_urdf", "mechanism_urdf"]
+__all__ = ["PARTS", "Part", "across", "dummy_shoulder_urdf", "mechanism_urdf"]
 
 Part = Literal["whole", "wrist", "shoulder", "floating"]
 
@@ -187,8 +187,7 @@ class _Limb:
             )
         else:
             # A limb without side force may have its cross axis anywhere across B_i.
-            across = np.cross(self.b, np.eye(3)[int(np.argmin(np.abs(self.b)))])
-            self.x = across / np.linalg.norm(across)
+            self.x = across(self.b)
         # The joint distance of every pose lies between these.
         self.travel = np.array([abs(reach_a - reach_b), reach_a + reach_b]) - self.length
 
@@ -238,6 +237,12 @@ class _Limb:
             document.joint(f"{name}_base_x", "revolute", links[2], links[3], zero, self.x, turn)
             document.link(links[4], cross, looks.get("base", []))
             document.joint(f"{name}_base_y", "revolute", links[3], links[4], zero, self.y_base, turn)
+
+
+def across(vector: FloatArray) -> FloatArray:
+    """Unit vector at right angles to ``vector``: its cross product with the coordinate axis it is farthest from."""
+    axis = np.cross(vector, np.eye(3)[np.abs(vector).argmin()])
+    return np.asarray(axis / np.linalg.norm(axis))
 
 
 def _half_body(half: LimbBody | None, along: FloatArray) -> Body | None:

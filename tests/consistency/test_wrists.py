@@ -103,8 +103,8 @@ def test_axes_that_miss_the_centre_are_found(monkeypatch):
 
     original = equilibrium.mechanism_urdf
 
-    def bent(mechanism, part="whole", assumed=None):
-        xml, closures = original(mechanism, part, assumed)
+    def bent(mechanism, part="whole", assumed=None, visuals=True):
+        xml, closures = original(mechanism, part, assumed, visuals)
         head, tail = xml.split('<joint name="limb_1_base_y"', 1)
         before, after = tail.split('<axis xyz="', 1)
         numbers, rest = after.split('"', 1)

@@ -5,6 +5,7 @@ from .core.conventions import thesis_angles as thesis_angles
 from .core.conventions import thesis_rotation as thesis_rotation
 from .core.errors import BeyondLimits as BeyondLimits
 from .core.errors import ExoPinError as ExoPinError
+from .core.errors import ExoPinWarning as ExoPinWarning
 from .core.errors import FileFormatError as FileFormatError
 from .core.errors import InfeasibleBounds as InfeasibleBounds
 from .core.errors import InfeasibleForces as InfeasibleForces
@@ -15,12 +16,14 @@ from .core.errors import MissingData as MissingData
 from .core.errors import NearSingularConfiguration as NearSingularConfiguration
 from .core.errors import NonConvexBound as NonConvexBound
 from .core.errors import NotAWrist as NotAWrist
+from .core.errors import OutsideHumanRange as OutsideHumanRange
 from .core.errors import SimulationStopped as SimulationStopped
 from .core.errors import SingularConfiguration as SingularConfiguration
 from .core.errors import SolverFailed as SolverFailed
 from .core.errors import UndeterminedMotion as UndeterminedMotion
 from .core.errors import UndrivenMotion as UndrivenMotion
 from .core.errors import UnknownName as UnknownName
+from .design.actuator import Actuator as Actuator
 from .design.arm import Arm as Arm
 from .design.geometry import WristGeometry as WristGeometry
 from .design.guide import LimbGuide as LimbGuide

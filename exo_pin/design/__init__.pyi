@@ -1,3 +1,5 @@
+from .actuator import ACTUATOR_FAMILIES as ACTUATOR_FAMILIES
+from .actuator import Actuator as Actuator
 from .arm import Arm as Arm
 from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core.errors import InvalidInput
 from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector
+from .actuator import Actuator
 from .guide import LimbGuide
 
 __all__ = ["Limb", "LimbBody", "LimbKind", "Stroke"]
@@ -114,6 +115,8 @@ class Limb:
     guide : LimbGuide or None
         Elasticity across the limb's line; None for a bare muscle, which has no stiffness there. Of no effect on
         an SPS limb.
+    actuator : Actuator or None
+        Whether it can push and how hard it can pull; None where that is not known.
     """
 
     kind: LimbKind = "UPU"
@@ -123,10 +126,17 @@ class Limb:
     joint_limit: float | None = None
     joint_straight: tuple[float, float, float] | None = None
     guide: LimbGuide | None = None
+    actuator: Actuator | None = None
 
     def __post_init__(self) -> None:
         as_choice("limb kind", self.kind, ("UPU", "SPS"))
-        kinds = {"base_body": LimbBody, "platform_body": LimbBody, "stroke": Stroke, "guide": LimbGuide}
+        kinds = {
+            "base_body": LimbBody,
+            "platform_body": LimbBody,
+            "stroke": Stroke,
+            "guide": LimbGuide,
+            "actuator": Actuator,
+        }
         for name, kind in kinds.items():
             value = getattr(self, name)
             if value is not None and not isinstance(value, kind):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .base import ExoPinError
+from .cautions import ExoPinWarning, OutsideHumanRange
 from .chains import (
     BeyondLimits,
     InfeasibleForces,
@@ -34,6 +35,7 @@ __all__ = [
     "BrowserFailed",
     "BrowserNotFound",
     "ExoPinError",
+    "ExoPinWarning",
     "FileFormatError",
     "FileNotWritten",
     "InfeasibleBounds",
@@ -47,6 +49,7 @@ __all__ = [
     "NonConvexBound",
     "NotAWrist",
     "NotIdentifiable",
+    "OutsideHumanRange",
     "OutsideValidity",
     "SimulationStopped",
     "SingularConfiguration",

@@ -37,6 +37,8 @@ UNITS: dict[str, dict[str, float]] = {
     "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
     "twist stiffness": {"_N_m_rad": 1.0},
     "rigidity": {"_N_m2": 1.0},
+    "force": {"_N": 1.0, "_kN": 1e3},
+    "pressure": {"_Pa": 1.0, "_bar": 1e5},
     "number": {"": 1.0},
 }
 #: What TOML calls a value of a Python type.

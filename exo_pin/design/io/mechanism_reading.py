@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.files.toml_tables import Table
+from ..actuator import ACTUATOR_FAMILIES, Actuator
 from ..arm import Arm
 from ..geometry import WristGeometry
 from ..guide import LimbGuide
@@ -163,8 +164,25 @@ def _read_limb(table: Table, sources: dict[str, str]) -> Limb:
     limit = table.quantity("angle", "joint_half_diagonal", required=False)
     straight = table.quantity("number", "joint_straight", (3,), required=False)
     guide = _read_guide(table.table("guide"), sources)
+    actuator = _read_actuator(table.table("actuator"), sources)
     table.finish()
-    return Limb(kind, halves[0], halves[1], stroke, limit, straight, guide)  # type: ignore[arg-type]
+    return Limb(kind, halves[0], halves[1], stroke, limit, straight, guide, actuator)  # type: ignore[arg-type]
+
+
+def _read_actuator(table: Table | None, sources: dict[str, str]) -> Actuator | None:
+    if table is None:
+        return None
+    _note_source(table, sources)
+    family = table.text("family", choices=ACTUATOR_FAMILIES)
+    actuator = Actuator(
+        family,  # type: ignore[arg-type]
+        table.quantity("force", "pull_limit", required=False),
+        table.quantity("force", "push_limit", required=False),
+        table.text("force_law", required=False),
+        table.quantity("pressure", "supply", required=False),
+    )
+    table.finish()
+    return actuator
 
 
 def _read_guide(table: Table | None, sources: dict[str, str]) -> LimbGuide | None:

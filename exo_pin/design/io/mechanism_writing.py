@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..actuator import Actuator
 from ..arm import Arm
 from ..geometry import WristGeometry
 from ..guide import LimbGuide
@@ -147,6 +148,7 @@ def _limb_table(limb: Limb) -> dict[str, Any]:
         base_body=half(limb.base_body),
         platform_body=half(limb.platform_body),
         guide=None if limb.guide is None else _guide_table(limb.guide),
+        actuator=None if limb.actuator is None else _actuator_table(limb.actuator),
     )
 
 
@@ -158,3 +160,13 @@ def _guide_table(guide: LimbGuide) -> dict[str, float]:
         "joint_twist_stiffness_N_m_rad": guide.joint_twist_stiffness,
     }
     return {key: value for key, value in table.items() if np.isfinite(value)}
+
+
+def _actuator_table(actuator: Actuator) -> dict[str, Any]:
+    return _present(
+        family=actuator.family,
+        pull_limit_N=actuator.pull_limit,
+        push_limit_N=None if actuator.pulls_only else actuator.push_limit,
+        force_law=actuator.force_law,
+        supply_Pa=actuator.supply_pressure,
+    )

@@ -1,0 +1,73 @@
+"""What the actuator of a limb can do: whether it can push, how hard it can pull."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from ..core.errors import InvalidInput
+from ..core.validation import as_choice, as_positive
+
+__all__ = ["ACTUATOR_FAMILIES", "Actuator", "ActuatorFamily"]
+
+ActuatorFamily = Literal["pneumatic muscle", "cable", "linear"]
+
+#: Families of actuators; a pneumatic muscle and a cable only pull, a linear actuator also pushes.
+ACTUATOR_FAMILIES = ("pneumatic muscle", "cable", "linear")
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """The actuator of a limb. Which lengths it takes is in :class:`exo_pin.Stroke`.
+
+    Attributes
+    ----------
+    family : {"pneumatic muscle", "cable", "linear"}
+        A pneumatic muscle and a cable only pull; a linear actuator pulls and pushes.
+    pull_limit : float or None
+        Greatest tension at any length, N; None where it is not known, or where ``force_law`` gives it.
+    push_limit : float or None
+        Greatest compression of a linear actuator, N; None where it is not known. Zero for the other families.
+    force_law : str or None
+        Of a pneumatic muscle: the name of its static law (:func:`exo_pin.muscle.muscle_models`), which gives the
+        greatest tension at a length and pressure. It is scaled to the nominal length of the limb's stroke.
+    supply_pressure : float or None
+        Of a pneumatic muscle with a ``force_law``: greatest gauge pressure, Pa.
+
+    Raises
+    ------
+    InvalidInput
+        If a limit is negative or does not belong to the family, or a law comes without its pressure.
+    """
+
+    family: ActuatorFamily
+    pull_limit: float | None = None
+    push_limit: float | None = None
+    force_law: str | None = None
+    supply_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
+        for name in ("pull_limit", "push_limit"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        if self.pulls_only:
+            if self.push_limit:
+                raise InvalidInput(
+                    f"expected no push_limit for a {self.family}, which cannot push, got {self.push_limit:g} N; "
+                    'leave it out, or choose the family "linear"'
+                )
+            object.__setattr__(self, "push_limit", 0.0)
+        if self.supply_pressure is not None:
+            object.__setattr__(self, "supply_pressure", as_positive("supply_pressure", self.supply_pressure))
+        if (self.force_law is None) != (self.supply_pressure is None):
+            raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
+        if self.force_law is not None and self.family != "pneumatic muscle":
+            raise InvalidInput(
+                f'expected a force_law for the family "pneumatic muscle" only, got one for {self.family!r}'
+            )
+
+    @property
+    def pulls_only(self) -> bool:
+        """Whether it cannot push."""
+        return self.family != "linear"

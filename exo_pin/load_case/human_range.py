@@ -1,0 +1,88 @@
+"""Poses that no human shoulder reaches, and angles that look as if they were given in another unit.
+
+The limits are generous: they are meant to notice a pose of the other side of the body, radians taken for degrees and
+the like, not to judge a wearer's range. In terms of the arm's direction, seen from a healthy shoulder: at most 65° of
+extension and at most 50° across the body unless the arm is in front of it.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.conventions import as_side
+from ..core.errors import OutsideHumanRange
+from ..core.validation import FloatArray
+
+__all__ = ["outside_human_range", "warn_outside_human_range", "warn_suspicious_angles"]
+
+#: Backward component of the arm's direction beyond which it is extended too far: sin 65°.
+_EXTENSION = float(np.sin(np.radians(65.0)))
+#: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).
+_ADDUCTION, _IN_FRONT = float(np.sin(np.radians(50.0))), float(np.sin(np.radians(20.0)))
+
+
+def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
+    """Whether the arm points where no human shoulder brings it.
+
+    Parameters
+    ----------
+    matrices : ndarray
+        Orientations, shape (N, 3, 3), {O_B} to {O_A}.
+    side : {"left", "right"}
+        Side of the body.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape (N,).
+    """
+    forward = -matrices[:, 0, 2]
+    outward = -matrices[:, 1, 2] if as_side(side) == "left" else matrices[:, 1, 2]
+    through_body = (outward < -_ADDUCTION) & (forward < _IN_FRONT)
+    return np.asarray((forward < -_EXTENSION) | through_body)
+
+
+def warn_outside_human_range(matrices: FloatArray, side: str, stacklevel: int = 3) -> None:
+    """Warn of poses outside a human's range, with the likely cause."""
+    outside = outside_human_range(matrices, side)
+    if not outside.any():
+        return
+    mirrored = matrices * np.array([[1.0, -1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, 1.0]])
+    other = "right" if side == "left" else "left"
+    swapped = not outside_human_range(mirrored[outside], side).any()
+    which = "this pose" if len(outside) == 1 else f"{int(outside.sum())} of {len(outside)} poses"
+    cause = (
+        f'a {other} shoulder does: load the design with side="{other}", or mirror the pose'
+        if swapped
+        else "check the signs, the unit of the angles and their order"
+    )
+    warnings.warn(
+        f"{which} cannot be reached by a human {side} shoulder; {cause}", OutsideHumanRange, stacklevel=stacklevel
+    )
+
+
+def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3) -> None:
+    """Warn of angles beyond 180°, and of whole degrees in radians, such as 1.0471975511965976 for 60°."""
+    suspects = {}
+    for name, value in angles.items():
+        values = np.asarray(value, dtype=np.float64).reshape(-1)
+        if (np.abs(values) > 180.0).any():
+            worst = float(values[np.abs(values).argmax()])
+            warnings.warn(f"{name} = {worst:g}° is beyond half a turn", OutsideHumanRange, stacklevel=stacklevel)
+        whole = np.degrees(values)
+        likely = (np.abs(values) > 1e-3) & (np.abs(values) <= np.pi) & (np.abs(whole - np.rint(whole)) < 1e-9)
+        # A whole number of degrees is what it says.
+        likely &= values != np.rint(values)
+        if likely.any():
+            suspects[name] = float(values[likely][0])
+    if suspects:
+        name, first = next(iter(suspects.items()))
+        warnings.warn(
+            f"{name} = {first:.6g}° is {np.degrees(first):.0f}° in radians; this function takes degrees",
+            OutsideHumanRange,
+            stacklevel=stacklevel,
+        )

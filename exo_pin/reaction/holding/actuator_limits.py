@@ -1,0 +1,148 @@
+"""Lengths and forces that the actuators of a design can take, as arrays over poses.
+
+Assumption: the static law of a muscle is scaled to another nominal length by equal strain
+(:func:`exo_pin.muscle.muscle_model`).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.errors import MissingData
+from ...core.validation import FloatArray
+from ...design import Actuator, Mechanism, Stroke
+from ...muscle import Muscle, muscle_model
+
+__all__ = ["DesignLimits", "actuators_of", "design_limits", "length_limits", "missing_limits"]
+
+
+class DesignLimits(NamedTuple):
+    """What the actuators of a design can do in N poses; tension is positive.
+
+    Attributes
+    ----------
+    lower, upper : ndarray
+        Least and greatest f_i, shape (N, n), N; NaN where not known.
+    ceiling : ndarray
+        A force above which f_i is impossible also where ``upper`` is not known, shape (N, n), N; infinite without one.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    ceiling: FloatArray
+
+
+def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
+    """Shortest and longest l_i, shapes (n,), m; NaN where the stroke or the end fitting is not known."""
+    strokes = [limb.stroke for limb in mechanism.limbs]
+    known = [stroke is not None and stroke.end_fitting is not None for stroke in strokes]
+    low, high = np.full(len(strokes), np.nan), np.full(len(strokes), np.nan)
+    for i, stroke in enumerate(strokes):
+        if known[i]:
+            assert stroke is not None
+            low[i] = stroke.end_fitting + stroke.shortest * stroke.nominal_length  # type: ignore[operator]
+            high[i] = stroke.end_fitting + stroke.longest * stroke.nominal_length  # type: ignore[operator]
+    return low, high
+
+
+def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
+    """Limits of the forces at limb lengths, shape (N, n), m."""
+    shape = lengths.shape
+    lower, upper, ceiling = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.inf)
+    for i, limb in enumerate(mechanism.limbs):
+        actuator = limb.actuator
+        if actuator is None:
+            continue
+        if actuator.push_limit is not None:
+            lower[:, i] = -actuator.push_limit
+        if actuator.pull_limit is not None:
+            upper[:, i] = ceiling[:, i] = actuator.pull_limit
+        if actuator.force_law is None or limb.stroke is None:
+            continue
+        muscle = _muscle(actuator, limb.stroke)
+        ceiling[:, i] = np.minimum(ceiling[:, i], muscle.model.validity.capability_line(np.array(muscle.supply)))
+        if muscle.end_fitting is not None:
+            pull = _greatest_pull(muscle, lengths[:, i])
+            upper[:, i] = pull if actuator.pull_limit is None else np.minimum(pull, actuator.pull_limit)
+    return DesignLimits(lower, upper, ceiling)
+
+
+def missing_limits(mechanism: Mechanism) -> tuple[str, ...]:
+    """What would have to be known to judge every pose, one entry a quantity, with the limbs that lack it."""
+    lacking: dict[str, list[int]] = {}
+    for number, limb in enumerate(mechanism.limbs, start=1):
+        actuator, stroke = limb.actuator, limb.stroke
+        if stroke is None:
+            lacking.setdefault("stroke", []).append(number)
+        elif stroke.end_fitting is None:
+            lacking.setdefault("end fitting", []).append(number)
+        if actuator is None:
+            lacking.setdefault("actuator", []).append(number)
+            continue
+        if actuator.pull_limit is None and actuator.force_law is None:
+            lacking.setdefault("greatest pull", []).append(number)
+        if actuator.push_limit is None:
+            lacking.setdefault("greatest push", []).append(number)
+    return tuple(f"{name} of {limb_list(numbers)}" for name, numbers in lacking.items())
+
+
+def limb_list(numbers: list[int]) -> str:
+    """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
+    words = [str(number) for number in numbers]
+    if len(words) == 1:
+        return f"limb {words[0]}"
+    return f"limbs {', '.join(words[:-1])} and {words[-1]}"
+
+
+def actuators_of(mechanism: Mechanism) -> list[_LimbForces]:
+    """The actuators of a design in the form that the limits of a query take, one a limb.
+
+    Raises
+    ------
+    MissingData
+        If a limb has no actuator. A limit that is not known is left out: the forces are then bounded on the known
+        side alone.
+    """
+    lacking = [i for i, limb in enumerate(mechanism.limbs, start=1) if limb.actuator is None]
+    if lacking:
+        raise MissingData([f"actuator of {limb_list(lacking)}"], "the limits of the design's actuators", mechanism.name)
+    return [_LimbForces(mechanism, i) for i in range(mechanism.limb_count)]
+
+
+class _LimbForces:
+    """Force limits of one limb, as a query takes them."""
+
+    def __init__(self, mechanism: Mechanism, limb: int) -> None:
+        self._single = mechanism.limbs[limb]
+        self._mechanism, self._limb = mechanism, limb
+
+    def force_limits(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest f_i, shape (N,), N; NaN where the actuator cannot take the length."""
+        every = np.repeat(np.atleast_1d(length)[:, None], self._mechanism.limb_count, axis=1)
+        limits = design_limits(self._mechanism, every)
+        lower, upper = limits.lower[:, self._limb], limits.upper[:, self._limb]
+        lower = np.where(np.isnan(lower), -np.inf, lower)
+        upper = np.where(np.isnan(upper), limits.ceiling[:, self._limb], upper)
+        low, high = (ends[self._limb] for ends in length_limits(self._mechanism))
+        outside = (length < low) | (length > high)
+        return np.where(outside, np.nan, lower), np.where(outside, np.nan, upper)
+
+
+@lru_cache(maxsize=64)
+def _muscle(actuator: Actuator, stroke: Stroke) -> Muscle:
+    assert actuator.force_law is not None
+    model = muscle_model(actuator.force_law, stroke.nominal_length)
+    return Muscle(model=model, end_fitting=stroke.end_fitting, supply_pressure=actuator.supply_pressure)
+
+
+def _greatest_pull(muscle: Muscle, length: FloatArray) -> FloatArray:
+    """Greatest tension, shape (N,), N; NaN where the law was not identified or the limb is shorter than its fitting."""
+    assert muscle.end_fitting is not None
+    pull = np.full(length.shape, np.nan)
+    rows = np.flatnonzero(length > muscle.end_fitting)
+    if rows.size:
+        pull[rows] = np.ma.filled(muscle.force_limits(length[rows], outside="mark")[1], np.nan)
+    return pull

@@ -1,0 +1,152 @@
+"""The verdict on a pose or a stack of poses, as one plain sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.validation import FloatArray
+from .actuator_limits import limb_list
+from .hold_check import HoldCheck
+
+__all__ = ["verdict"]
+
+#: Why a pose without an answer cannot be held, by its status.
+_WITHOUT_ANSWER = {
+    "singular": "it is singular, and the limbs cannot resist a moment about {axis}",
+    "folded": "a joint of a limb lies in the shoulder's centre",
+    "not_solved": "its equilibrium could not be solved",
+    "infeasible": "no forces within the limits balance the arm",
+    "out_of_stroke": "an actuator cannot take the length of its limb",
+    "no_equilibrium": "no equilibrium is near it",
+}
+
+
+def verdict(check: HoldCheck, status: NDArray[np.str_], weak_axis: FloatArray | None = None) -> str:
+    """One sentence on a pose, or on a stack.
+
+    Parameters
+    ----------
+    check : HoldCheck
+        Limits beside the pose's lengths and forces.
+    status : ndarray of str
+        Shape (...).
+    weak_axis : ndarray, optional
+        Of a single singular pose: the axis about which the limbs resist no moment, shape (3,), base frame.
+
+    Returns
+    -------
+    str
+        "The device can hold this pose.", "The device cannot hold this pose: ...", "The device probably cannot hold
+        this pose: ..." (a limit that is an estimate is not met), or "It is not known whether ...".
+    """
+    return _of_pose(check, str(status), weak_axis) if status.ndim == 0 else _of_stack(check, status)
+
+
+def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str:
+    if status in _WITHOUT_ANSWER:
+        axis = "some axis" if weak_axis is None else describe_axis(weak_axis)
+        return f"The device cannot hold this pose: {_WITHOUT_ANSWER[status].format(axis=axis)}."
+    if check.can_hold:
+        return "The device can hold this pose."
+    if check.violated:
+        probably, reason = "", "; ".join(_reasons(check))
+        if check.unknown:
+            probably, reason = "probably ", f"{reason} (by an estimate of {_estimates(check)})"
+        return f"The device {probably}cannot hold this pose: {reason}."
+    lacking = f"not known: {', '.join(check.missing)}" if check.missing else ""
+    if check.estimated:
+        return f"The device can hold this pose if the estimates are right ({_estimates(check)})" + (
+            f"; {lacking}." if lacking else "."
+        )
+    if lacking:
+        return f"It is not known whether the device can hold this pose; {lacking}."
+    return "It is not known whether the device can hold this pose: a muscle's length is outside the range of its law."
+
+
+def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
+    total, held = status.size, int(check.can_hold.sum())
+    likely = int((check.unknown & ~check.violated).sum())
+    depends = (
+        "if the estimates are right" if check.estimated and not check.missing else "if the unknown limits allow it"
+    )
+    if held or not likely:
+        text = f"The device can hold {held or 'none'} of {total} poses"
+        text += f", and {likely} more {depends}" if likely else ""
+    else:
+        text = f"The device can hold {likely} of {total} poses {depends}"
+    reasons = _stack_reasons(check, status)
+    if not reasons:
+        return f"{text}."
+    return f"{text}{'; in the others' if held or likely else ':'} {', '.join(reasons)}."
+
+
+def _reasons(check: HoldCheck) -> list[str]:
+    """What is wrong with a single pose, the forces first."""
+    force, length, tension = check.force_error, check.length_error, check.tensions
+    pushing, pulling = np.flatnonzero(force < 0.0), np.flatnonzero(force > 0.0)
+    short, long = np.flatnonzero(length < 0.0), np.flatnonzero(length > 0.0)
+    at_most = np.abs(tension - force)
+    reasons = []
+    if pushing.size:
+        limited = at_most[pushing].max() > 1e-6 * np.abs(tension[pushing]).max()
+        reasons.append(
+            f"{limb_list((pushing + 1).tolist())} would have to push with {_listed(-tension[pushing])} N"
+            + (f" (at most {_listed(at_most[pushing])} N)" if limited else "")
+        )
+    if pulling.size:
+        reasons.append(
+            f"{limb_list((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
+            f"(at most {_listed(at_most[pulling])} N)"
+        )
+    for rows, text in ((short, "too short"), (long, "too long")):
+        if rows.size:
+            reasons.append(f"{limb_list((rows + 1).tolist())} would be {_listed(1e3 * np.abs(length[rows]))} mm {text}")
+    return reasons
+
+
+def _listed(sizes: FloatArray) -> str:
+    """Numbers in words: "264 and 222"."""
+    numbers = [f"{size:.0f}" if size >= 9.5 else f"{size:.2g}" for size in sizes]
+    return numbers[0] if len(numbers) == 1 else f"{', '.join(numbers[:-1])} and {numbers[-1]}"
+
+
+def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
+    """How many poses fail for each reason; a pose may have several."""
+    reasons = []
+    for broken, text in (
+        (check.force_error < 0.0, "a limb would have to push"),
+        (check.force_error > 0.0, "a limb would have to pull too hard"),
+        (check.length_error < 0.0, "a limb would be too short"),
+        (check.length_error > 0.0, "a limb would be too long"),
+    ):
+        count = int(broken.any(axis=-1).sum())
+        if count:
+            reasons.append(f"{text} ({count})")
+    for name, text in (("singular", "the pose is singular"), ("infeasible", "no forces within the limits balance it")):
+        count = int((status == name).sum())
+        if count:
+            reasons.append(f"{text} ({count})")
+    return reasons
+
+
+def _estimates(check: HoldCheck) -> str:
+    """The estimated limits in words: "end fitting of limbs 1, 2 and 3"."""
+    named: dict[str, list[int]] = {}
+    for key in check.estimated:
+        owner, _, name = key.partition(".")
+        quantity = name.split(".")[-1].replace("_", " ")
+        named.setdefault(quantity, []).append(int(owner.removeprefix("limbs[").removesuffix("]")) + 1)
+    return ", ".join(f"{quantity} of {limb_list(numbers)}" for quantity, numbers in named.items())
+
+
+def describe_axis(axis: FloatArray) -> str:
+    """An axis in the base frame in words, such as "an axis 12° from the forward direction (0.98, 0.21, 0)"."""
+    names = ("the forward axis", "the sideways axis", "the vertical axis")
+    unit = axis / np.linalg.norm(axis)
+    nearest = int(np.abs(unit).argmax())
+    angle = np.degrees(np.arccos(min(1.0, float(np.abs(unit[nearest])))))
+    unit = unit * np.sign(unit[nearest])
+    numbers = ", ".join(f"{0.0 if abs(v) < 5e-3 else v:.2f}" for v in unit)
+    where = names[nearest] if angle < 1.0 else f"an axis {angle:.0f}° from {names[nearest]}"
+    return f"{where} ({numbers})"

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import exo_pin as ep
 from exo_pin.cli import main
 from exo_pin.thesis import condensed, ledger
 
@@ -49,15 +50,28 @@ def test_code_and_its_output():
     assert_same(block("output: quickstart"), printed.getvalue().rstrip())
 
 
-def test_code_on_dynamics_runs(monkeypatch, capsys):
-    root = Path(__file__).parents[1]
-    monkeypatch.chdir(root)
+def run_code_of(page, monkeypatch, folder):
+    """The names that the Python blocks of a page of docs leave behind."""
+    text = (Path(__file__).parents[1] / "docs" / page).read_text(encoding="utf-8")
+    monkeypatch.chdir(folder)
     names = {}
-    text = (root / "docs" / "dynamics.md").read_text(encoding="utf-8")
     for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(code, names)
+    return names
+
+
+def test_code_on_dynamics_runs(monkeypatch, capsys):
+    names = run_code_of("dynamics.md", monkeypatch, Path(__file__).parents[1])
     assert "undetermined" in capsys.readouterr().out
     assert np.isfinite(names["motion"].a).all()
+
+
+def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
+    names = run_code_of("other_programs.md", monkeypatch, tmp_path)
+    assert "18 coordinates, 18 rows of loops" in capsys.readouterr().out
+    assert np.isfinite(names["motion"].a).all()
+    again = ep.ClosedChain.from_mjcf(tmp_path / "prototype.xml")
+    assert len(again.closures) == 3
 
 
 def test_ledger_is_not_stale():

@@ -8,11 +8,12 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import re
 import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from .. import __version__
 from .options.command_list import COMMANDS
@@ -75,7 +76,12 @@ def _drop_output() -> None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that answers a wrong command with one line."""
+    """A parser that answers a wrong command with one line, and takes values such as -5 and -10,20 after an option."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        # argparse takes a word that begins with a minus for an option unless this matches it.
+        self._negative_number_matcher = re.compile(r"^-\.?\d[\d.eE+,:-]*$")
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")

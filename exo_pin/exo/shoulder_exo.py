@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -249,6 +250,22 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions):
         if self._given_chain is not None:
             return self._given_chain
         return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
+
+    def chain_with_masses(self, part: str = "whole", assumed: AssumedMasses = _ASSUMED) -> ClosedChain:
+        """The closed chain with assumed masses for links that have none, for simulators.
+
+        Parameters
+        ----------
+        part : {"whole", "wrist", "shoulder", "floating"}
+            How much of a wrist; see :meth:`to_urdf`. A robot that is no wrist is returned whole, as it is.
+        assumed : AssumedMasses
+            The masses.
+        """
+        if self._mechanism is None:
+            return self.chain
+        xml, closures = mechanism_urdf(self.mechanism, part, assumed)
+        # Named as the files of to_urdf are.
+        return ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
 
     def check(self) -> Report:
         """Kinematic consistency: loops, Jacobians, wrist conditions, mobility, inertia, neutral pose.

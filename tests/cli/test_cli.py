@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
@@ -62,7 +63,8 @@ def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
         (["reaction", "--flexion", "nan"], "finite"),
         (["reaction", "--side-force-limit", "much"], "actuator"),
         (["reaction", "--side-force-limit", "-3"], "lower bound above"),
-        (["urdf", "--out", "/proc/none"], "/proc/none"),
+        (["export", "--out", "/proc/none"], "/proc/none"),
+        (["export", "--published", "--format", "sdf"], "--published writes URDF"),
         (["plot", "--out", "/tmp/picture.xyz"], "picture.xyz"),
     ],
 )
@@ -117,13 +119,50 @@ def test_presets_and_thesis(capsys):
         assert verdict in out
 
 
-def test_urdf_writes_both_files(capsys, tmp_path):
-    status, out, _ = run(capsys, "urdf", "prototype", "--out", str(tmp_path))
+def test_export_writes_urdf_with_its_closures(capsys, tmp_path):
+    status, out, _ = run(capsys, "export", "prototype", "--out", str(tmp_path))
     assert status == 0
-    assert out.splitlines() == [str(tmp_path / "prototype.urdf"), str(tmp_path / "prototype.closures.toml")]
+    assert out.splitlines()[:2] == [str(tmp_path / "prototype.urdf"), str(tmp_path / "prototype.closures.toml")]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["prototype.closures.toml", "prototype.urdf"]
+    assert "open tree" in out
     chain = ep.ClosedChain.from_urdf(tmp_path / "prototype.urdf", tmp_path / "prototype.closures.toml")
     assert np.abs(chain.residual(chain.close(chain.neutral()))).max() < 1e-12
+
+
+def test_export_writes_a_mujoco_model_with_closed_loops(capsys, tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    status, out, _ = run(capsys, "export", "--person", "1.75,75,male", "--format", "mjcf", "--out", str(tmp_path))
+    assert status == 0
+    assert out.splitlines()[0] == str(tmp_path / "prototype.xml")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "prototype.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    assert (model.nv, model.neq, data.nefc) == (18, 3, 18)
+    assert np.abs(data.efc_pos).max() < 1e-12
+    chain = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, sex="male")).chain_with_masses()
+    assert model.body_mass.sum() == pytest.approx(sum(body.mass for body in chain.model.inertias), rel=1e-12)
+
+
+def test_export_writes_an_sdf_with_a_joint_for_every_closure(capsys, tmp_path):
+    assert run(capsys, "export", "--format", "sdf", "--out", str(tmp_path))[0] == 0
+    joints = ET.parse(tmp_path / "prototype.sdf").getroot().findall("model/joint")
+    assert [joint.get("type") for joint in joints].count("fixed") == 3
+    # A link that is the child of two joints closes a loop; the world ends one loop a limb.
+    assert len(joints) == 1 + 5 * 3 + 3
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["reaction", "--abduction", "-4", "--flexion", "-1e1"],
+        ["reaction", "--offset", "-5", "0", "-.3"],
+        ["reaction", "--compare", "minimal", "--tension", "-10,20"],
+        ["reaction", "--tension", "-300,500"],
+    ],
+)
+def test_negative_values_need_no_equals_sign(capsys, arguments):
+    assert run(capsys, *arguments)[0] == 0
 
 
 def test_plot_writes_a_picture(capsys, tmp_path):

@@ -22,7 +22,7 @@ COMMANDS = {
         "design_commands",
         "kinematic consistency of a design, or of any robot given as a .urdf with its closures",
     ),
-    "urdf": ("design_commands", "write a design as URDF with its closures file"),
+    "export": ("export_command", "write a design as URDF with its closures file, as MJCF or as SDF"),
     "mobility": (
         "mobility_command",
         "freedoms, redundant closures, singular kinds and margins of a design or any robot",

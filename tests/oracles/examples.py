@@ -53,6 +53,8 @@ def error_examples():
         errors.NonConvexBound("not convex"),
         errors.InfeasibleBounds([0, 2]),
         errors.NotAWrist("delta", "it has no ball joint"),
+        errors.ExoPinWarning("mind this"),
+        errors.OutsideHumanRange("this pose cannot be reached"),
         errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
         errors.BrowserFailed("chromium", "no answer"),
         errors.SolverFailed("ProxQP", 1e-3, "in pose 3"),

@@ -11,18 +11,18 @@ __all__ = ["COMMANDS", "help_of"]
 COMMANDS = {
     "reaction": ("reaction_command", "forces on shoulder, limbs, cuff and torso in a pose"),
     "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),
-    "sweep": ("sweep_command", "vary parameters of a design over the box of daily activities"),
+    "sweep": ("design.sweep_command", "vary parameters of a design over the box of daily activities"),
     "kinematics": (
         "kinematics_commands",
         "lengths and joint angles in a pose, or all poses that fit measured lengths or angles",
     ),
     "singularity": ("kinematics_commands", "how close a pose is to losing the arm, and what lies across"),
-    "presets": ("design_commands", "the published mechanisms that come with the package"),
+    "presets": ("design.design_commands", "the published mechanisms that come with the package"),
     "check": (
-        "design_commands",
+        "design.design_commands",
         "kinematic consistency of a design, or of any robot given as a .urdf with its closures",
     ),
-    "export": ("export_command", "write a design as URDF with its closures file, as MJCF or as SDF"),
+    "export": ("design.export_command", "write a design as URDF with its closures file, as MJCF or as SDF"),
     "mobility": (
         "mobility_command",
         "freedoms, redundant closures, singular kinds and margins of a design or any robot",
@@ -31,7 +31,7 @@ COMMANDS = {
         "forces_command",
         "efforts and joint reactions of a design or any robot at rest, and which are determined",
     ),
-    "muscle": ("muscle_commands", "pneumatic muscles: force, pressure, identification, step response"),
+    "muscle": ("muscle.muscle_commands", "pneumatic muscles: force, pressure, identification, step response"),
     "view": ("view_command", "the design on a person, with its forces, in three dimensions"),
     "thesis": ("thesis_command", "what the thesis prints beside what is computed"),
     "warm-up": ("warm_up_command", "compile the kernels ahead of time (once, about a minute)"),

@@ -9,19 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import write_figure, write_text
-from ..core.files.csv_tables import csv_text
-from ..core.validation import FloatArray
-from ..muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
-from ..muscle.io.published import muscle_models
-from ..muscle.laws.dynamic import DynamicModel, G
-from ..muscle.laws.friction import ConstantFriction
-from ..muscle.laws.static import BAR, StaticModel
-from ..muscle.simulation.pressure import PressureStep
-from ..muscle.simulation.step_response import simulate
-from ..view.plots.muscle_plots import plot_force_map, plot_responses
+from ...core.files import write_figure, write_text
+from ...core.files.csv_tables import csv_text
+from ...core.validation import FloatArray
+from ...muscle.io.dynamic_files import dynamic_model, dynamic_models, load_dynamic
+from ...muscle.io.published import muscle_models
+from ...muscle.laws.dynamic import DynamicModel, G
+from ...muscle.laws.friction import ConstantFriction
+from ...muscle.laws.static import BAR, StaticModel
+from ...muscle.simulation.pressure import PressureStep
+from ...muscle.simulation.step_response import simulate
+from ...view.plots.muscle_plots import plot_force_map, plot_responses
+from ..options.command_list import help_of
 from .muscle_identify_command import add_identify, named_static
-from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import InvalidInput
-from ..core.files import is_stream
-from ..study import adl_box, sweep
-from .options.command_list import help_of
-from .options.query_options import add_design, add_limits, add_person, design, limits
+from ...core.errors import InvalidInput
+from ...core.files import is_stream
+from ...study import adl_box, sweep
+from ..options.command_list import help_of
+from ..options.query_options import add_design, add_limits, add_person, design, limits
 
 __all__ = ["add_commands"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..design import preset, presets
-from .options.command_list import help_of
-from .options.query_options import add_design, design
+from ...design import preset, presets
+from ..options.command_list import help_of
+from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]
 

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import InvalidInput
-from ..exo.shoulder_exo import ShoulderExo
-from ..wrist_chain import PARTS, write_published_urdf
-from .options.command_list import help_of
-from .options.query_options import add_design, add_person, design
+from ...core.errors import InvalidInput
+from ...exo.shoulder_exo import ShoulderExo
+from ...wrist_chain import PARTS, write_published_urdf
+from ..options.command_list import help_of
+from ..options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]
 

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..core.errors import FileFormatError, InvalidInput
-from ..core.files.csv_tables import read_csv
-from ..core.validation import FloatArray
-from ..muscle.identification.dynamic_identification import Recording, identify_dynamic
-from ..muscle.identification.static_identification import StaticIdentification, identify_static
-from ..muscle.io.dynamic_files import save_dynamic
-from ..muscle.io.published import muscle_model, muscle_models
-from ..muscle.io.static_files import load_parameters, save_parameters
-from ..muscle.laws.dynamic import G
-from ..muscle.laws.static import BAR, StaticModel
+from ...core.errors import FileFormatError, InvalidInput
+from ...core.files.csv_tables import read_csv
+from ...core.validation import FloatArray
+from ...muscle.identification.dynamic_identification import Recording, identify_dynamic
+from ...muscle.identification.static_identification import StaticIdentification, identify_static
+from ...muscle.io.dynamic_files import save_dynamic
+from ...muscle.io.published import muscle_model, muscle_models
+from ...muscle.io.static_files import load_parameters, save_parameters
+from ...muscle.laws.dynamic import G
+from ...muscle.laws.static import BAR, StaticModel
 
 __all__ = ["add_identify", "named_static", "read_columns"]
 

@@ -1,0 +1,1 @@
+"""Commands on designs: list, check, export, sweep."""

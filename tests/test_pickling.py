@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import muscle
-from exo_pin.core.errors import ExoPinError
+from exo_pin.core.errors import ExoPinError, ExoPinWarning
 from exo_pin.core.records import OneProcess
 
 WAYS = {
@@ -132,7 +132,7 @@ def test_errors_keep_message_attributes_and_notes(way, error):
 
 
 def test_there_is_an_example_of_every_error():
-    errors = {kind for kind in public_classes() if issubclass(kind, ExoPinError)}
+    errors = {kind for kind in public_classes() if issubclass(kind, ExoPinError | ExoPinWarning)}
     assert {type(error) for error in error_examples()} == errors
 
 

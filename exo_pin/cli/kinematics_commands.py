@@ -79,7 +79,7 @@ def _kinematics(options: argparse.Namespace) -> int:
     measured_angles = theta_x is not None or theta_y is not None
     if lengths is not None and measured_angles:
         raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")
-    near = pose(options, exo.side)
+    near = pose(options, exo)
     if measured_angles:
         x, y = (None if angles is None else np.radians(angles) for angles in (theta_x, theta_y))
         modes = exo.forward_kinematics_from_base_angles(x, y, near=near)
@@ -160,7 +160,7 @@ def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, 
 
 def _singularity(options: argparse.Namespace) -> int:
     exo, angles = design(options), pose_angles(options)
-    orientation = pose(options, exo.side)
+    orientation = pose(options, exo)
     state, nearest = exo.singularity(orientation), exo.nearest_singularity(orientation)
     crossings = []
     if side_of_rest(exo.geometry) != 0:

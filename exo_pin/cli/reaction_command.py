@@ -9,16 +9,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from scipy.spatial.transform import Rotation
+
 from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_figure
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import read_movement
 from ..reaction import ConstraintBounds, Reaction, reaction_table
 from ..reaction.along_files import write_movement_reaction
+from ..reaction.holding.remedy import Remedy
 from ..view.plots.force_plots import overview, use_file_backend
 from .options.command_list import help_of
 from .options.query_options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
-from .options.split_options import add_splits, answers_of, certificates, fitted, offset_mm
+from .options.split_options import add_splits, answers_of, certificates, chosen_split, fitted, offset_mm
+from .reaction_report import pose_report
 
 __all__ = ["add_commands"]
 
@@ -36,11 +40,18 @@ def add_commands(commands: Any) -> None:
     )
     add_splits(parser)
     add_limits(parser)
-    parser.add_argument("--trajectory", type=Path, metavar="FILE", help="CSV of a movement instead of a pose")
+    parser.add_argument(
+        "--trajectory",
+        type=Path,
+        metavar="FILE",
+        help="CSV of a movement instead of a pose, with columns time_s and flexion_deg, abduction_deg, "
+        "internal_rotation_deg (or in _rad), or theta_x_deg, theta_y_deg, theta_z_deg, or qx, qy, qz, qw",
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="of a movement: histories as .csv or .npz")
     parser.add_argument(
-        "--split", choices=("spherical", "minimal", "standalone"), help="of a movement (default spherical)"
+        "--require-hold", action="store_true", help="exit status 1 unless the device is known to hold the pose"
     )
+    parser.add_argument("--table", action="store_true", help="print all forces as a table")
     parser.add_argument("--static", action="store_true", help="leave velocity and acceleration of a movement out")
     parser.add_argument(
         "--smoothing", type=float, default=0.0, metavar="DEG", help="by which a measured movement may be moved, rms"
@@ -60,14 +71,14 @@ def add_commands(commands: Any) -> None:
 def _reaction(options: argparse.Namespace) -> int:
     if options.trajectory is not None:
         return _follow(options)
-    if options.out is not None or options.split is not None:
-        raise InvalidInput("--out and --split belong to a movement: give --trajectory too")
+    if options.out is not None:
+        raise InvalidInput("--out belongs to a movement: give --trajectory too")
     exo, angles = fitted(design(options), options), pose_angles(options)
-    orientation, bounds = pose(options, exo.side), _bounds(options.side_force_limit)
+    orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
     answers = answers_of(exo, orientation, bounds, options)
     if options.json:
         print(_json(exo, angles, answers, bounds, options))
-        return 0
+        return _hold_status(answers, options)
     print(
         f"{exo.mechanism.title or exo.name}\n"
         f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
@@ -75,10 +86,24 @@ def _reaction(options: argparse.Namespace) -> int:
     )
     if options.offset is not None:
         print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
-    print(f"\n{reaction_table(answers)}")
+    if options.compare is None and not options.table:
+        print(f"\n{pose_report(exo, orientation, answers[0], _remedy(exo, orientation, answers[0]))}")
+    else:
+        print(f"\n{reaction_table(answers)}")
     if options.certificate:
         print(f"\n{certificates(answers, bounds)}")
-    return 0
+    return _hold_status(answers, options)
+
+
+def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction) -> Remedy | None:
+    """What would make the pose possible, where it is not."""
+    possible = answer.has_answer and not answer.limits.violated
+    return None if possible else exo.remedy(orientation)
+
+
+def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:
+    """Exit status of a query: 1 with --require-hold where the device is not known to hold the pose or movement."""
+    return int(options.require_hold and not all(answer.can_hold.all() for answer in answers))
 
 
 def _follow(options: argparse.Namespace) -> int:
@@ -91,8 +116,8 @@ def _follow(options: argparse.Namespace) -> int:
     if not named:
         raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
     movement = read_movement(options.trajectory, exo.side, math.radians(options.smoothing))
-    split = options.split or "spherical"
     bounds = _bounds(options.side_force_limit)
+    split = chosen_split(exo, bounds, options)
     answer = exo.follow(
         movement,
         static=options.static,
@@ -106,7 +131,7 @@ def _follow(options: argparse.Namespace) -> int:
     if options.out is not None:
         write_movement_reaction(answer, options.out, exo.side, exo.name)
         print(options.out)
-    return 0
+    return _hold_status([answer.reaction], options)
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -114,7 +139,7 @@ def _plot(options: argparse.Namespace) -> int:
     if not options.out.suffix and not is_stream(options.out):
         raise InvalidInput(f"expected --out with an ending such as .png, got {options.out}")
     use_file_backend()
-    figure = overview(exo, pose(options, exo.side))
+    figure = overview(exo, pose(options, exo))
     write_figure(options.out, figure, dpi=120)
     print(options.out)
     return 0

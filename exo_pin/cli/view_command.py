@@ -80,7 +80,7 @@ def _view(options: argparse.Namespace) -> int:
 def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     from ..view import Scene
 
-    start = pose(options, exo.side)
+    start = pose(options, exo)
     size = _size(options.size)
     elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)

@@ -154,6 +154,8 @@ class Mechanism(Record):
             changed = {name for name in ("geometry", "limbs", "shoulder", "arm") if changes.get(name, self) is not self}
             changed = {name for name in changed if changes[name] is not getattr(self, name)}
             changes["sources"] = _sources_after(self.sources, changed)
+        if "estimated" not in changes:
+            changes["estimated"] = tuple(key for key in self.estimated if _is_same(self, changes, key))
         return replace(self, **changes)
 
     def mirrored(self) -> Mechanism:
@@ -170,6 +172,23 @@ class Mechanism(Record):
     def on_side(self, side: str) -> Mechanism:
         """This mechanism if it is for ``side``, else its mirror image."""
         return self if as_side(side) == self.side else self.mirrored()
+
+
+def _is_same(mechanism: Mechanism, changes: Mapping[str, Any], key: str) -> bool:
+    """Whether changes leave the value of a key such as ``limbs[0].stroke.end_fitting`` as it is."""
+    first, *steps = re.findall(r"\w+", key)
+    if first not in changes:
+        return True
+    here: Any = getattr(mechanism, first, None)
+    there: Any = changes[first]
+    for step in steps:
+        if here is there:
+            return True
+        try:
+            here, there = (item[int(step)] if step.isdigit() else getattr(item, step) for item in (here, there))
+        except (AttributeError, IndexError, TypeError):
+            return False
+    return bool(np.array_equal(here, there))
 
 
 def _rebuilt(values: dict[str, Any]) -> Mechanism:

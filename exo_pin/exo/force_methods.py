@@ -26,6 +26,7 @@ from ..reaction import (
 )
 from ..reaction.along import MovementReaction, movement_reaction
 from ..reaction.batch.reaction_maps import CHUNK
+from ..reaction.holding.remedy import Remedy, remedy
 from ..wrist_chain import EquilibriumModel
 from .subject import Subject
 
@@ -86,8 +87,9 @@ class ForceQuestions(Subject):
             and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
             lever arms and misfit, in the displaced geometry; limbs with mass move as
             :mod:`exo_pin.wrist.forces.limb_inertia` says.
-        actuator_bounds : None, "pull", (lower, upper), or actuators, optional
-            Limits of f_i: none; f_i >= 0; N, broadcasting to (..., n); or one object with ``force_limits(length)``
+        actuator_bounds : None, "pull", "design", (lower, upper), or actuators, optional
+            Limits of f_i: none; f_i >= 0; what the design's own actuators can do at their lengths
+            (:class:`exo_pin.Actuator`); N, broadcasting to (..., n); or one object with ``force_limits(length)``
             for all limbs or a sequence of one a limb (see :class:`exo_pin.reaction.ForceLimited`). A pose that
             cannot be held within them has status "infeasible", and ``infeasibility`` says why.
         cone : GlenoidCone, optional
@@ -126,6 +128,23 @@ class ForceQuestions(Subject):
             weights=weights,
             progress=progress,
         )
+
+    def remedy(self, orientation: Rotation, **options: Any) -> Remedy:
+        """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Single.
+        **options
+            Of :meth:`reaction`: ``load``, ``centre_offset``, ``split``.
+
+        Returns
+        -------
+        Remedy
+            Prints as sentences.
+        """
+        return remedy(self._equilibrium, orientation, **options)
 
     def pressures(
         self,

@@ -46,9 +46,9 @@ class KinematicQuestions(Subject):
             If an angle is not finite or the shapes do not broadcast.
         """
         angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
-        orientation = shoulder_rotation(**angles, side=self.mechanism.side, degrees=True)
+        orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
         warn_suspicious_angles(angles)
-        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.mechanism.side)
+        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
         return orientation
 
     def inverse_kinematics(self, orientation: Rotation) -> wrist.LimbState:

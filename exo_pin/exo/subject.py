@@ -18,6 +18,11 @@ class Subject(Record):
         raise NotAWrist(type(self).__name__, "it has no mechanism")
 
     @property
+    def side(self) -> str:
+        """Side of the body."""
+        return self.mechanism.side
+
+    @property
     def geometry(self) -> WristGeometry:
         """Joint centres and frames, which a robot may have whose masses no record can hold."""
         return self.mechanism.geometry

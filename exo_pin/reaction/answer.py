@@ -82,7 +82,7 @@ def answer(
         harness_wrenches=stacked(-closure),
         spherical_force=stacked(spherical),
         split=split.name,
-        status=stacked(_NAMES[status]),
+        equilibrium_status=stacked(_NAMES[status]),
         margin=stacked(margin),
         determinant=stacked(determinant),
         residual=stacked(_residual(shoulder, on_arm, limbs, arm, poses.radius)),

@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice
-from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import AffineState, BalancedTensions
@@ -23,10 +22,11 @@ from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, ForceLimits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
+from .holding.actuator_limits import actuators_of
 from .result import Reaction
 from .splits.limb_and_side_forces import Socket, Weights
 from .splits.registry import SPLITS
-from .splits.split import PoseStack, Split
+from .splits.split import PoseStack, Split, limb_lengths
 
 __all__ = ["QUERY_STATUS", "as_split", "check_option", "reaction"]
 
@@ -62,7 +62,9 @@ def reaction(
         offset = law.offsets(query.matrices, *as_offset(moved, query.shape))
     limits = None
     if actuator_bounds is not None:
-        lengths = partial(_lengths, mechanism, query, offset)
+        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
+            actuator_bounds = actuators_of(mechanism)
+        lengths = partial(limb_lengths, mechanism, query.matrices, offset)
         limits = ForceLimits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
@@ -77,7 +79,8 @@ def reaction(
         _mark_out_of_stroke(displaced.status, limits)
         side = displaced.side
         found = _Equilibria(displaced.state, displaced.tensions, side.stiffness, side.misfit, *displaced.classified)
-    poses = PoseStack(mechanism, model.radius, model.upu, *found[:4], limits, bounds, socket, weights)
+    options = (limits, bounds, socket, weights)
+    poses = PoseStack(mechanism, model.radius, model.upu, *found[:4], *options, query.matrices, offset)
     return answer(law, poses, query.shape, found.status, found.margin, found.determinant, loads, progress)
 
 
@@ -135,13 +138,6 @@ def _aligned(
         none = np.zeros((len(stiffness), 3))
         stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
     return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3])
-
-
-def _lengths(mechanism: Mechanism, query: Query, offset: tuple[FloatArray, FloatArray] | None) -> FloatArray:
-    """Lengths of the limbs, shape (N, n), m."""
-    base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
-    arm = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
-    return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
 
 
 def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits | None) -> None:

@@ -9,8 +9,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray, ReadOnly
+from ..wrist.singularities.measures import singularity
+from .holding.actuator_limits import DesignLimits
+from .holding.hold_check import HoldCheck, hold_check
+from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
@@ -70,10 +75,11 @@ class Reaction(ReadOnly):
         Shape (..., 3): F_s with limbs that carry no side force, the F_s0 of (D-34).
     split : str
         How the forces that equilibrium does not determine were chosen.
-    status : ndarray of str
-        Shape (...): "ok", "near_singular" (an answer, with limb forces far above the load), "singular",
-        "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``) or
-        "out_of_stroke" (an actuator cannot take the length of its limb); the last five have no answer.
+    equilibrium_status : ndarray of str
+        Shape (...): what became of the equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
+        (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "infeasible" (the limits
+        that the query was given leave no forces, see ``infeasibility``) or "out_of_stroke" (an actuator that the query
+        was given cannot take the length of its limb); the last five have no answer.
     margin : ndarray
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     determinant : ndarray
@@ -108,7 +114,7 @@ class Reaction(ReadOnly):
     harness_wrenches: FloatArray
     spherical_force: FloatArray
     split: str
-    status: NDArray[np.str_]
+    equilibrium_status: NDArray[np.str_]
     margin: FloatArray
     determinant: FloatArray
     residual: FloatArray
@@ -139,6 +145,55 @@ class Reaction(ReadOnly):
             ratio = np.where(reference > nothing, size / reference, np.where(size > nothing, np.inf, np.nan))
         return np.asarray(np.where(np.isnan(size), np.nan, ratio))
 
+    @cached_property
+    def limits(self) -> HoldCheck:
+        """Lengths and tensions beside what the actuators of the design can do."""
+        poses, shape = self.source.poses, self.equilibrium_status.shape
+        given = None
+        if poses.limits is not None:
+            given = DesignLimits(poses.limits.lower, poses.limits.upper, poses.limits.upper)
+        tensions = self.actuator_forces.reshape(len(poses.matrices), poses.mechanism.limb_count)
+        check = hold_check(
+            poses.mechanism,
+            poses.lengths,
+            tensions,
+            poses.tensions.self_stress,
+            self.has_answer.reshape(-1),
+            given,
+        )
+        return check.reshaped(shape)
+
+    @property
+    def can_hold(self) -> NDArray[np.bool_]:
+        """Shape (...): true only where every limit of the actuators is known, none is estimated, and all are met."""
+        return self.limits.can_hold
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Shape (...): whether :attr:`can_hold` depends on a limit that is missing or estimated."""
+        return self.limits.unknown
+
+    @cached_property
+    def status(self) -> NDArray[np.str_]:
+        """Shape (...): as ``equilibrium_status``, or "beyond_limits" where the design's actuators cannot hold the pose.
+
+        The forces of "beyond_limits" are those of equilibrium: what the actuators would have to supply. "ok" means that
+        no known limit is broken.
+        """
+        status = np.where(self.limits.violated, "beyond_limits", self.equilibrium_status)
+        status.setflags(write=False)
+        return status
+
+    @cached_property
+    def verdict(self) -> str:
+        """Whether the device can hold the pose, or how many poses of a stack, in one sentence."""
+        axis = None
+        if self.equilibrium_status.ndim == 0 and self.equilibrium_status == "singular":
+            poses = self.source.poses
+            orientation = Rotation.from_matrix(poses.matrices[0])
+            axis = singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction
+        return verdict(self.limits, self.equilibrium_status, axis)
+
     @property
     def magnitude(self) -> FloatArray:
         """|F_s|, shape (...), N."""
@@ -157,7 +212,7 @@ class Reaction(ReadOnly):
     @property
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose has an answer."""
-        return np.isin(self.status, ("ok", "near_singular"))
+        return np.isin(self.equilibrium_status, ("ok", "near_singular"))
 
     def is_balanced(self, tolerance: float = 1e-9) -> bool:
         """Whether every pose that has an answer balances to ``tolerance`` of the largest force."""
@@ -179,7 +234,7 @@ class Reaction(ReadOnly):
         A pose beyond the surface is not reachable from one before it without losing hold of the arm.
         """
         # A pose that the limbs are too weak for still lies on one side of the surface.
-        side = np.where(self.status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
+        side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
         if side.ndim == 0:
             return np.empty((0, 0), dtype=np.int64)
         found = []
@@ -203,7 +258,10 @@ class Reaction(ReadOnly):
                 "harness_wrench",
                 "spherical_force",
                 "ratio",
+                "can_hold",
+                "unknown",
                 "status",
+                "equilibrium_status",
                 "margin",
                 "determinant",
                 "residual",
@@ -216,6 +274,7 @@ class Reaction(ReadOnly):
             for name in ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force"):
                 evidence[name] = getattr(self.infeasibility, name)
         return {
+            "verdict": self.verdict,
             **fields,
             **evidence,
             "magnitude": self.magnitude,

@@ -39,7 +39,9 @@ def reaction_table(reactions: Sequence[Reaction]) -> str:
         for row in [header, *rows]
     ]
     lines.insert(1, "  ".join("-" * size for size in width))
-    return "\n".join([line.rstrip() for line in lines] + _notes(reactions))
+    verdicts = dict.fromkeys(reaction.verdict for reaction in reactions)
+    head = [textwrap.fill(text, _WIDTH) for text in verdicts]
+    return "\n".join([*head, "", *(line.rstrip() for line in lines), *_notes(reactions)])
 
 
 def _number(value: float, digits: int = 2) -> str:
@@ -81,7 +83,7 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
         ["poses", *(str(r.status.size) for r in reactions)],
         ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
         ["  marked near_singular", *(str(int((r.status == "near_singular").sum())) for r in reactions)],
-        ["  cannot be held", *(str(int((r.status == "infeasible").sum())) for r in reactions)],
+        ["  infeasible within the given limits", *(str(int((r.status == "infeasible").sum())) for r in reactions)],
         ["peak |F_s|, N", *(peak(r.magnitude) for r in reactions)],
         ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
         ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],

@@ -14,7 +14,7 @@ from exo_pin.cli import main
 
 
 def test_reaction_prints_the_three_splits_side_by_side(capsys):
-    status, out, _ = run(capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male")
+    status, out, _ = run(capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male", "--compare")
     assert status == 0
     header = next(line for line in out.splitlines() if "spherical" in line)
     assert header.split() == ["spherical", "minimal", "standalone"]
@@ -29,7 +29,7 @@ def test_reaction_prints_the_three_splits_side_by_side(capsys):
 
 
 def test_reaction_as_json_and_with_a_bound(capsys):
-    status, out, _ = run(capsys, "reaction", *POSE, "--side", "right", "--side-force-limit", "actuator", "--json")
+    status, out, _ = run(capsys, "reaction", *POSE, "--side", "right", "--side-force-limit", "actuator", "--json", "--compare")
     assert status == 0
     data = json.loads(out)
     assert data["side"] == "right"

@@ -39,7 +39,7 @@ def test_ctrl_c(monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("exo_pin.cli.design_commands.presets", stop)
+    monkeypatch.setattr("exo_pin.cli.design.design_commands.presets", stop)
     assert cli.main(["presets"]) == 128 + signal.SIGINT
 
 

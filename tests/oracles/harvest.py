@@ -118,6 +118,8 @@ def _forces(folder):
     )
     exo.follow(ep.Movement.from_samples(np.linspace(0, 1, 9), _swing(9)))
     least_forces(np.ones((2, 3)), np.ones((2, 3, 2)), -np.ones((2, 2)), np.ones((2, 2)))
+    exo.replace(gravity=[0, 0, -0.01]).remedy(POSE)
+    exo.reaction(POSES, actuator_bounds="design").limits.__str__()
     exo.chain_singularity(POSE)
     exo.check()
     ep.ShoulderExo.from_chain(exo.without_masses().chain)

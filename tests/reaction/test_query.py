@@ -42,7 +42,7 @@ def test_pinocchio_equals_the_closed_form(name):
             ((motion, load), reaction_map(mechanism, poses, motion, load, split)),
         ):
             answer = exo_of(mechanism).reaction(poses, *terms, split=split)
-            assert (answer.status == closed.status).all()
+            assert (answer.equilibrium_status == closed.status).all()
             scale = np.abs(closed.actuator_forces).max(axis=1) + np.abs(closed.constraint_forces).max(axis=1) + 10
             for own, other in (
                 (answer.actuator_forces, closed.actuator_forces),
@@ -119,23 +119,23 @@ def test_right_shoulder_is_the_mirror_image(split):
 
 def test_singular_pose_and_path_through_the_surface(prototype):
     answer = prototype.reaction(ep.thesis_rotation(90, 0, 0, **DEGREES))
-    assert answer.status == "singular"
+    assert answer.equilibrium_status == "singular"
     assert np.isnan(answer.shoulder_force).all()
     assert "singular" in str(answer)
     assert answer.certificate.undetermined == -1
     path = prototype.reaction(ep.shoulder_rotation(0, np.linspace(0, 30, 31), 0, **DEGREES))
     # det X changes sign at 6.21° of abduction.
     assert path.crossings().tolist() == [[6]]
-    assert (path.status != "singular").all()
+    assert (path.equilibrium_status != "singular").all()
     fine = ep.shoulder_rotation(0, np.linspace(6.2, 6.22, 401), 0, **DEGREES)
-    assert (prototype.reaction(fine).status == "near_singular").any()
+    assert (prototype.reaction(fine).equilibrium_status == "near_singular").any()
     onto = prototype.reaction(ep.thesis_rotation([60, 90, 120], 0, 0, **DEGREES))
-    assert onto.status.tolist() == ["ok", "singular", "ok"]
+    assert onto.equilibrium_status.tolist() == ["ok", "singular", "ok"]
     # det X has the same sign on both sides: the path touches the surface and does not cross it.
     assert np.sign(onto.determinant[0]) == np.sign(onto.determinant[2])
     assert len(onto.crossings()) == 0
     through = prototype.reaction(ep.shoulder_rotation(0, [4.0, zero_of_abduction(prototype), 9.0], 0, **DEGREES))
-    assert through.status[1] in ("singular", "near_singular")
+    assert through.equilibrium_status[1] in ("singular", "near_singular")
     assert len(through.crossings()) == 1
     assert np.isfinite(onto.shoulder_force[[0, 2]]).all()
 
@@ -168,7 +168,7 @@ def test_ratio(prototype):
     assert answer.ratio == pytest.approx(answer.magnitude / np.linalg.norm(answer.spherical_force))
     weightless = prototype.replace(gravity=[0, 0, 0]).reaction(Rotation.identity())
     assert np.isnan(weightless.ratio)
-    assert weightless.status == "ok"
+    assert weightless.equilibrium_status == "ok"
 
 
 def test_cuff_and_harness(prototype):
@@ -202,7 +202,7 @@ def test_stacks_of_any_shape(prototype):
     assert answer.limb_wrenches.shape == (4, 3, 3, 6)
     assert answer.certificate.shoulder_force.shape == (4, 3, 3)
     np.testing.assert_array_equal(answer.shoulder_force[2, 1], prototype.reaction(poses[2][1]).shoulder_force)
-    assert prototype.reaction(poses[:0]).status.shape == (0, 3)
+    assert prototype.reaction(poses[:0]).equilibrium_status.shape == (0, 3)
 
 
 def test_answers_print_and_turn_into_json(prototype):
@@ -278,7 +278,7 @@ def test_questions_that_lack_data(prototype):
     with pytest.raises(ep.MissingData, match="arm mass"):
         ep.load("scenario-one").reaction(Rotation.identity())
     example = ep.load("appendix-d")
-    assert example.reaction(Rotation.identity()).status == "ok"
+    assert example.reaction(Rotation.identity()).equilibrium_status == "ok"
     with pytest.raises(ep.MissingData, match="inertia"):
         example.reaction(Rotation.identity(), ep.Motion([1, 0, 0], [0, 0, 0]))
     with pytest.raises(ep.NonConvexBound):
@@ -291,7 +291,7 @@ def test_six_cables_stand_alone():
     exo = exo_of(random_mechanism(np.random.default_rng(66), 6, ["SPS"] * 6))
     poses = regular_poses(exo.mechanism, np.random.default_rng(67), 5, margin=0.05)
     answer = exo.reaction(poses, split="standalone")
-    assert (answer.status == "ok").all()
+    assert (answer.equilibrium_status == "ok").all()
     assert answer.magnitude.max() < 1e-7
     assert answer.residual.max() < 1e-9
 
@@ -308,7 +308,7 @@ def test_limbs_in_planes_through_one_line_do_not_stand_alone():
     geometry = ep.WristGeometry(base, platform)
     exo = ep.ShoulderExo(geometry, ep.load("prototype").arm, [ep.Limb()] * 3 + [ep.Limb("SPS")])
     answer = exo.reaction(Rotation.identity(), split="standalone")
-    assert answer.status == "singular"
+    assert answer.equilibrium_status == "singular"
     assert np.isnan(answer.shoulder_force).all()
 
 

@@ -36,7 +36,7 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
     if chain.roles.limbs and "root_joint" in chain.model.names:
         # The arm hangs on the root: put it into the pose.
         root = chain.configuration_slice("root_joint")
-        q[root.stop - 4 : root.stop] = pose(options, exo.side).as_quat()
+        q[root.stop - 4 : root.stop] = pose(options, exo).as_quat()
         held.append("root_joint")
     elif angles:
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
+import warnings
 
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import shoulder_rotation
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, OutsideHumanRange
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
@@ -72,9 +73,17 @@ def pose_angles(options: argparse.Namespace) -> tuple[float, float, float]:
     return options.flexion, options.abduction, options.internal_rotation
 
 
-def pose(options: argparse.Namespace, side: str) -> Rotation:
-    """The pose that the three angles name on that side of the body."""
-    return shoulder_rotation(*pose_angles(options), side=side, degrees=True)
+def pose(options: argparse.Namespace, exo: ShoulderExo) -> Rotation:
+    """The pose that the three angles name on the design's side of the body.
+
+    A pose that no human shoulder reaches, and an angle that looks like radians, give a line on standard error.
+    """
+    with warnings.catch_warnings(record=True) as cautions:
+        warnings.simplefilter("always", OutsideHumanRange)
+        orientation = exo.pose(*pose_angles(options))
+    for caution in cautions:
+        print(f"exo-pin: {caution.message}", file=sys.stderr)
+    return orientation
 
 
 def _person(text: str, elbow_flexion: float, payload: float) -> Arm:

@@ -24,9 +24,17 @@ _WIDTH = 100
 def add_splits(parser: argparse.ArgumentParser) -> None:
     """Add the options of this module."""
     parser.add_argument(
+        "--split",
+        choices=tuple(SPLITS),
+        help="what is assumed of the side forces (default: elastic where all stiffnesses are known, minimal with "
+        "--side-force-limit, else spherical)",
+    )
+    parser.add_argument(
         "--compare",
+        nargs="?",
+        const="",
         metavar="SPLIT,...",
-        help=f"columns, of {', '.join(SPLITS)} (default: all that need no stiffness)",
+        help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
     )
     parser.add_argument(
         "--offset",
@@ -69,11 +77,13 @@ def offset_mm(options: argparse.Namespace) -> tuple[float, ...]:
 def answers_of(
     exo: ShoulderExo, orientation: Rotation, bounds: ConstraintBounds, options: argparse.Namespace
 ) -> list[Reaction]:
-    """One answer a split, in the order asked for."""
-    splits = _splits(exo, options.compare)
-    bounded = [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
+    """One answer a split, in the order given."""
+    if options.compare is not None and options.split is not None:
+        raise InvalidInput("expected either --split or --compare, got both")
+    splits = [chosen_split(exo, bounds, options)] if options.compare is None else _splits(exo, options.compare)
+    bounded = _bounded()
     if bounds is not None and not set(bounded) & set(splits):
-        raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --compare")
+        raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
     offset = None if options.offset is None else [1e-3 * value for value in options.offset]
     return [
         exo.reaction(
@@ -87,6 +97,20 @@ def answers_of(
     ]
 
 
+def chosen_split(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> str:
+    """The split of a query with one column: as given, or the one that fits the limbs."""
+    if options.split is not None:
+        return str(options.split)
+    if bounds is not None:
+        return _bounded()[0]
+    return "elastic" if _fits(SPLITS["elastic"], exo) else "spherical"
+
+
+def _bounded() -> list[str]:
+    """Splits that take bounds of the side forces."""
+    return [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
+
+
 def certificates(answers: Sequence[Reaction], bounds: ConstraintBounds) -> str:
     """A sentence on every answer, with intervals under the bounds that were given."""
     lines = []
@@ -96,8 +120,8 @@ def certificates(answers: Sequence[Reaction], bounds: ConstraintBounds) -> str:
     return "\n".join(lines)
 
 
-def _splits(exo: ShoulderExo, wanted: str | None) -> list[str]:
-    if wanted is None:
+def _splits(exo: ShoulderExo, wanted: str) -> list[str]:
+    if not wanted:
         return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(law, exo)]
     splits = [name.strip() for name in wanted.split(",")]
     for name in splits:

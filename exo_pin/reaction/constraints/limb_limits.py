@@ -42,7 +42,8 @@ class PressureActuator(ForceLimited, Protocol):
         ...
 
 
-#: None, the word "pull", a pair (lower, upper) in N, an object with ``force_limits``, or one such object a limb.
+#: None, "pull", "design" (what the design's actuators can do), a pair (lower, upper) in N, an object with
+#: ``force_limits``, or one such object a limb.
 ActuatorBounds = str | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | None
 
 
@@ -89,7 +90,7 @@ class ForceLimits:
             self.lower, self.upper = np.full((count, n), -np.inf), np.full((count, n), np.inf)
         elif isinstance(bounds, str):
             if bounds != "pull":
-                raise UnknownName("actuator bound", bounds, ("pull",))
+                raise UnknownName("actuator bound", bounds, ("pull", "design"))
             self.lower, self.upper = np.zeros((count, n)), np.full((count, n), np.inf)
         elif _is_actuators(bounds):
             self.lower, self.upper = np.empty((count, n)), np.empty((count, n))

@@ -97,8 +97,15 @@ def limb_list(numbers: list[int]) -> str:
     return f"limbs {', '.join(words[:-1])} and {words[-1]}"
 
 
-def actuators_of(mechanism: Mechanism) -> list[_LimbForces]:
+def actuators_of(mechanism: Mechanism, stroke: bool = True) -> list[_LimbForces]:
     """The actuators of a design in the form that the limits of a query take, one a limb.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    stroke : bool
+        Whether a length outside the stroke is refused; otherwise only the forces are limited.
 
     Raises
     ------
@@ -109,15 +116,14 @@ def actuators_of(mechanism: Mechanism) -> list[_LimbForces]:
     lacking = [i for i, limb in enumerate(mechanism.limbs, start=1) if limb.actuator is None]
     if lacking:
         raise MissingData([f"actuator of {limb_list(lacking)}"], "the limits of the design's actuators", mechanism.name)
-    return [_LimbForces(mechanism, i) for i in range(mechanism.limb_count)]
+    return [_LimbForces(mechanism, i, stroke) for i in range(mechanism.limb_count)]
 
 
 class _LimbForces:
     """Force limits of one limb, as a query takes them."""
 
-    def __init__(self, mechanism: Mechanism, limb: int) -> None:
-        self._single = mechanism.limbs[limb]
-        self._mechanism, self._limb = mechanism, limb
+    def __init__(self, mechanism: Mechanism, limb: int, stroke: bool) -> None:
+        self._mechanism, self._limb, self._stroke = mechanism, limb, stroke
 
     def force_limits(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Least and greatest f_i, shape (N,), N; NaN where the actuator cannot take the length."""
@@ -127,7 +133,7 @@ class _LimbForces:
         lower = np.where(np.isnan(lower), -np.inf, lower)
         upper = np.where(np.isnan(upper), limits.ceiling[:, self._limb], upper)
         low, high = (ends[self._limb] for ends in length_limits(self._mechanism))
-        outside = (length < low) | (length > high)
+        outside = self._stroke & ((length < low) | (length > high))
         return np.where(outside, np.nan, lower), np.where(outside, np.nan, upper)
 
 

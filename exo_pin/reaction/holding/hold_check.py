@@ -6,7 +6,8 @@ under the same side forces, f = f_answer + N y, the pose can be held if some y m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.optimize
@@ -54,6 +55,15 @@ class HoldCheck(ReadOnly):
     tensions: FloatArray
     missing: tuple[str, ...]
     estimated: tuple[str, ...]
+
+    def reshaped(self, shape: tuple[int, ...]) -> HoldCheck:
+        """The same with the stack's shape."""
+        arrays: dict[str, Any] = {
+            name: value.reshape((*shape, *value.shape[1:]))
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray)
+        }
+        return replace(self, **arrays)
 
 
 def hold_check(

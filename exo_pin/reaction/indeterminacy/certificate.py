@@ -187,7 +187,7 @@ class Certificate(ReadOnly):
         """Which reactions equilibrium alone determines, in words."""
         counts = np.unique(self.undetermined[self.undetermined >= 0])
         if counts.size == 0:
-            return "No pose has a solution."
+            return "The arm cannot be held in this pose." if self.undetermined.ndim == 0 else "No pose has a solution."
         if counts.max() == 0:
             return "Equilibrium determines every reaction."
         span = str(counts[0]) if counts.size == 1 else f"{counts[0]} to {counts[-1]}"

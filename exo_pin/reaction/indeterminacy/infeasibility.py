@@ -120,7 +120,7 @@ class Infeasibility(ReadOnly):
         )
 
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
-        """Say in words why a pose cannot be held.
+        """Say in words why a pose cannot be held: what is missing, which limits block, what would hold it.
 
         Parameters
         ----------
@@ -129,6 +129,15 @@ class Infeasibility(ReadOnly):
         """
         if not self.infeasible[index]:
             return "This pose can be held."
+        return " ".join([self._missing(index), *self._blocking(index), self._further_muscle(index)])
+
+    def summary(self, index: int | tuple[int, ...] = ()) -> str:
+        """What is missing, and one more muscle that would supply it; :meth:`explain` names the limits as well."""
+        if not self.infeasible[index]:
+            return "This pose can be held."
+        return f"{self._missing(index)} {self._further_muscle(index)}"
+
+    def _missing(self, index: int | tuple[int, ...]) -> str:
         force, moment = self.missing_wrench[index][:3], self.missing_wrench[index][3:]
         lacks = []
         if np.linalg.norm(moment) > 1e-9:
@@ -136,20 +145,29 @@ class Infeasibility(ReadOnly):
             lacks.append(f"{np.linalg.norm(moment):.2f} N m about ({axis})")
         if np.linalg.norm(force) > 1e-9:
             lacks.append(f"{np.linalg.norm(force):.1f} N of force")
-        parts = [f"The limbs cannot hold this pose: at best {' and '.join(lacks)} is missing."]
+        return f"With the best forces within the limits, {' and '.join(lacks)} is missing."
+
+    def _blocking(self, index: int | tuple[int, ...]) -> list[str]:
+        parts = []
         for i in np.flatnonzero(self.blocking[index]):
             which = "cannot go below" if self.blocking[index][i] < 0 else "cannot go above"
-            limit = self.closest_actuator_forces[index][i]
+            limit = round(float(self.closest_actuator_forces[index][i]), 1) + 0.0  # no "-0.0"
             relief = self.relief[index][i]
-            alone = f"{relief:.1f} N more would do" if np.isfinite(relief) else "giving way there alone would not do"
-            parts.append(f"Limb {i + 1} {which} {limit:.1f} N ({alone}).")
-        if self.one_more_muscle[index]:
-            pull, point = self.extra_muscle_force[index], self.extra_muscle_point[index]
-            where = ", ".join(f"{1e3 * x:.0f}" for x in point)
-            along = ", ".join(f"{x:.2f}" for x in pull / np.linalg.norm(pull))
-            parts.append(
-                f"One more muscle would do, with {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm."
+            alone = (
+                f"{relief:.1f} N more would make the pose feasible"
+                if np.isfinite(relief)
+                else "relaxing this limit alone does not make the pose feasible"
             )
-        else:
-            parts.append("No single further muscle was found that would do.")
-        return " ".join(parts)
+            parts.append(f"Limb {i + 1} {which} {limit:.1f} N ({alone}).")
+        return parts
+
+    def _further_muscle(self, index: int | tuple[int, ...]) -> str:
+        if not self.one_more_muscle[index]:
+            return "No single further muscle was found that would hold the pose."
+        pull, point = self.extra_muscle_force[index], self.extra_muscle_point[index]
+        where = ", ".join(f"{1e3 * x:.0f}" for x in point)
+        along = ", ".join(f"{x:.2f}" for x in pull / np.linalg.norm(pull))
+        return (
+            f"One more muscle pulling {np.linalg.norm(pull):.1f} N along ({along}) through ({where}) mm "
+            "would hold the pose."
+        )

@@ -16,7 +16,7 @@ from ..constraints.side_force_bounds import SideForceBounds
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Choice, Pose, Socket, Weights
 
-__all__ = ["Chosen", "PoseStack", "Split"]
+__all__ = ["Chosen", "PoseStack", "Split", "limb_lengths"]
 
 
 class PoseStack(NamedTuple):
@@ -44,6 +44,10 @@ class PoseStack(NamedTuple):
         The glenoid cone.
     weights : Weights or None
         Weights of F_s.
+    matrices : ndarray
+        Orientations, shape (N, 3, 3), {O_B} to {O_A}.
+    offset : tuple of ndarray or None
+        Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
     """
 
     mechanism: Mechanism
@@ -57,6 +61,13 @@ class PoseStack(NamedTuple):
     side_bounds: SideForceBounds
     socket: Socket | None
     weights: Weights | None
+    matrices: FloatArray
+    offset: tuple[FloatArray, FloatArray] | None
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Limb lengths l_i, shape (N, n), m."""
+        return limb_lengths(self.mechanism, self.matrices, self.offset)
 
     @property
     def sides(self) -> FloatArray:
@@ -103,6 +114,15 @@ class PoseStack(NamedTuple):
             socket=self.socket,
             metric=metric if metric is not None and len(metric) else None,
         )
+
+
+def limb_lengths(
+    mechanism: Mechanism, matrices: FloatArray, offset: tuple[FloatArray, FloatArray] | None
+) -> FloatArray:
+    """Lengths of the limbs of a device whose base and cuff may be shifted, shape (N, n), m."""
+    base, cuff = offset or (np.zeros((len(matrices), 3)),) * 2
+    arm = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(matrices, 1, 2)
+    return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
 
 
 class Split(ABC):

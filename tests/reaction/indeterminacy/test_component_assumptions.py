@@ -151,7 +151,7 @@ def test_a_bad_row_says_so_and_spoils_no_other(worn):
     assert singular.has_answer
     poses = Rotation.concatenate([ep.shoulder_rotation(0, 90, 0, **DEGREES), LIFTED])
     answer = worn.reaction(poses)
-    assert answer.status.tolist() == ["singular", "ok"]
+    assert answer.equilibrium_status.tolist() == ["singular", "ok"]
     parts = answer.certificate.under((-30, 30))
     assert (parts.shoulder_force[0] == "none").all()
     assert np.isnan(parts.shoulder_intervals[0]).all()

@@ -1,0 +1,133 @@
+"""The text of ``exo-pin reaction`` for a pose: the verdict first, then one number with a yardstick."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.validation import FloatArray
+from ..exo.shoulder_exo import ShoulderExo
+from ..reaction import Reaction
+from ..reaction.holding.actuator_limits import DesignLimits, design_limits, length_limits
+from ..reaction.holding.remedy import Remedy
+
+__all__ = ["pose_report"]
+
+_WIDTH = 100
+#: Contact force of the glenohumeral joint in people without a device, in percent of body weight, from instrumented
+#: implants; the wearer's muscles make most of it.
+_WITHOUT_DEVICE = (
+    "For comparison: raising an arm without a device loads the joint with about 73 to 81 % of body weight, mostly by "
+    "the wearer's own muscles (instrumented implants); those muscles are not part of the number above."
+)
+
+
+def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remedy: Remedy | None) -> str:
+    """The report on a single pose.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design.
+    orientation : Rotation
+        The pose.
+    answer : Reaction
+        Its forces.
+    remedy : Remedy or None
+        What would make the pose possible; None where it is possible.
+    """
+    parts = [_filled(answer.verdict)]
+    if remedy is not None:
+        parts.append(_filled(str(remedy)))
+    if not answer.has_answer:
+        parts.append(beside_singular(exo, orientation) if answer.status == "singular" else "")
+        return "\n\n".join(part for part in parts if part)
+    parts.append("\n".join([*_shoulder(answer), *_yardstick(answer)]))
+    parts.append("\n".join(_limb_table(answer)))
+    parts.append("\n".join(_footnotes(answer)))
+    return "\n\n".join(parts)
+
+
+def _shoulder(answer: Reaction) -> list[str]:
+    size = float(answer.magnitude)
+    share = answer.percent_body_weight
+    head = f"Force of the shoulder on the arm: {size:.1f} N"
+    if share is not None:
+        head += f", {float(share):.1f} % of body weight"
+    if answer.status == "beyond_limits":
+        head += ", if the limbs could supply the forces below"
+    names = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
+    directions = ", ".join(
+        f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in zip(answer.shoulder_force, names, strict=True)
+    )
+    return [head, f"  ({directions}; {answer.certificate.chosen_by})"]
+
+
+def _yardstick(answer: Reaction) -> list[str]:
+    return [] if answer.body_weight is None else [_filled(_WITHOUT_DEVICE)]
+
+
+def _limb_table(answer: Reaction) -> list[str]:
+    """Length and tension of each limb beside its limits."""
+    poses = answer.source.poses
+    mechanism = poses.mechanism
+    lengths = poses.lengths
+    low, high = length_limits(mechanism)
+    limits = design_limits(mechanism, lengths)
+    head = ("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N")
+    cells = [
+        (
+            str(i + 1),
+            f"{1e3 * lengths[0, i]:.0f}",
+            "not known" if np.isnan(low[i]) else f"{1e3 * low[i]:.0f} to {1e3 * high[i]:.0f}",
+            f"{answer.actuator_forces[i] + 0.0:.1f}",
+            _force_range(limits, i),
+        )
+        for i in range(mechanism.limb_count)
+    ]
+    rows = [head, *cells]
+    widths = [max(len(row[column]) for row in rows) for column in range(5)]
+    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+
+
+def _force_range(limits: DesignLimits, limb: int) -> str:
+    low, high, ceiling = (float(part[0, limb]) for part in limits)
+    high = high if np.isfinite(high) else ceiling
+    if np.isnan(low) and not np.isfinite(high):
+        return "not known"
+    least = "?" if np.isnan(low) else f"{low + 0.0:.0f}"
+    return f"{least} to {high:.0f}" if np.isfinite(high) else f"from {least}"
+
+
+def _footnotes(answer: Reaction) -> list[str]:
+    lines = ["Tension is positive; a negative one is a push."]
+    if (answer.certificate.undetermined > 0).any():
+        lines.append(_filled(answer.certificate.statement))
+        lines.append("--compare shows other assumptions, --certificate each component, --table all forces.")
+    if answer.infeasibility is not None and answer.infeasibility.infeasible:
+        lines.append(_filled(answer.infeasibility.explain()))
+    return lines
+
+
+def beside_singular(exo: ShoulderExo, orientation: Rotation) -> str:
+    """How limb forces fall with the distance from a singular pose, along the direction that leaves it fastest."""
+    lines = ["Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"]
+    directions = _axes()
+    for degrees in (2.0, 5.0, 10.0, 20.0):
+        poses = Rotation.from_rotvec(np.radians(degrees) * directions) * orientation
+        least = float(exo.singularity(poses).amplification.min())
+        if np.isfinite(least):
+            lines.append(f"  {degrees:4.0f}° away  {least:7.1f} N")
+    return "\n".join(lines) if len(lines) > 1 else ""
+
+
+def _axes() -> FloatArray:
+    """The 26 directions to the corners, edges and faces of a cube, unit vectors."""
+    grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)])
+    return np.asarray(grid / np.linalg.norm(grid, axis=1, keepdims=True))
+
+
+def _filled(text: str) -> str:
+    return textwrap.fill(text, _WIDTH)

@@ -1,0 +1,86 @@
+"""What would make a pose possible: a pose nearby that can be held, or the moment that is missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import shoulder_angles
+from ...core.errors import InvalidInput
+from ...core.validation import ReadOnly
+from ...wrist_chain.equilibrium import EquilibriumModel
+from ..indeterminacy.infeasibility import Infeasibility
+from ..query import reaction
+from .actuator_limits import actuators_of
+from .nearest_pose import NearestPose, nearest_held_pose
+
+__all__ = ["Remedy", "remedy"]
+
+#: How far the search for a pose that can be held goes, rad.
+_REACH = float(np.radians(60.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Remedy(ReadOnly):
+    """What would make a single pose possible.
+
+    Attributes
+    ----------
+    nearest : NearestPose or None
+        A pose nearby that can be held, as far as the limits are known; None if none was found within 60°.
+    infeasibility : Infeasibility or None
+        What is missing in the pose itself, if the lengths of its limbs were possible; None if nothing is, or if the
+        actuators of the design are not known.
+    side : {"left", "right"}
+        Side of the body, for the angles.
+    """
+
+    nearest: NearestPose | None
+    infeasibility: Infeasibility | None
+    side: str
+
+    def __str__(self) -> str:
+        if self.nearest is None:
+            parts = [f"No pose within {np.degrees(_REACH):.0f}° can be held."]
+        else:
+            angles = shoulder_angles(self.nearest.pose, self.side, degrees=True)
+            names = ("flexion", "abduction", "internal rotation")
+            # "+ 0.0" turns -0 into 0.
+            text = ", ".join(f"{name} {round(angle) + 0.0:.0f}°" for name, angle in zip(names, angles, strict=True))
+            parts = [
+                f"The nearest pose found that can be held is {np.degrees(self.nearest.distance):.0f}° away: {text}."
+            ]
+        if self.infeasibility is not None and self.infeasibility.infeasible:
+            parts.append(self.infeasibility.summary())
+        return " ".join(parts)
+
+
+def remedy(model: EquilibriumModel, orientation: Rotation, **options: Any) -> Remedy:
+    """What would make a pose possible.
+
+    Parameters
+    ----------
+    model : EquilibriumModel
+        The design.
+    orientation : Rotation
+        Single.
+    **options
+        Of the query: ``load``, ``centre_offset``, ``split``. Motion is not taken: poses nearby are at rest.
+
+    Raises
+    ------
+    InvalidInput
+        If ``orientation`` is a stack.
+    """
+    if orientation.shape != ():
+        raise InvalidInput(f"expected a single pose, got a stack of shape {orientation.shape}")
+    mechanism = model.mechanism
+    nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, orientation, _REACH)
+    infeasibility = None
+    if all(limb.actuator is not None for limb in mechanism.limbs):
+        bounds = actuators_of(mechanism, stroke=False)
+        infeasibility = reaction(model, orientation, actuator_bounds=bounds, **options).infeasibility
+    return Remedy(nearest, infeasibility, mechanism.side)

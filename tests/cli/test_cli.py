@@ -29,7 +29,9 @@ def test_reaction_prints_the_three_splits_side_by_side(capsys):
 
 
 def test_reaction_as_json_and_with_a_bound(capsys):
-    status, out, _ = run(capsys, "reaction", *POSE, "--side", "right", "--side-force-limit", "actuator", "--json", "--compare")
+    status, out, _ = run(
+        capsys, "reaction", *POSE, "--side", "right", "--side-force-limit", "actuator", "--json", "--compare"
+    )
     assert status == 0
     data = json.loads(out)
     assert data["side"] == "right"

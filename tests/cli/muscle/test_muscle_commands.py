@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from exo_pin.cli.muscle.muscle_commands import add_commands
 
 from exo_pin.cli.muscle import muscle_identify_command
+from exo_pin.cli.muscle.muscle_commands import add_commands
 from exo_pin.core.errors import FileFormatError, InvalidInput, OutsideValidity
 from exo_pin.muscle import (
     PressureStep,

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
@@ -63,6 +64,9 @@ class PoseStack(NamedTuple):
     weights: Weights | None
     matrices: FloatArray
     offset: tuple[FloatArray, FloatArray] | None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
     @property
     def lengths(self) -> FloatArray:

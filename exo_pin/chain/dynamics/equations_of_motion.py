@@ -17,23 +17,31 @@ from ...core.errors import (
     UnknownName,
 )
 from ...core.validation import FloatArray, as_finite, as_mapping
+from ..kinematics.closure_wrench_kernels import unit_wrenches
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
-from .equation_kernels import equations, wrenches_of
+from . import equation_kernels as kernels
 
 __all__ = [
     "EquationsOfMotion",
+    "Terms",
     "Wrench",
     "equations_of_motion",
+    "moving_loops",
+    "open_tree",
     "put_on",
     "refuse_missing",
     "refuse_near_singular",
     "refuse_opening",
+    "with_wrenches",
 ]
 
 #: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
 #: of typed numbers.
 _OPENING = 1e-6
+#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
+#: singular configuration.
+LoopMotion = tuple[float, float, float, float, bool]
 #: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
 #: at rest does not count as a motion that opens the loops.
 _REST = 1e-3
@@ -139,7 +147,9 @@ class EquationsOfMotion:
         """
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
-        wrenches_of(self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out)
+        kernels.wrenches_of(
+            self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out
+        )
         return out
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
@@ -198,14 +208,8 @@ def equations_of_motion(
         work.jacobian_rates(q, v)
     else:
         pin.computeJointJacobians(model, work.data, q)
-    work.external[:] = 0.0
-    if external is not None:
-        put_on(state, external)
-    state.passive.refuse_friction()
-    tau = np.array(pin.rnea(model, work.data, q, v, a, work.external_vector))
-    if state.passive.act:
-        tau -= state.passive.force(q, v)
-    jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
+    tau = open_tree(state, q, v, a, external)
+    jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = kernels.equations(
         work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
         top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column,
     )  # fmt: skip
@@ -217,11 +221,54 @@ def equations_of_motion(
     return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 
-def refuse_opening(state: ChainState, v: FloatArray) -> None:
-    """Raise InvalidInput if a velocity opens the loops; the workspace must be linearised."""
+#: Chain, q, generalised forces of the open tree, Jacobian, scaled gap, poses, the joints' wrenches in local axes: what
+#: the equations of motion are made of.
+Terms = tuple[ChainState, FloatArray, FloatArray, FloatArray, float, FloatArray, FloatArray]
+
+
+def with_wrenches(terms: Terms) -> EquationsOfMotion:
+    """Equations of motion from their terms."""
+    state, *others, poses, forces = terms
+    top = state.topology
+    tree, unit = np.empty(forces.shape), np.empty((top.row_count, 6))
+    kernels.tree_wrenches(poses, forces, tree)
+    unit_wrenches(poses, top.joints, top.local, top.kinds, top.distances, top.rows, unit)
+    return EquationsOfMotion(state, *others, poses, tree, unit)  # type: ignore[arg-type]
+
+
+def open_tree(
+    state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, ArrayLike] | None
+) -> FloatArray:
+    """Generalised forces of the open tree without its springs and dampers, shape (nv,); fills ``forces``.
+
+    The workspace's poses must be up to date.
+    """
+    work = state.workspace
+    state.passive.refuse_friction()
+    if external is None:
+        tau = np.array(pin.rnea(state.model, work.data, q, v, a))
+    else:
+        work.external[:] = 0.0
+        put_on(state, external)
+        tau = np.array(pin.rnea(state.model, work.data, q, v, a, work.external_vector))
+    if state.passive.act:
+        tau -= state.passive.force(q, v)
+    return tau
+
+
+def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
+    """Fill the workspace's ``gap``, ``jacobian``, ``jacobian_rate`` and ``drift`` at a state of motion."""
     work, top = state.workspace, state.topology
-    opening = float(np.abs(top.row_scale * (work.jacobian @ v)).max(initial=0.0))
-    _refuse("velocity", opening, float(np.abs(v / top.column).max(initial=0.0)))
+    work.jacobian_rates(q, v)
+    return kernels.moving_loops(  # type: ignore[no-any-return]
+        work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
+        top.supports, top.row_scale, top.column, top.blocks, work.gap, work.jacobian, work.jacobian_rate, work.drift,
+    )  # fmt: skip
+
+
+def refuse_opening(opening: float, speed: float) -> None:
+    """Raise InvalidInput if a velocity opens the loops; both scaled, from :func:`moving_loops`."""
+    _refuse("velocity", opening, speed)
 
 
 def _refuse(what: str, opening: float, size: float) -> None:
@@ -236,22 +283,28 @@ def _refuse(what: str, opening: float, size: float) -> None:
         )
 
 
-def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, missed: FloatArray) -> None:
-    """Raise SingularConfiguration if the error of an acceleration in the closures' rows, shape (rows,), is large."""
-    top = state.topology
-    opening = float(np.abs(top.row_scale * missed).max(initial=0.0))
-    speed = float(np.abs(v / top.column).max(initial=0.0))
-    if not opening <= _OPENING * max(float(np.abs(a / top.column).max(initial=0.0)) + speed**2, _REST):
+def refuse_missing(q: FloatArray, v: FloatArray, opening: float, size: float) -> None:
+    """Raise SingularConfiguration if the scaled error of an acceleration in the closures' rows is large.
+
+    ``size`` is that of the motion: the acceleration plus the square of the velocity, scaled.
+    """
+    if not opening <= _OPENING * max(size, _REST):
         raise SingularConfiguration(q, v, opening)
 
 
-def refuse_near_singular(equations: EquationsOfMotion, weakest: float | None = None) -> None:
+def refuse_near_singular(
+    state: ChainState, q: FloatArray, jacobian: FloatArray, gap: float, weakest: float | None = None
+) -> None:
     """Raise if forces or accelerations depend on the rounding and the residual of the loops.
 
     Parameters
     ----------
-    equations : EquationsOfMotion
-        At a closed configuration.
+    state : ChainState
+        The chain.
+    q, jacobian : ndarray
+        Shapes (nq,) and (rows, nv), a closed configuration and the constraint Jacobian there.
+    gap : float
+        Largest scaled residual of the loops.
     weakest : float, optional
         The smallest singular value that is not zero of the equations that were solved, metres divided by the
         characteristic length; that of the constraint Jacobian if left out.
@@ -261,17 +314,17 @@ def refuse_near_singular(equations: EquationsOfMotion, weakest: float | None = N
     NearSingularConfiguration
         If the error of that singular value is more than a thousandth of it.
     """
-    top, joints, J = equations.state.topology, equations.state.model.njoints, equations.jacobian
+    top, joints = state.topology, state.model.njoints
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
-    if not J.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
+    if not jacobian.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
         return
-    scaled = J * top.row_scale[:, None] * top.column
+    scaled = jacobian * top.row_scale[:, None] * top.column
     values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
-    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, equations.gap)
-    error = configuration_error(values, tolerance, joints, equations.gap) * float(values[0])
+    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, gap)
+    error = configuration_error(values, tolerance, joints, gap) * float(values[0])
     least = float(values[np.count_nonzero(values > tolerance) - 1]) if weakest is None else weakest
     if error > RESOLVED * least:
-        raise NearSingularConfiguration(equations.q, least, error)
+        raise NearSingularConfiguration(q, least, error)
 
 
 def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:

@@ -178,7 +178,7 @@ def solved(
     if not share_of_largest <= _MISSING:
         _refuse_undriven(equations, drive.passive, missing)
     if resolved:
-        refuse_near_singular(equations, weakest)
+        refuse_near_singular(equations.state, equations.q, equations.jacobian, equations.gap, weakest)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None:
         multipliers = start

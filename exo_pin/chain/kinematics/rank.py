@@ -7,6 +7,7 @@ longer large against r, forces and accelerations depend on rounding.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
 
-__all__ = ["RESOLVED", "configuration_error", "rank_tolerance", "self_consistent_error"]
+__all__ = ["RESOLVED", "configuration_error", "is_clearly_regular", "rank_tolerance", "self_consistent_error"]
 
 _ROUNDING = float(np.finfo(float).eps)
 #: Relative error of a singular value up to which forces and accelerations are computed.
@@ -41,6 +42,102 @@ def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> 
         Largest scaled residual of the loops.
     """
     return max(shape[0], shape[1]) * largest * (joints * _ROUNDING + residual)
+
+
+@kernel
+def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints: int, residual: float) -> bool:
+    """Whether forces and accelerations at a configuration are certain not to depend on rounding.
+
+    True means that :func:`configuration_error` times the largest singular value is at most :data:`RESOLVED` of the
+    smallest one that is not zero. False means nothing: then the singular values decide. Each block is factored by
+    Gram-Schmidt on its rows with pivoting. The rows that were chosen bound the block's smallest singular value that is
+    not zero from below, by the norm of the inverse of their triangle; those left over bound the ones that are zero from
+    above; the Frobenius norm bounds the largest.
+
+    Parameters
+    ----------
+    J : ndarray
+        Shape (rows, nv), the constraint Jacobian, not scaled.
+    row_scale, column : ndarray
+        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+    blocks : tuple of ndarray
+        As in :mod:`exo_pin.chain.structure.blocks`.
+    joints : int
+        Number of joints of the tree.
+    residual : float
+        Largest scaled residual of the loops.
+    """
+    rows, columns, row_starts, column_starts = blocks
+    longest, largest, weakest = 0.0, 0.0, math.inf
+    for b in range(len(row_starts) - 1):
+        m, n = row_starts[b + 1] - row_starts[b], column_starts[b + 1] - column_starts[b]
+        W, norms = np.zeros((m, n)), np.zeros(m)
+        # Of every row the span that is not zero: rows of distant loops do not meet.
+        first, last = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.int64)
+        whole = 0.0
+        for i in range(m):
+            r = rows[row_starts[b] + i]
+            first[i] = n
+            for k in range(n):
+                c = columns[column_starts[b] + k]
+                W[i, k] = J[r, c] * row_scale[r] * column[c]
+                if W[i, k] != 0.0:
+                    first[i], last[i] = min(first[i], k), k + 1
+                    norms[i] += W[i, k] * W[i, k]
+            whole += norms[i]
+            longest = max(longest, norms[i])
+        if not math.isfinite(whole):
+            return False
+        largest = max(largest, whole)
+        zero = (0.5 * rank_tolerance(J.shape, math.sqrt(longest), joints, residual)) ** 2
+        R, rank = np.zeros((m, m)), 0
+        while rank < m:
+            rest, p = 0.0, rank
+            for i in range(rank, m):
+                rest += norms[i]
+                if norms[i] > norms[p]:
+                    p = i
+            if not rest > zero:
+                break
+            for k in range(n):
+                W[rank, k], W[p, k] = W[p, k], W[rank, k]
+            for s in range(rank):
+                R[s, rank], R[s, p] = R[s, p], R[s, rank]
+            first[rank], first[p] = first[p], first[rank]
+            last[rank], last[p] = last[p], last[rank]
+            size = math.sqrt(norms[p])
+            norms[p] = norms[rank]
+            R[rank, rank] = size
+            for i in range(rank + 1, m):
+                if first[i] >= last[rank] or first[rank] >= last[i]:
+                    continue
+                along = 0.0
+                for k in range(first[rank], last[rank]):
+                    along += W[rank, k] * W[i, k]
+                along /= size
+                R[rank, i] = along
+                first[i], last[i] = min(first[i], first[rank]), max(last[i], last[rank])
+                norms[i] = 0.0
+                for k in range(first[rank], last[rank]):
+                    W[i, k] -= along / size * W[rank, k]
+                for k in range(first[i], last[i]):
+                    norms[i] += W[i, k] * W[i, k]
+            rank += 1
+        inverse, total = np.zeros((rank, rank)), 0.0
+        for j in range(rank):
+            inverse[j, j] = 1.0 / R[j, j]
+            for i in range(j - 1, -1, -1):
+                part = 0.0
+                for k in range(i + 1, j + 1):
+                    part -= R[i, k] * inverse[k, j]
+                inverse[i, j] = part / R[i, i]
+            for i in range(j + 1):
+                total += inverse[i, j] * inverse[i, j]
+        if rank:
+            weakest = min(weakest, 1.0 / math.sqrt(total))
+    most = math.sqrt(largest)
+    error = max(residual, joints * _ROUNDING) * most
+    return error <= RESOLVED * weakest * weakest and 2.0 * rank_tolerance(J.shape, most, joints, residual) < weakest
 
 
 def configuration_error(values: FloatArray, tolerance: float, joints: int, residual: float) -> float:

@@ -18,6 +18,7 @@ from ...core.validation import FloatArray, as_finite, frozen
 from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
+from .inertia import InertiaBound, inertia_bound
 from .passive import PassiveForces
 from .topology import frame_table, make_topology, refuse_model
 from .workspace import ProximalProblem, Workspace
@@ -28,6 +29,7 @@ __all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
 PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
+_FLOAT = np.dtype(np.float64)
 
 
 class Drive(NamedTuple):
@@ -60,6 +62,8 @@ class ChainState:
     ----------
     model, description
         As given.
+    nq, nv : int
+        Sizes of q and v.
     frames, joints : dict of str to int
         Index in the model by name.
     topology : Topology
@@ -82,6 +86,7 @@ class ChainState:
         self.frames = frame_table(model)
         self.joints = {str(name): index for index, name in enumerate(model.names)}
         refuse_model(model)
+        self.nq, self.nv = int(model.nq), int(model.nv)
         self.topology = make_topology(model, description, self.frames)
         self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)
@@ -154,6 +159,11 @@ class ChainState:
         return models
 
     @cached_property
+    def fits_pinocchio(self) -> bool:
+        """Whether there are closures and Pinocchio has a constraint for each."""
+        return bool(self.closures) and all(closure.type in PINOCCHIO_TYPES for closure in self.closures)
+
+    @cached_property
     def body_names(self) -> tuple[str, ...]:
         """Of every body the first link's name, else its joint's."""
         names = [str(name) for name in self.model.names]
@@ -161,6 +171,11 @@ class ChainState:
             if frame.type == pin.FrameType.BODY and frame.parentJoint:
                 names[frame.parentJoint] = frame.name
         return tuple(names)
+
+    @cached_property
+    def inertia_bound(self) -> InertiaBound:
+        """Where every motion of the open tree has inertia, known from the bodies alone."""
+        return inertia_bound(self.model, self.topology)
 
     # Indices by name
 
@@ -224,7 +239,7 @@ class ChainState:
 
     def configuration(self, q: ArrayLike) -> FloatArray:
         """q as an array of shape (nq,), finite and with unit quaternions."""
-        array = self.vector("q", q, self.model.nq)
+        array = self.vector("q", q, self.nq)
         if not pin.isNormalized(self.model, array, 1e-9):
             raise InvalidInput(
                 "a quaternion (or cosine-sine pair) in q is not of length 1: expected unit length to 1e-9, normalise "
@@ -234,15 +249,12 @@ class ChainState:
 
     def tangent(self, name: str, value: ArrayLike) -> FloatArray:
         """A velocity, acceleration or generalised force as a finite array of shape (nv,)."""
-        return self.vector(name, value, self.model.nv)
+        return self.vector(name, value, self.nv)
 
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
-        array = np.asarray(value)
-        plain = array.dtype == np.float64 and array.shape == (size,) and not isinstance(value, np.ma.MaskedArray)
-        if not plain or not math.isfinite(array @ array):
-            return as_finite(name, value, (size,))
-        return array
+        plain = type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,)
+        return value if plain and math.isfinite(value.dot(value)) else as_finite(name, value, (size,))
 
     # Scratch memory of the calling thread
 
@@ -267,5 +279,5 @@ class ChainState:
         """This thread's memory for Pinocchio's constrained dynamics."""
         problem = getattr(self._local, "proximal", None)
         if problem is None:
-            problem = self._local.proximal = ProximalProblem(self.model, self.constraint_models)
+            problem = self._local.proximal = ProximalProblem(self.model, self.workspace.data, self.constraint_models)
         return problem

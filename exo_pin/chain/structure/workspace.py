@@ -18,6 +18,9 @@ from .topology import Topology
 
 __all__ = ["ProximalProblem", "Workspace"]
 
+#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
+_PROXIMAL = (1e-14, 1e-10, 40)
+
 
 class Workspace(OneProcess):
     """Pinocchio's Data for one chain and one thread.
@@ -44,8 +47,9 @@ class Workspace(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
-        self.data = model.createData()
-        self.rate_data = axes.model.createData() if axes.differs else self.data
+        # Not createData(), which makes two and copies one: a Data holds four arrays of nv³ numbers.
+        self.data = pin.Data(model)
+        self.rate_data = pin.Data(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
@@ -76,17 +80,9 @@ class Workspace(OneProcess):
         top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
         return kernels.residual_jacobian(
-            self.poses,
-            self.J,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.signs,
-            self.gap,
-            self.jacobian,
-        )
+            self.poses, self.J, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
+            self.gap, self.jacobian,
+        )  # fmt: skip
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
@@ -105,19 +101,9 @@ class Workspace(OneProcess):
         top = self._topology
         self.jacobian_rates(q, v)
         kernels.jacobian_rate(
-            self.poses,
-            self.J,
-            self.dJ,
-            v,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.supports,
-            self.jacobian_rate,
-            self.drift,
-        )
+            self.poses, self.J, self.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.supports,
+            self.jacobian_rate, self.drift,
+        )  # fmt: skip
         return self.drift
 
 
@@ -127,13 +113,15 @@ class ProximalProblem(OneProcess):
     Attributes
     ----------
     data : pinocchio.Data
-        Of its own, because it is laid out for the constraints.
+        The thread's own, with the layout of the constraints added.
     models, datas
         Pinocchio's vectors of constraints.
+    settings : pinocchio.ProximalSettings
+        Absolute accuracy, proximal parameter and most steps.
     """
 
-    def __init__(self, model: pin.Model, constraints: list[pin.RigidConstraintModel]) -> None:
-        self.data = model.createData()
+    def __init__(self, model: pin.Model, data: pin.Data, constraints: list[pin.RigidConstraintModel]) -> None:
+        self.data, self.settings = data, pin.ProximalSettings(*_PROXIMAL)
         self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for constraint in constraints:
             self.models.append(constraint)

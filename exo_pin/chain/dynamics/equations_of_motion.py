@@ -25,7 +25,6 @@ from . import equation_kernels as kernels
 __all__ = [
     "EquationsOfMotion",
     "Terms",
-    "Wrench",
     "equations_of_motion",
     "moving_loops",
     "open_tree",
@@ -45,37 +44,6 @@ LoopMotion = tuple[float, float, float, float, bool]
 #: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
 #: at rest does not count as a motion that opens the loops.
 _REST = 1e-3
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Wrench:
-    """A wrench as an affine function of the multipliers.
-
-    Attributes
-    ----------
-    constant : ndarray
-        Shape (6,), force and moment at λ = 0, world axes.
-    effect : ndarray
-        Shape (6, rows), its change per unit of λ.
-    """
-
-    constant: FloatArray
-    effect: FloatArray
-
-    def expressed_in(self, point: FloatArray, axes: FloatArray) -> Wrench:
-        """The wrench about a point, shape (3,), m, in given axes, shape (3, 3) with the axes as rows.
-
-        The wrench itself must be about the world's origin, in world axes.
-        """
-        both = np.column_stack([self.constant, self.effect])
-        x, y, z = point
-        moment = both[3:] - np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ both[:3]
-        turned = np.vstack([axes @ both[:3], axes @ moment])
-        return Wrench(turned[:, 0], turned[:, 1:])
-
-    def reversed(self) -> Wrench:
-        """The opposite wrench."""
-        return Wrench(-self.constant, -self.effect)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,19 +79,6 @@ class EquationsOfMotion:
     poses: FloatArray
     tree: FloatArray
     unit: FloatArray
-
-    def joint(self, index: int) -> Wrench:
-        """Wrench that a tree joint transmits to its child, about the world's origin."""
-        carried = np.repeat(self.state.topology.carried[index], np.diff(self.state.topology.rows))
-        return Wrench(self.tree[index], -carried * self.unit.T)
-
-    def closure(self, index: int) -> Wrench:
-        """Wrench that a closure transmits to the body of frame a, about the world's origin."""
-        rows = self.state.topology.rows
-        effect = np.zeros((6, len(self.unit)))
-        own = slice(rows[index], rows[index + 1])
-        effect[:, own] = self.unit[own].T
-        return Wrench(np.zeros(6), effect)
 
     def closure_frame(self, index: int) -> tuple[FloatArray, FloatArray]:
         """A closure's point p_b and the axes of frame a, as rows."""
@@ -228,12 +183,12 @@ Terms = tuple[ChainState, FloatArray, FloatArray, FloatArray, float, FloatArray,
 
 def with_wrenches(terms: Terms) -> EquationsOfMotion:
     """Equations of motion from their terms."""
-    state, *others, poses, forces = terms
+    state, q, tau, jacobian, gap, poses, forces = terms
     top = state.topology
     tree, unit = np.empty(forces.shape), np.empty((top.row_count, 6))
     kernels.tree_wrenches(poses, forces, tree)
     unit_wrenches(poses, top.joints, top.local, top.kinds, top.distances, top.rows, unit)
-    return EquationsOfMotion(state, *others, poses, tree, unit)  # type: ignore[arg-type]
+    return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 
 def open_tree(
@@ -260,10 +215,11 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     """Fill the workspace's ``gap``, ``jacobian``, ``jacobian_rate`` and ``drift`` at a state of motion."""
     work, top = state.workspace, state.topology
     work.jacobian_rates(q, v)
-    return kernels.moving_loops(  # type: ignore[no-any-return]
+    found: LoopMotion = kernels.moving_loops(
         work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
         top.supports, top.row_scale, top.column, top.blocks, work.gap, work.jacobian, work.jacobian_rate, work.drift,
     )  # fmt: skip
+    return found
 
 
 def refuse_opening(opening: float, speed: float) -> None:

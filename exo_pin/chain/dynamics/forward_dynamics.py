@@ -16,8 +16,9 @@ from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFa
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_real, frozen
 from ..kinematics.rank import rank_tolerance
-from ..structure.chain_state import CLOSED, PINOCCHIO_TYPES, ChainState
+from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import MASSLESS, has_inertia, heaviest, inertia_matrix, massless_joints
+from ..structure.workspace import PINOCCHIO_TYPES
 from .equation_kernels import missed
 from .equations_of_motion import (
     Terms,

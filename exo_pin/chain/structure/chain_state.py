@@ -21,12 +21,10 @@ from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
 from .passive import PassiveForces
 from .topology import frame_table, make_topology, refuse_model
-from .workspace import ProximalProblem, Workspace
+from .workspace import PINOCCHIO_TYPES, ProximalProblem, Workspace, constraint_models
 
-__all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
+__all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive", "Part"]
 
-#: The closure types that Pinocchio has a constraint for.
-PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
 _FLOAT = np.dtype(np.float64)
@@ -46,6 +44,23 @@ class Drive(NamedTuple):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
+
+
+class Part(NamedTuple):
+    """A joint or closure.
+
+    Attributes
+    ----------
+    place : int
+        Its place in lists of all joints but the world's, then all closures.
+    receiver, other : int
+        The bodies that it joins, by their joints: the child and its parent, or those of frames a and b. Its wrench
+        is that on the receiver.
+    """
+
+    place: int
+    receiver: int
+    other: int
 
 
 class ChainState:
@@ -141,22 +156,7 @@ class ChainState:
         InvalidInput
             If a closure is neither rigid nor spherical: Pinocchio has no others.
         """
-        models = []
-        for c, closure in enumerate(self.closures):
-            places = [pin.SE3(local[:3].T.copy(), local[3].copy()) for local in self.topology.local[c]]
-            joint_a, joint_b = (int(joint) for joint in self.topology.joints[c])
-            if closure.type not in PINOCCHIO_TYPES:
-                raise InvalidInput(
-                    f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
-                    f"of type {' or '.join(PINOCCHIO_TYPES)}"
-                )
-            kind = PINOCCHIO_TYPES[closure.type]
-            constraint = pin.RigidConstraintModel(
-                kind, self.model, joint_a, places[0], joint_b, places[1], pin.ReferenceFrame.LOCAL
-            )
-            constraint.name = closure.name
-            models.append(constraint)
-        return models
+        return constraint_models(self.model, self.closures, self.topology)
 
     @cached_property
     def fits_pinocchio(self) -> bool:
@@ -177,7 +177,36 @@ class ChainState:
         """Where every motion of the open tree has inertia, known from the bodies alone."""
         return inertia_bound(self.model, self.topology)
 
+    @cached_property
+    def all_parts(self) -> tuple[Part, ...]:
+        """All joints but the world's, then all closures."""
+        parents = list(self.model.parents)
+        pairs = [(joint, int(parents[joint])) for joint in range(1, len(parents))]
+        pairs += [(body_a, body_b) for body_a, body_b in self.topology.joints.tolist()]
+        return tuple(Part(index, *pair) for index, pair in enumerate(pairs))
+
+    @cached_property
+    def parts(self) -> dict[str, Part]:
+        """Joints and closures by name."""
+        names = [*(str(name) for name in list(self.model.names)[1:]), *(closure.name for closure in self.closures)]
+        return dict(zip(names, self.all_parts, strict=True))
+
     # Indices by name
+
+    def part(self, name: str) -> Part:
+        """A joint or closure."""
+        if not isinstance(name, str) or name not in self.parts:
+            raise UnknownName("joint or closure", name, self.parts)
+        found = self.parts[name]
+        if name in self.joints and found.place >= self.model.njoints - 1:
+            raise InvalidInput(f"{name!r} is a joint as well as a closure: rename the closure")
+        return found
+
+    def body_index(self, frame: str) -> int:
+        """Index of the joint that carries the body of a frame, 0 for the world."""
+        if not isinstance(frame, str) or frame not in self.frames:
+            raise UnknownName("body", frame, self.frames)
+        return int(self.model.frames[self.frames[frame]].parentJoint)
 
     def rows(self, closure: str) -> slice:
         """The constraint rows of a closure."""
@@ -253,8 +282,9 @@ class ChainState:
 
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
-        plain = type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,)
-        return value if plain and math.isfinite(value.dot(value)) else as_finite(name, value, (size,))
+        if type(value) is not np.ndarray or value.dtype is not _FLOAT or value.shape != (size,):
+            return as_finite(name, value, (size,))
+        return value if math.isfinite(value.dot(value)) else as_finite(name, value, (size,))
 
     # Scratch memory of the calling thread
 

@@ -8,16 +8,19 @@ import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
-from ...core.errors import ExoPinError
+from ...core.errors import ExoPinError, InvalidInput
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from ..kinematics import closure_kernels as kernels
 from ..kinematics.closure_wrench_kernels import unit_wrenches
+from .closures import Closure
 from .constant_axes import ConstantAxes
 from .topology import Topology
 
-__all__ = ["ProximalProblem", "Workspace"]
+__all__ = ["PINOCCHIO_TYPES", "ProximalProblem", "Workspace", "constraint_models"]
 
+#: The closure types that Pinocchio has a constraint for.
+PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
 _PROXIMAL = (1e-14, 1e-10, 40)
 
@@ -127,6 +130,25 @@ class ProximalProblem(OneProcess):
             self.models.append(constraint)
             self.datas.append(constraint.createData())
         pin.initConstraintDynamics(model, self.data, self.models, self.datas)
+
+
+def constraint_models(
+    model: pin.Model, closures: tuple[Closure, ...], topology: Topology
+) -> list[pin.RigidConstraintModel]:
+    """Pinocchio's constraints, one for each closure; see :attr:`exo_pin.chain.ClosedChain.constraint_models`."""
+    models = []
+    for closure, joints, frames in zip(closures, topology.joints.tolist(), topology.local, strict=True):
+        if closure.type not in PINOCCHIO_TYPES:
+            raise InvalidInput(
+                f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
+                f"of type {' or '.join(PINOCCHIO_TYPES)}"
+            )
+        a, b = (pin.SE3(local[:3].T.copy(), local[3].copy()) for local in frames)
+        kind, axes = PINOCCHIO_TYPES[closure.type], pin.ReferenceFrame.LOCAL
+        constraint = pin.RigidConstraintModel(kind, model, joints[0], a, joints[1], b, axes)
+        constraint.name = closure.name
+        models.append(constraint)
+    return models
 
 
 def _address(array: Any) -> int:

@@ -174,6 +174,7 @@ def solved(
         top.length,
         equations.state.model.njoints,
         equations.gap,
+        top.blocks,
     )
     if not share_of_largest <= _MISSING:
         _refuse_undriven(equations, drive.passive, missing)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_real, frozen
-from ..kinematics.rank import rank_tolerance
+from ..kinematics.rank import least_motion
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import MASSLESS, has_inertia, heaviest, inertia_matrix, massless_joints
 from ..structure.workspace import PINOCCHIO_TYPES
@@ -247,21 +247,16 @@ def _projected(
     column = top.column
     forces = column * (efforts - open_tree(state, q, v, np.zeros(model.nv), external))
     M = inertia_matrix(state, q) * column[:, None] * column
-    # a = column x: metres in characteristic lengths, as the rows.
-    start, basis = np.zeros(model.nv), np.eye(model.nv)
-    if J.size:
-        U, values, Vt = np.linalg.svd(J * top.row_scale[:, None] * column)
-        rank = int(np.count_nonzero(values > rank_tolerance(J.shape, float(values[0]), model.njoints, gap)))
-        start = Vt[:rank].T @ ((U[:, :rank].T @ (top.row_scale * right)) / values[:rank])
-        basis = Vt[rank:].T
+    # a = start + column basis z: metres in characteristic lengths, as the rows.
+    start, basis = least_motion(J, right, top.row_scale, column, top.blocks, model.njoints, gap, True)
     if not basis.shape[1]:
-        return column * start
+        return start
     reduced = basis.T @ M @ basis
     sizes, ways = np.linalg.eigh(reduced)
     if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
         raise MasslessMotion(massless_joints(state, q, basis))
-    push = ways.T @ (basis.T @ (forces - M @ start))
-    return column * (start + basis @ (ways @ (push / sizes)))
+    push = ways.T @ (basis.T @ (forces - M @ (start / column)))
+    return start + column * (basis @ (ways @ (push / sizes)))
 
 
 def _stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:

@@ -15,7 +15,14 @@ import numpy as np
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
 
-__all__ = ["RESOLVED", "configuration_error", "is_clearly_regular", "rank_tolerance", "self_consistent_error"]
+__all__ = [
+    "RESOLVED",
+    "configuration_error",
+    "is_clearly_regular",
+    "least_motion",
+    "rank_tolerance",
+    "self_consistent_error",
+]
 
 _ROUNDING = float(np.finfo(float).eps)
 #: Relative error of a singular value up to which forces and accelerations are computed.
@@ -138,6 +145,72 @@ def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints:
     most = math.sqrt(largest)
     error = max(residual, joints * _ROUNDING) * most
     return error <= RESOLVED * weakest * weakest and 2.0 * rank_tolerance(J.shape, most, joints, residual) < weakest
+
+
+@kernel
+def least_motion(
+    J: Any, right: Any, row_scale: Any, column: Any, blocks: Any, joints: int, residual: float, freedoms: bool
+) -> Any:
+    """The least x with J x = right, nearly so where that has no solution, and the motions with J x = 0.
+
+    Least in the sum of squares with metres divided by the characteristic length, block by block.
+
+    Parameters
+    ----------
+    J, row_scale, column, blocks, joints, residual
+        As for :func:`is_clearly_regular`.
+    right : ndarray
+        Shape (rows,).
+    freedoms : bool
+        Whether the motions are wanted.
+
+    Returns
+    -------
+    x : ndarray
+        Shape (nv,).
+    motions : ndarray
+        Shape (nv, k), orthonormal after metres are divided by the characteristic length, as they are; k = 0 if not
+        wanted.
+    """
+    rows, columns, row_starts, column_starts = blocks
+    nv, parts, largest = len(column), [], 0.0
+    moved = np.zeros(nv, dtype=np.bool_)
+    for b in range(len(row_starts) - 1):
+        own, mine = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
+        if not len(mine):
+            continue
+        A = np.empty((len(own), len(mine)))
+        for i in range(len(own)):
+            for k in range(len(mine)):
+                A[i, k] = J[own[i], mine[k]] * row_scale[own[i]] * column[mine[k]]
+        # V is needed whole, for the motions; U is not.
+        U, values, Vt = np.linalg.svd(A, freedoms and len(own) < len(mine))
+        largest = max(largest, values[0])
+        moved[mine] = True
+        parts.append((own, mine, U, values, Vt))
+    tolerance = rank_tolerance(J.shape, largest, joints, residual)
+    x, motions, filled = np.zeros(nv), np.zeros((nv, nv if freedoms else 0)), 0
+    for own, mine, U, values, Vt in parts:
+        rank = 0
+        for value in values:
+            rank += value > tolerance
+        for s in range(rank):
+            part = 0.0
+            for i in range(len(own)):
+                part += U[i, s] * row_scale[own[i]] * right[own[i]]
+            for k in range(len(mine)):
+                x[mine[k]] += column[mine[k]] * Vt[s, k] * part / values[s]
+        if freedoms:
+            for s in range(rank, len(mine)):
+                for k in range(len(mine)):
+                    motions[mine[k], filled] = Vt[s, k]
+                filled += 1
+    if freedoms:
+        for k in range(nv):
+            if not moved[k]:
+                motions[k, filled] = 1.0
+                filled += 1
+    return x, motions[:, :filled].copy()
 
 
 def configuration_error(values: FloatArray, tolerance: float, joints: int, residual: float) -> float:

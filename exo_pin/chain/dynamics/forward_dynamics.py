@@ -80,6 +80,7 @@ def forward_dynamics(
     q: ArrayLike,
     v: ArrayLike | None = None,
     tau: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    *,
     external: Mapping[str, ArrayLike] | None = None,
     method: Method = "auto",
     stabilisation: float = 0.0,
@@ -94,8 +95,6 @@ def forward_dynamics(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, v : array_like
         Shapes (nq,) and (nv,), a state with closed loops; v is zero if left out.
     tau : array_like or mapping, optional
@@ -152,14 +151,14 @@ def forward_dynamics(
         if not math.isfinite(a.dot(a)):
             if method == "proximal":
                 raise SolverFailed("Pinocchio's constrained dynamics", np.inf, "the acceleration is not finite")
-            return forward_dynamics(state, q, v, efforts, external, "projected")
+            return forward_dynamics(state, q, v, efforts, external=external, method="projected")
     drift = work.drift + _stabilising(state, v, stabilisation) if stabilisation else work.drift
     largest, missing, size = missed(work.jacobian, drift, a, top.row_scale, top.column)
     size += speed * speed
     if not stabilisation:
         # Pinocchio's tolerances have units, so that very small or light robots may miss them.
         if chosen == "proximal" and method == "auto" and missing > _MISSED * size:
-            return forward_dynamics(state, q, v, efforts, external, "projected")
+            return forward_dynamics(state, q, v, efforts, external=external, method="projected")
         refuse_missing(q, v, missing, size)
         if not regular:
             refuse_near_singular(state, q, work.jacobian, gap)

@@ -73,6 +73,7 @@ def simulate(
     v: ArrayLike,
     times: ArrayLike,
     tau: Efforts | Callable[[float, FloatArray, FloatArray], Efforts] = None,
+    *,
     external: Mapping[str, ArrayLike] | None = None,
     method: Method = "auto",
     projection: bool = True,
@@ -91,8 +92,6 @@ def simulate(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, v : array_like
         Shapes (nq,) and (nv,), the instant at the first time, with closed loops.
     times : array_like
@@ -137,7 +136,9 @@ def simulate(
     refuse_opening(opening, speed)
     # Checks the efforts, the external wrenches and the method, and chooses one.
     efforts = efforts_at(state, tau, float(when[0]), start, velocity)
-    first = forward_dynamics(state, start, velocity, efforts, external, method, stabilisation)
+    first = forward_dynamics(
+        state, start, velocity, efforts, external=external, method=method, stabilisation=stabilisation
+    )
     rates = Rates(state, tau, external, first.method, stabilisation)
     states, steps = integrated(rates, Instant(start, velocity, 0.0, 0.0), when, projection, (rtol, atol), progress)
     return _simulation(state, when, states, steps)

@@ -134,8 +134,6 @@ def mobility(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), closed.
     locked : iterable of str

@@ -54,8 +54,6 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), closed.
     independent : iterable of str, optional
@@ -94,8 +92,6 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, independent
         As for :meth:`ClosedChain.split`; the columns are in the order of ``independent``.
     """
@@ -109,8 +105,6 @@ def reduced_jacobian_rate(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, independent
         As for :meth:`ClosedChain.split`.
     v : array_like
@@ -165,8 +159,6 @@ def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Ite
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, independent
         As for :meth:`ClosedChain.split`.
     frame : str

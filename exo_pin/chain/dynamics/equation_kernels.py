@@ -11,7 +11,7 @@ from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian
 from ..kinematics.closure_wrench_kernels import unit_wrenches
 from ..kinematics.rank import is_clearly_regular
 
-__all__ = ["equations", "missed", "moving_loops", "tree_wrenches", "wrenches_of"]
+__all__ = ["equations", "missed", "moving_loops", "wrenches_of"]
 
 
 @kernel
@@ -100,7 +100,7 @@ def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> An
 
 
 @kernel
-def tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
+def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
     """Express joints' wrenches in world axes about the world's origin.
 
     Parameters
@@ -217,7 +217,7 @@ def equations(
     worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, gap, jacobian)
     unit_wrenches(poses, joints, local, kinds, lengths, rows, unit)
     tree = np.empty(forces.shape)
-    tree_wrenches(poses, forces, tree)
+    _tree_wrenches(poses, forces, tree)
     scaled = 0.0
     for i in range(height):
         scaled = max(scaled, abs(gap[i] * row_scale[i]))

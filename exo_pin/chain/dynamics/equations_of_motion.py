@@ -17,14 +17,12 @@ from ...core.errors import (
     UnknownName,
 )
 from ...core.validation import FloatArray, as_finite, as_mapping
-from ..kinematics.closure_wrench_kernels import unit_wrenches
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
 from . import equation_kernels as kernels
 
 __all__ = [
     "EquationsOfMotion",
-    "Terms",
     "equations_of_motion",
     "moving_loops",
     "open_tree",
@@ -32,7 +30,6 @@ __all__ = [
     "refuse_missing",
     "refuse_near_singular",
     "refuse_opening",
-    "with_wrenches",
 ]
 
 #: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
@@ -173,21 +170,6 @@ def equations_of_motion(
             raise LoopNotClosed(q.copy(), worst, 0)
         _refuse("velocity", opening_v, speed)
         _refuse("acceleration", opening_a, size)
-    return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
-
-
-#: Chain, q, generalised forces of the open tree, Jacobian, scaled gap, poses, the joints' wrenches in local axes: what
-#: the equations of motion are made of.
-Terms = tuple[ChainState, FloatArray, FloatArray, FloatArray, float, FloatArray, FloatArray]
-
-
-def with_wrenches(terms: Terms) -> EquationsOfMotion:
-    """Equations of motion from their terms."""
-    state, q, tau, jacobian, gap, poses, forces = terms
-    top = state.topology
-    tree, unit = np.empty(forces.shape), np.empty((top.row_count, 6))
-    kernels.tree_wrenches(poses, forces, tree)
-    unit_wrenches(poses, top.joints, top.local, top.kinds, top.distances, top.rows, unit)
     return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -21,13 +21,12 @@ from ..structure.inertia import MASSLESS, has_inertia, heaviest, inertia_matrix,
 from ..structure.workspace import PINOCCHIO_TYPES
 from .equation_kernels import missed
 from .equations_of_motion import (
-    Terms,
+    equations_of_motion,
     moving_loops,
     open_tree,
     refuse_missing,
     refuse_near_singular,
     refuse_opening,
-    with_wrenches,
 )
 from .inverse_dynamics import solved
 from .reactions import ClosedForces
@@ -62,7 +61,7 @@ class ClosedMotion(Record):
     tau: FloatArray
     method: str
     residual: float
-    _terms: Terms = field(repr=False)
+    _motion: tuple[ChainState, FloatArray, FloatArray, dict[str, FloatArray] | None, FloatArray] = field(repr=False)
 
     @cached_property
     def forces(self) -> ClosedForces:
@@ -71,8 +70,16 @@ class ClosedMotion(Record):
         Where closures are redundant the multipliers are those of least norm in the metric "reactions" of
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
+        state, q, v, external, gravity = self._motion
+        if (state.gravity != gravity).any():
+            model = state.model.copy()
+            model.gravity.linear = gravity
+            state = ChainState(model, state.description)
+        equations = equations_of_motion(state, q, v, self.a, external, check_closed=False)
+        # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
+        equations = replace(equations, gap=min(equations.gap, CLOSED))
         # Nearness to a singular configuration was checked with the acceleration.
-        return solved(with_wrenches(self._terms), self._terms[0].drive(()), applied=self.tau, resolved=False)
+        return solved(equations, state.drive(()), applied=self.tau, resolved=False)
 
 
 def forward_dynamics(
@@ -131,7 +138,7 @@ def forward_dynamics(
         if stabilisation < 0.0:
             raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
     q = state.configuration(q).copy()
-    v = np.zeros(state.nv) if v is None else state.tangent("v", v)
+    v = np.zeros(state.nv) if v is None else state.tangent("v", v).copy()
     efforts = efforts_of(state, tau)
     work, top = state.workspace, state.topology
     worst, gap, opening, speed, regular = moving_loops(state, q, v)
@@ -162,11 +169,10 @@ def forward_dynamics(
         refuse_missing(q, v, missing, size)
         if not regular:
             refuse_near_singular(state, q, work.jacobian, gap)
-    # Now, not when forces are computed: gravity and the caller's arrays may have changed by then.
-    open_tau = open_tree(state, q, v, a, external)
-    # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
-    terms = (state, q, open_tau, work.jacobian.copy(), min(gap, CLOSED), work.poses.copy(), work.forces.copy())
-    return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, terms)
+    state.passive.refuse_friction()
+    # Copies: gravity and the caller's arrays may have changed when forces are computed.
+    given = None if external is None else {name: np.array(wrench) for name, wrench in external.items()}
+    return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, (state, q, v, given, state.gravity.copy()))
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:

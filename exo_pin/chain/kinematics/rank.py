@@ -75,16 +75,20 @@ def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints:
         Largest scaled residual of the loops.
     """
     rows, columns, row_starts, column_starts = blocks
-    longest, largest, weakest = 0.0, 0.0, math.inf
+    longest, largest, weakest, height, width = 0.0, 0.0, math.inf, 0, 0
+    for b in range(len(row_starts) - 1):
+        height = max(height, row_starts[b + 1] - row_starts[b])
+        width = max(width, column_starts[b + 1] - column_starts[b])
+    W, R, norms, inverse = np.empty((height, width)), np.empty((height, height)), np.empty(height), np.empty(height)
+    # Of every row the span that is not zero: rows of distant loops do not meet.
+    first, last = np.empty(height, dtype=np.int64), np.empty(height, dtype=np.int64)
     for b in range(len(row_starts) - 1):
         m, n = row_starts[b + 1] - row_starts[b], column_starts[b + 1] - column_starts[b]
-        W, norms = np.zeros((m, n)), np.zeros(m)
-        # Of every row the span that is not zero: rows of distant loops do not meet.
-        first, last = np.zeros(m, dtype=np.int64), np.zeros(m, dtype=np.int64)
         whole = 0.0
+        R[:m, :m] = 0.0
         for i in range(m):
             r = rows[row_starts[b] + i]
-            first[i] = n
+            first[i], last[i], norms[i] = n, 0, 0.0
             for k in range(n):
                 c = columns[column_starts[b] + k]
                 W[i, k] = J[r, c] * row_scale[r] * column[c]
@@ -97,7 +101,7 @@ def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints:
             return False
         largest = max(largest, whole)
         zero = (0.5 * rank_tolerance(J.shape, math.sqrt(longest), joints, residual)) ** 2
-        R, rank = np.zeros((m, m)), 0
+        rank = 0
         while rank < m:
             rest, p = 0.0, rank
             for i in range(rank, m):
@@ -130,16 +134,17 @@ def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints:
                 for k in range(first[i], last[i]):
                     norms[i] += W[i, k] * W[i, k]
             rank += 1
-        inverse, total = np.zeros((rank, rank)), 0.0
+        total = 0.0
         for j in range(rank):
-            inverse[j, j] = 1.0 / R[j, j]
+            # The inverse of the triangle, column by column.
+            inverse[j] = 1.0 / R[j, j]
+            total += inverse[j] * inverse[j]
             for i in range(j - 1, -1, -1):
                 part = 0.0
                 for k in range(i + 1, j + 1):
-                    part -= R[i, k] * inverse[k, j]
-                inverse[i, j] = part / R[i, i]
-            for i in range(j + 1):
-                total += inverse[i, j] * inverse[i, j]
+                    part -= R[i, k] * inverse[k]
+                inverse[i] = part / R[i, i]
+                total += inverse[i] * inverse[i]
         if rank:
             weakest = min(weakest, 1.0 / math.sqrt(total))
     most = math.sqrt(largest)

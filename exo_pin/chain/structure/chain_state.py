@@ -79,6 +79,8 @@ class ChainState:
         As given.
     nq, nv : int
         Sizes of q and v.
+    gravity : ndarray
+        Shape (3,), m/s², a window on the model's.
     frames, joints : dict of str to int
         Index in the model by name.
     topology : Topology
@@ -101,7 +103,7 @@ class ChainState:
         self.frames = frame_table(model)
         self.joints = {str(name): index for index, name in enumerate(model.names)}
         refuse_model(model)
-        self.nq, self.nv = int(model.nq), int(model.nv)
+        self.nq, self.nv, self.gravity = int(model.nq), int(model.nv), np.asarray(model.gravity.linear)
         self.topology = make_topology(model, description, self.frames)
         self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)
@@ -269,7 +271,7 @@ class ChainState:
     def configuration(self, q: ArrayLike) -> FloatArray:
         """q as an array of shape (nq,), finite and with unit quaternions."""
         array = self.vector("q", q, self.nq)
-        if not pin.isNormalized(self.model, array, 1e-9):
+        if self.nq != self.nv and not pin.isNormalized(self.model, array, 1e-9):
             raise InvalidInput(
                 "a quaternion (or cosine-sine pair) in q is not of length 1: expected unit length to 1e-9, normalise "
                 "q, for example by pinocchio.normalize"

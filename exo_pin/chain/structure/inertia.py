@@ -20,7 +20,7 @@ __all__ = ["MASSLESS", "InertiaBound", "has_inertia", "heaviest", "inertia_bound
 #: A motion whose inertia is below this share of the largest counts as moving no mass.
 MASSLESS = 1e-13
 #: Travel of slides up to which a bound of the inertia holds, characteristic lengths.
-_TRAVEL = 1e3
+_TRAVEL = 10.0
 
 
 class InertiaBound(NamedTuple):

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed, UnknownName
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_real, frozen
+from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..kinematics.rank import least_motion
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import MASSLESS, has_inertia, heaviest, inertia_matrix, massless_joints
@@ -151,14 +151,12 @@ def forward_dynamics(
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
-    if chosen == "projected":
-        a = _projected(state, q, v, efforts, external, stabilisation)
-    else:
-        a = _proximal(state, q, v, efforts, external)
-        if not math.isfinite(a.dot(a)):
-            if method == "proximal":
-                raise SolverFailed("Pinocchio's constrained dynamics", np.inf, "the acceleration is not finite")
+    solve = _projected if chosen == "projected" else _proximal
+    a = solve(state, q, v, efforts, external, stabilisation)
+    if not math.isfinite(a.dot(a)):
+        if chosen == "proximal" and method == "auto":
             return forward_dynamics(state, q, v, efforts, external=external, method="projected")
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     drift = work.drift + _stabilising(state, v, stabilisation) if stabilisation else work.drift
     largest, missing, size = missed(work.jacobian, drift, a, top.row_scale, top.column)
     size += speed * speed
@@ -171,7 +169,10 @@ def forward_dynamics(
             refuse_near_singular(state, q, work.jacobian, gap)
     state.passive.refuse_friction()
     # Copies: gravity and the caller's arrays may have changed when forces are computed.
-    given = None if external is None else {name: np.array(wrench) for name, wrench in external.items()}
+    given = None
+    if external is not None:
+        wrenches = as_mapping("external", external, "frames to wrenches")
+        given = {name: np.array(wrench) for name, wrench in wrenches.items()}
     return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, (state, q, v, given, state.gravity.copy()))
 
 
@@ -226,14 +227,14 @@ def acceleration(
     MasslessMotion
         If some motion has no inertia.
     SolverFailed
-        If Pinocchio's answer is not finite.
+        If the answer is not finite.
     """
     if method == "projected":
         moving_loops(state, q, v)
-        return _projected(state, q, v, efforts, external, stabilisation)
-    a = _proximal(state, q, v, efforts, external)
+    solve = _projected if method == "projected" else _proximal
+    a = solve(state, q, v, efforts, external, stabilisation)
     if not math.isfinite(a.dot(a)):
-        raise SolverFailed("Pinocchio's constrained dynamics", np.inf, "the acceleration is not finite")
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     return a
 
 
@@ -276,8 +277,9 @@ def _proximal(
     v: FloatArray,
     efforts: FloatArray,
     external: Mapping[str, ArrayLike] | None,
+    _: float,
 ) -> FloatArray:
-    """Pinocchio's constrained dynamics."""
+    """Pinocchio's constrained dynamics, which knows no stabilisation."""
     model, problem = state.model, state.proximal_problem
     if external:
         state.workspace.linearise(q)

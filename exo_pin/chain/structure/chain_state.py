@@ -20,10 +20,10 @@ from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
 from .passive import PassiveForces
-from .topology import frame_table, make_topology, refuse_model
+from .topology import Part, all_parts, frame_table, make_topology, refuse_model
 from .workspace import PINOCCHIO_TYPES, ProximalProblem, Workspace, constraint_models
 
-__all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive", "Part"]
+__all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
@@ -44,23 +44,6 @@ class Drive(NamedTuple):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
-
-
-class Part(NamedTuple):
-    """A joint or closure.
-
-    Attributes
-    ----------
-    place : int
-        Its place in lists of all joints but the world's, then all closures.
-    receiver, other : int
-        The bodies that it joins, by their joints: the child and its parent, or those of frames a and b. Its wrench
-        is that on the receiver.
-    """
-
-    place: int
-    receiver: int
-    other: int
 
 
 class ChainState:
@@ -182,10 +165,7 @@ class ChainState:
     @cached_property
     def all_parts(self) -> tuple[Part, ...]:
         """All joints but the world's, then all closures."""
-        parents = list(self.model.parents)
-        pairs = [(joint, int(parents[joint])) for joint in range(1, len(parents))]
-        pairs += [(body_a, body_b) for body_a, body_b in self.topology.joints.tolist()]
-        return tuple(Part(index, *pair) for index, pair in enumerate(pairs))
+        return all_parts(self.model, self.topology.joints)
 
     @cached_property
     def parts(self) -> dict[str, Part]:

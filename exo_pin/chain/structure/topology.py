@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -17,7 +18,7 @@ from .closures import TYPES, Placement
 from .description import Closures
 from .motion_axes import motion_axes
 
-__all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
+__all__ = ["Part", "Topology", "all_parts", "frame_table", "make_topology", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
 
@@ -83,6 +84,30 @@ class Topology(Record):
     def row_count(self) -> int:
         """Number of constraint rows."""
         return int(self.rows[-1])
+
+
+class Part(NamedTuple):
+    """A joint or closure.
+
+    Attributes
+    ----------
+    place : int
+        Its place in lists of all joints but the world's, then all closures.
+    receiver, other : int
+        The bodies that it joins, by their joints: the child and its parent, or those of frames a and b. Its wrench
+        is that on the receiver.
+    """
+
+    place: int
+    receiver: int
+    other: int
+
+
+def all_parts(model: pin.Model, joints: IntArray) -> tuple[Part, ...]:
+    """All joints but the world's, then all closures, which join the bodies ``joints``, shape (m, 2)."""
+    parents = [int(parent) for parent in model.parents]
+    pairs = [*enumerate(parents[1:], 1), *joints.tolist()]
+    return tuple(Part(place, *pair) for place, pair in enumerate(pairs))
 
 
 def se3(placement: Placement) -> pin.SE3:

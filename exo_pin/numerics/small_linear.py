@@ -149,3 +149,34 @@ def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
         for i in range(m):
             z[i] -= A[p, i] * c[p] / square
     return rank
+
+
+@kernel
+def solve_cholesky(A: Any, x: Any) -> None:
+    """Solve A y = x by Cholesky for a symmetric positive definite matrix, in place: y replaces x.
+
+    LAPACK is no faster on small matrices, and starts threads on larger ones.
+
+    Parameters
+    ----------
+    A : ndarray
+        Shape (n, n), of which the lower triangle is used and overwritten.
+    x : ndarray
+        Shape (n,).
+    """
+    n = len(x)
+    for i in range(n):
+        for j in range(i + 1):
+            total = A[i, j]
+            for k in range(j):
+                total -= A[i, k] * A[j, k]
+            A[i, j] = math.sqrt(total) if i == j else total / A[j, j]
+        total = x[i]
+        for k in range(i):
+            total -= A[i, k] * x[k]
+        x[i] = total / A[i, i]
+    for i in range(n - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, n):
+            total -= A[k, i] * x[k]
+        x[i] = total / A[i, i]

@@ -133,6 +133,7 @@ def inverse_dynamics_derivatives(
     q: ArrayLike,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
+    *,
     independent: Iterable[str] | None = None,
     external: Mapping[str, ArrayLike] | None = None,
     actuated: Iterable[str] | None = None,
@@ -141,8 +142,6 @@ def inverse_dynamics_derivatives(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, v, a, external, actuated
         As for :meth:`ClosedChain.inverse_dynamics`; the components of external wrenches in world axes are constant.
     independent : iterable of str, optional

@@ -9,8 +9,94 @@ import numpy as np
 from ...core.compiled import kernel
 from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian
 from ..kinematics.closure_wrench_kernels import unit_wrenches
+from ..kinematics.rank import is_clearly_regular
 
-__all__ = ["equations", "wrenches_of"]
+__all__ = ["equations", "missed", "moving_loops", "wrenches_of"]
+
+
+@kernel
+def moving_loops(
+    poses: Any,
+    J: Any,
+    dJ: Any,
+    v: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    signs: Any,
+    supports: Any,
+    row_scale: Any,
+    column: Any,
+    blocks: Any,
+    gap: Any,
+    jacobian: Any,
+    rate: Any,
+    drift: Any,
+) -> Any:
+    """Fill residual, Jacobian, its rate and drift of all closures: all that forward dynamics needs of the loops.
+
+    Parameters
+    ----------
+    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports
+        As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
+    v : ndarray
+        Shape (nv,).
+    row_scale, column : ndarray
+        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+    blocks : tuple of ndarray
+        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
+    gap, jacobian, rate, drift : ndarray
+        Shapes (rows,), (rows, nv), (rows, nv), (rows,), filled.
+
+    Returns
+    -------
+    tuple
+        The largest residual; the same scaled; the largest opening by v, scaled; the scaled size of v; whether the
+        configuration is certainly far enough from a singular one.
+    """
+    worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, gap, jacobian)
+    jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, rate, drift)
+    scaled, opening, speed = 0.0, 0.0, 0.0
+    for i in range(len(gap)):
+        along = 0.0
+        for k in range(len(v)):
+            along += jacobian[i, k] * v[k]
+        scaled, opening = max(scaled, abs(gap[i] * row_scale[i])), max(opening, abs(row_scale[i] * along))
+    for k in range(len(v)):
+        speed = max(speed, abs(v[k] / column[k]))
+    regular = is_clearly_regular(jacobian, row_scale, column, blocks, len(poses), scaled)
+    return worst, scaled, opening, speed, regular
+
+
+@kernel
+def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> Any:
+    """Error J a + drift of an acceleration in the closures' rows.
+
+    Parameters
+    ----------
+    jacobian, drift : ndarray
+        Shapes (rows, nv) and (rows,).
+    a : ndarray
+        Shape (nv,).
+    row_scale, column : ndarray
+        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+
+    Returns
+    -------
+    tuple
+        The largest error; the same scaled; the scaled size of a.
+    """
+    largest, scaled, size = 0.0, 0.0, 0.0
+    for i in range(len(drift)):
+        error = drift[i]
+        for k in range(len(a)):
+            error += jacobian[i, k] * a[k]
+        largest, scaled = max(largest, abs(error)), max(scaled, abs(row_scale[i] * error))
+    for k in range(len(a)):
+        size = max(size, abs(a[k] / column[k]))
+    return largest, scaled, size
 
 
 @kernel

@@ -19,12 +19,13 @@ from ...core.errors import (
 from ...core.validation import FloatArray, as_finite, as_mapping
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
-from .equation_kernels import equations, wrenches_of
+from . import equation_kernels as kernels
 
 __all__ = [
     "EquationsOfMotion",
-    "Wrench",
     "equations_of_motion",
+    "moving_loops",
+    "open_tree",
     "put_on",
     "refuse_missing",
     "refuse_near_singular",
@@ -34,40 +35,12 @@ __all__ = [
 #: Largest opening of the loops by a motion, as a share of its size: rounding of dependent_motion, of projections and
 #: of typed numbers.
 _OPENING = 1e-6
+#: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
+#: singular configuration.
+LoopMotion = tuple[float, float, float, float, bool]
 #: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
 #: at rest does not count as a motion that opens the loops.
 _REST = 1e-3
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Wrench:
-    """A wrench as an affine function of the multipliers.
-
-    Attributes
-    ----------
-    constant : ndarray
-        Shape (6,), force and moment at λ = 0, world axes.
-    effect : ndarray
-        Shape (6, rows), its change per unit of λ.
-    """
-
-    constant: FloatArray
-    effect: FloatArray
-
-    def expressed_in(self, point: FloatArray, axes: FloatArray) -> Wrench:
-        """The wrench about a point, shape (3,), m, in given axes, shape (3, 3) with the axes as rows.
-
-        The wrench itself must be about the world's origin, in world axes.
-        """
-        both = np.column_stack([self.constant, self.effect])
-        x, y, z = point
-        moment = both[3:] - np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ both[:3]
-        turned = np.vstack([axes @ both[:3], axes @ moment])
-        return Wrench(turned[:, 0], turned[:, 1:])
-
-    def reversed(self) -> Wrench:
-        """The opposite wrench."""
-        return Wrench(-self.constant, -self.effect)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,19 +77,6 @@ class EquationsOfMotion:
     tree: FloatArray
     unit: FloatArray
 
-    def joint(self, index: int) -> Wrench:
-        """Wrench that a tree joint transmits to its child, about the world's origin."""
-        carried = np.repeat(self.state.topology.carried[index], np.diff(self.state.topology.rows))
-        return Wrench(self.tree[index], -carried * self.unit.T)
-
-    def closure(self, index: int) -> Wrench:
-        """Wrench that a closure transmits to the body of frame a, about the world's origin."""
-        rows = self.state.topology.rows
-        effect = np.zeros((6, len(self.unit)))
-        own = slice(rows[index], rows[index + 1])
-        effect[:, own] = self.unit[own].T
-        return Wrench(np.zeros(6), effect)
-
     def closure_frame(self, index: int) -> tuple[FloatArray, FloatArray]:
         """A closure's point p_b and the axes of frame a, as rows."""
         top = self.state.topology
@@ -139,7 +99,9 @@ class EquationsOfMotion:
         """
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
-        wrenches_of(self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out)
+        kernels.wrenches_of(
+            self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out
+        )
         return out
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
@@ -198,14 +160,8 @@ def equations_of_motion(
         work.jacobian_rates(q, v)
     else:
         pin.computeJointJacobians(model, work.data, q)
-    work.external[:] = 0.0
-    if external is not None:
-        put_on(state, external)
-    state.passive.refuse_friction()
-    tau = np.array(pin.rnea(model, work.data, q, v, a, work.external_vector))
-    if state.passive.act:
-        tau -= state.passive.force(q, v)
-    jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
+    tau = open_tree(state, q, v, a, external)
+    jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = kernels.equations(
         work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
         top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column,
     )  # fmt: skip
@@ -217,11 +173,40 @@ def equations_of_motion(
     return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 
-def refuse_opening(state: ChainState, v: FloatArray) -> None:
-    """Raise InvalidInput if a velocity opens the loops; the workspace must be linearised."""
+def open_tree(
+    state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, external: Mapping[str, ArrayLike] | None
+) -> FloatArray:
+    """Generalised forces of the open tree without its springs and dampers, shape (nv,); fills ``forces``.
+
+    The workspace's poses must be up to date.
+    """
+    work = state.workspace
+    state.passive.refuse_friction()
+    if external is None:
+        tau = np.array(pin.rnea(state.model, work.data, q, v, a))
+    else:
+        work.external[:] = 0.0
+        put_on(state, external)
+        tau = np.array(pin.rnea(state.model, work.data, q, v, a, work.external_vector))
+    if state.passive.act:
+        tau -= state.passive.force(q, v)
+    return tau
+
+
+def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
+    """Fill the workspace's ``gap``, ``jacobian``, ``jacobian_rate`` and ``drift`` at a state of motion."""
     work, top = state.workspace, state.topology
-    opening = float(np.abs(top.row_scale * (work.jacobian @ v)).max(initial=0.0))
-    _refuse("velocity", opening, float(np.abs(v / top.column).max(initial=0.0)))
+    work.jacobian_rates(q, v)
+    found: LoopMotion = kernels.moving_loops(
+        work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
+        top.supports, top.row_scale, top.column, top.blocks, work.gap, work.jacobian, work.jacobian_rate, work.drift,
+    )  # fmt: skip
+    return found
+
+
+def refuse_opening(opening: float, speed: float) -> None:
+    """Raise InvalidInput if a velocity opens the loops; both scaled, from :func:`moving_loops`."""
+    _refuse("velocity", opening, speed)
 
 
 def _refuse(what: str, opening: float, size: float) -> None:
@@ -236,22 +221,28 @@ def _refuse(what: str, opening: float, size: float) -> None:
         )
 
 
-def refuse_missing(state: ChainState, q: FloatArray, v: FloatArray, a: FloatArray, missed: FloatArray) -> None:
-    """Raise SingularConfiguration if the error of an acceleration in the closures' rows, shape (rows,), is large."""
-    top = state.topology
-    opening = float(np.abs(top.row_scale * missed).max(initial=0.0))
-    speed = float(np.abs(v / top.column).max(initial=0.0))
-    if not opening <= _OPENING * max(float(np.abs(a / top.column).max(initial=0.0)) + speed**2, _REST):
+def refuse_missing(q: FloatArray, v: FloatArray, opening: float, size: float) -> None:
+    """Raise SingularConfiguration if the scaled error of an acceleration in the closures' rows is large.
+
+    ``size`` is that of the motion: the acceleration plus the square of the velocity, scaled.
+    """
+    if not opening <= _OPENING * max(size, _REST):
         raise SingularConfiguration(q, v, opening)
 
 
-def refuse_near_singular(equations: EquationsOfMotion, weakest: float | None = None) -> None:
+def refuse_near_singular(
+    state: ChainState, q: FloatArray, jacobian: FloatArray, gap: float, weakest: float | None = None
+) -> None:
     """Raise if forces or accelerations depend on the rounding and the residual of the loops.
 
     Parameters
     ----------
-    equations : EquationsOfMotion
-        At a closed configuration.
+    state : ChainState
+        The chain.
+    q, jacobian : ndarray
+        Shapes (nq,) and (rows, nv), a closed configuration and the constraint Jacobian there.
+    gap : float
+        Largest scaled residual of the loops.
     weakest : float, optional
         The smallest singular value that is not zero of the equations that were solved, metres divided by the
         characteristic length; that of the constraint Jacobian if left out.
@@ -261,17 +252,17 @@ def refuse_near_singular(equations: EquationsOfMotion, weakest: float | None = N
     NearSingularConfiguration
         If the error of that singular value is more than a thousandth of it.
     """
-    top, joints, J = equations.state.topology, equations.state.model.njoints, equations.jacobian
+    top, joints = state.topology, state.model.njoints
     # The constraints' singular values are no smaller than those of the equations, which are some of their columns.
-    if not J.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
+    if not jacobian.size or (weakest is not None and weakest**2 > CLOSED / RESOLVED):
         return
-    scaled = J * top.row_scale[:, None] * top.column
+    scaled = jacobian * top.row_scale[:, None] * top.column
     values = np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
-    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, equations.gap)
-    error = configuration_error(values, tolerance, joints, equations.gap) * float(values[0])
+    tolerance = rank_tolerance(scaled.shape, float(values[0]), joints, gap)
+    error = configuration_error(values, tolerance, joints, gap) * float(values[0])
     least = float(values[np.count_nonzero(values > tolerance) - 1]) if weakest is None else weakest
     if error > RESOLVED * least:
-        raise NearSingularConfiguration(equations.q, least, error)
+        raise NearSingularConfiguration(q, least, error)
 
 
 def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,21 +12,22 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, MasslessMotion, SolverFailed, UnknownName
+from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed, UnknownName
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_real, frozen
-from ..kinematics.loops import closed_configuration
-from ..kinematics.rank import rank_tolerance
-from ..structure.chain_state import CLOSED, PINOCCHIO_TYPES, ChainState
+from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
+from ..kinematics.rank import least_motion
+from ..structure.chain_state import CLOSED, ChainState
+from ..structure.inertia import MASSLESS, has_inertia, heaviest, inertia_matrix, massless_joints
+from ..structure.workspace import PINOCCHIO_TYPES
+from .equation_kernels import missed
 from .equations_of_motion import (
-    EquationsOfMotion,
     equations_of_motion,
-    put_on,
+    moving_loops,
+    open_tree,
     refuse_missing,
     refuse_near_singular,
     refuse_opening,
 )
-from .inertia import MASSLESS, has_inertia, heaviest, inertia_matrix, massless_joints
 from .inverse_dynamics import solved
 from .reactions import ClosedForces
 
@@ -34,8 +36,9 @@ __all__ = ["METHODS", "ClosedMotion", "acceleration", "efforts_of", "forward_dyn
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
 METHODS = ("auto", "proximal", "projected")
-#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
-_PROXIMAL = (1e-14, 1e-10, 40)
+#: Largest error of Pinocchio's acceleration in the closures' rows, as a share of the motion, all scaled: that of
+#: rounding and of a proximal step.
+_MISSED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +61,7 @@ class ClosedMotion(Record):
     tau: FloatArray
     method: str
     residual: float
-    _equations: EquationsOfMotion = field(repr=False)
+    _motion: tuple[ChainState, FloatArray, FloatArray, dict[str, FloatArray] | None, FloatArray] = field(repr=False)
 
     @cached_property
     def forces(self) -> ClosedForces:
@@ -67,8 +70,16 @@ class ClosedMotion(Record):
         Where closures are redundant the multipliers are those of least norm in the metric "reactions" of
         :meth:`exo_pin.chain.ClosedChain.inverse_dynamics`.
         """
+        state, q, v, external, gravity = self._motion
+        if (state.gravity != gravity).any():
+            model = state.model.copy()
+            model.gravity.linear = gravity
+            state = ChainState(model, state.description)
+        equations = equations_of_motion(state, q, v, self.a, external, check_closed=False)
+        # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
+        equations = replace(equations, gap=min(equations.gap, CLOSED))
         # Nearness to a singular configuration was checked with the acceleration.
-        return solved(self._equations, self._equations.state.drive(()), applied=self.tau, resolved=False)
+        return solved(equations, state.drive(()), applied=self.tau, resolved=False)
 
 
 def forward_dynamics(
@@ -76,6 +87,7 @@ def forward_dynamics(
     q: ArrayLike,
     v: ArrayLike | None = None,
     tau: ArrayLike | Mapping[str, ArrayLike] | None = None,
+    *,
     external: Mapping[str, ArrayLike] | None = None,
     method: Method = "auto",
     stabilisation: float = 0.0,
@@ -90,8 +102,6 @@ def forward_dynamics(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, v : array_like
         Shapes (nq,) and (nv,), a state with closed loops; v is zero if left out.
     tau : array_like or mapping, optional
@@ -123,48 +133,54 @@ def forward_dynamics(
     """
     if method not in METHODS:
         raise UnknownName("method", method, METHODS)
-    stabilisation = float(as_finite("stabilisation", stabilisation, ()))
-    if stabilisation < 0.0:
-        raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
-    q = (state.configuration(q) if stabilisation else closed_configuration(state, q)).copy()
-    v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()
-    if not stabilisation:
-        state.workspace.linearise(q)
-        refuse_opening(state, v)
+    if type(stabilisation) is not float or stabilisation:
+        stabilisation = float(as_finite("stabilisation", stabilisation, ()))
+        if stabilisation < 0.0:
+            raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
+    q = state.configuration(q).copy()
+    v = np.zeros(state.nv) if v is None else state.tangent("v", v).copy()
     efforts = efforts_of(state, tau)
+    work, top = state.workspace, state.topology
+    worst, gap, opening, speed, regular = moving_loops(state, q, v)
+    if not stabilisation:
+        if not worst <= CLOSED:
+            raise LoopNotClosed(q, worst, 0)
+        refuse_opening(opening, speed)
     chosen = chosen_method(state, method, stabilisation)
     if chosen == "proximal" and not has_inertia(state, q):
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
-    try:
-        a = acceleration(state, q, v, efforts, external, chosen, stabilisation)
-    except SolverFailed:
-        if chosen != "proximal" or method != "auto":
-            raise
-        return forward_dynamics(state, q, v, efforts, external, "projected")
-    # Now, not when forces are computed: gravity and the caller's arrays may have changed by then.
-    equations = equations_of_motion(state, q, v, a, external, check_closed=False)
-    # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
-    equations = replace(equations, gap=min(equations.gap, CLOSED))
-    error = equations.jacobian @ a + state.workspace.drift_of(q, v)
-    if stabilisation:
-        state.workspace.linearise(q)
-        error += _stabilising(state, v, stabilisation)
-    else:
-        if chosen == "proximal" and method == "auto" and not _closes(state, a, v, error):
-            # Pinocchio's tolerances have units, so that very small or light robots may miss them.
-            return forward_dynamics(state, q, v, efforts, external, "projected")
-        refuse_missing(state, q, v, a, error)
-        refuse_near_singular(equations)
-    return ClosedMotion(frozen(a), frozen(efforts), chosen, float(np.abs(error).max(initial=0.0)), equations)
+    solve = _projected if chosen == "projected" else _proximal
+    a = solve(state, q, v, efforts, external, stabilisation)
+    if not math.isfinite(a.dot(a)):
+        if chosen == "proximal" and method == "auto":
+            return forward_dynamics(state, q, v, efforts, external=external, method="projected")
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
+    drift = work.drift + _stabilising(state, v, stabilisation) if stabilisation else work.drift
+    largest, missing, size = missed(work.jacobian, drift, a, top.row_scale, top.column)
+    size += speed * speed
+    if not stabilisation:
+        # Pinocchio's tolerances have units, so that very small or light robots may miss them.
+        if chosen == "proximal" and method == "auto" and missing > _MISSED * size:
+            return forward_dynamics(state, q, v, efforts, external=external, method="projected")
+        refuse_missing(q, v, missing, size)
+        if not regular:
+            refuse_near_singular(state, q, work.jacobian, gap)
+    state.passive.refuse_friction()
+    # Copies: gravity and the caller's arrays may have changed when forces are computed.
+    given = None
+    if external is not None:
+        wrenches = as_mapping("external", external, "frames to wrenches")
+        given = {name: np.array(wrench) for name, wrench in wrenches.items()}
+    return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, (state, q, v, given, state.gravity.copy()))
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
     """Efforts as an array of shape (nv,)."""
     if tau is None:
-        return np.zeros(state.model.nv)
-    if not isinstance(tau, Mapping):
+        return np.zeros(state.nv)
+    if type(tau) is np.ndarray or not isinstance(tau, Mapping):
         return state.tangent("tau", tau).copy()
     efforts = np.zeros(state.model.nv)
     for joint, value in tau.items():
@@ -184,9 +200,9 @@ def chosen_method(state: ChainState, method: Method, stabilisation: float) -> st
     InvalidInput
         If "proximal" is given and not applicable.
     """
-    others = [closure.name for closure in state.closures if closure.type not in PINOCCHIO_TYPES]
-    fits = bool(state.closures) and not others and not stabilisation
+    fits = state.fits_pinocchio and not stabilisation
     if method == "proximal" and not fits:
+        others = [closure.name for closure in state.closures if closure.type not in PINOCCHIO_TYPES]
         reason = "stabilisation" if stabilisation else f"closures {', '.join(others)}" if others else "no closure"
         raise InvalidInput(
             f"method 'proximal' is not applicable with {reason}: expected rigid and spherical closures and no "
@@ -211,57 +227,48 @@ def acceleration(
     MasslessMotion
         If some motion has no inertia.
     SolverFailed
-        If Pinocchio's answer is not finite.
+        If the answer is not finite.
     """
-    if method == "proximal":
-        return _proximal(state, q, v, efforts, external)
+    if method == "projected":
+        moving_loops(state, q, v)
+    solve = _projected if method == "projected" else _proximal
+    a = solve(state, q, v, efforts, external, stabilisation)
+    if not math.isfinite(a.dot(a)):
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
+    return a
+
+
+def _projected(
+    state: ChainState,
+    q: FloatArray,
+    v: FloatArray,
+    efforts: FloatArray,
+    external: Mapping[str, ArrayLike] | None,
+    stabilisation: float,
+) -> FloatArray:
+    """Solution in the null space of the closures; :func:`moving_loops` must have been called."""
     work, top, model = state.workspace, state.topology, state.model
-    work.linearise(q)
     J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
-    right = -_stabilising(state, v, stabilisation) - work.drift_of(q, v)
+    right = -_stabilising(state, v, stabilisation) - work.drift
     column = top.column
-    forces = column * (efforts - _bias(state, q, v, external))
+    forces = column * (efforts - open_tree(state, q, v, np.zeros(model.nv), external))
     M = inertia_matrix(state, q) * column[:, None] * column
-    # a = column x: metres in characteristic lengths, as the rows.
-    start, basis = np.zeros(model.nv), np.eye(model.nv)
-    if J.size:
-        U, values, Vt = np.linalg.svd(J * top.row_scale[:, None] * column)
-        rank = int(np.count_nonzero(values > rank_tolerance(J.shape, float(values[0]), model.njoints, gap)))
-        start = Vt[:rank].T @ ((U[:, :rank].T @ (top.row_scale * right)) / values[:rank])
-        basis = Vt[rank:].T
+    # a = start + column basis z: metres in characteristic lengths, as the rows.
+    start, basis = least_motion(J, right, top.row_scale, column, top.blocks, model.njoints, gap, True)
     if not basis.shape[1]:
-        return column * start
+        return start
     reduced = basis.T @ M @ basis
     sizes, ways = np.linalg.eigh(reduced)
     if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
         raise MasslessMotion(massless_joints(state, q, basis))
-    push = ways.T @ (basis.T @ (forces - M @ start))
-    return column * (start + basis @ (ways @ (push / sizes)))
-
-
-def _closes(state: ChainState, a: FloatArray, v: FloatArray, error: FloatArray) -> bool:
-    """Whether the error of an acceleration in the closures' rows is that of rounding and of a proximal step."""
-    top = state.topology
-    size = float(np.abs(a / top.column).max(initial=0.0)) + float(np.square(v / top.column).max(initial=0.0))
-    return bool(np.abs(top.row_scale * error).max(initial=0.0) <= 1e-9 * size)
+    push = ways.T @ (basis.T @ (forces - M @ (start / column)))
+    return start + column * (basis @ (ways @ (push / sizes)))
 
 
 def _stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:
     """Baumgarte's terms; the workspace must be linearised."""
     work = state.workspace
-    if not rate:
-        return np.zeros(len(work.gap))
     return 2.0 * rate * (work.jacobian @ v) + rate**2 * work.gap
-
-
-def _bias(state: ChainState, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> FloatArray:
-    """h - passive - external; the workspace's poses must be up to date."""
-    work = state.workspace
-    work.external[:] = 0.0
-    put_on(state, external)
-    state.passive.refuse_friction()
-    bare = np.array(pin.rnea(state.model, work.data, q, v, np.zeros(len(v)), work.external_vector))
-    return bare - state.passive.force(q, v) if state.passive.act else bare
 
 
 def _proximal(
@@ -270,20 +277,16 @@ def _proximal(
     v: FloatArray,
     efforts: FloatArray,
     external: Mapping[str, ArrayLike] | None,
+    _: float,
 ) -> FloatArray:
-    """Pinocchio's constrained dynamics."""
-    work, model = state.workspace, state.model
-    problem = state.proximal_problem
+    """Pinocchio's constrained dynamics, which knows no stabilisation."""
+    model, problem = state.model, state.proximal_problem
     if external:
-        work.linearise(q)
-        still = np.zeros(model.nv)
-        bare = _bias(state, q, still, None)
-        efforts = efforts + bare - _bias(state, q, still, external)
-    state.passive.refuse_friction()
+        state.workspace.linearise(q)
+        still = np.zeros(state.nv)
+        efforts = efforts + open_tree(state, q, still, still, None) - open_tree(state, q, still, still, external)
     if state.passive.act:
         efforts = efforts + state.passive.force(q, v)
-    settings = pin.ProximalSettings(*_PROXIMAL)
-    a = np.array(pin.constraintDynamics(model, problem.data, q, v, efforts, problem.models, problem.datas, settings))
-    if not np.isfinite(a).all():
-        raise SolverFailed("Pinocchio's constrained dynamics", np.inf, "the acceleration is not finite")
-    return a
+    return np.array(
+        pin.constraintDynamics(model, problem.data, q, v, efforts, problem.models, problem.datas, problem.settings)
+    )

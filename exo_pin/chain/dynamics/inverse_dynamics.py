@@ -34,6 +34,7 @@ def inverse_dynamics(
     q: ArrayLike,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
+    *,
     external: Mapping[str, ArrayLike] | None = None,
     actuated: Iterable[str] | None = None,
     effort_bounds: Mapping[str, Range] | Literal["model"] | None = None,
@@ -50,8 +51,6 @@ def inverse_dynamics(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), closed.
     v, a : array_like, optional
@@ -111,6 +110,7 @@ def joint_reaction(
     q: ArrayLike,
     v: ArrayLike | None = None,
     a: ArrayLike | None = None,
+    *,
     on: str | None = None,
     at: str | ArrayLike = "origin",
     in_frame: str = "world",
@@ -120,8 +120,6 @@ def joint_reaction(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     joint, on, at, in_frame
         As for :meth:`exo_pin.chain.ClosedForces.joint_reaction`.
     q, v, a, **problem
@@ -174,11 +172,12 @@ def solved(
         top.length,
         equations.state.model.njoints,
         equations.gap,
+        top.blocks,
     )
     if not share_of_largest <= _MISSING:
         _refuse_undriven(equations, drive.passive, missing)
     if resolved:
-        refuse_near_singular(equations, weakest)
+        refuse_near_singular(equations.state, equations.q, equations.jacobian, equations.gap, weakest)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None:
         multipliers = start

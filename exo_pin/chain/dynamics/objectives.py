@@ -13,7 +13,7 @@ from ...core.validation import FloatArray, as_finite, as_mapping, as_real
 from ..structure.chain_state import ChainState
 from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, bounds_of, without_rounding
-from .reactions import wrench_of
+from .wrenches import own_frame, turned
 
 __all__ = ["Objective", "Range", "effort_bounds_of", "objective_of", "reaction_bounds_of"]
 
@@ -48,10 +48,9 @@ def objective_of(
     for name, weight in as_mapping("objective", objective, "joints and closures to weights").items():
         array = as_real(f"objective[{name!r}]", weight)
         weights = as_finite(f"objective[{name!r}]", array, array.shape if array.shape == () else (6,))
-        wrench, own, _ = wrench_of(equations, name)
-        local = wrench.expressed_in(*own)
+        local = local_wrench(equations, name, start, stresses)
         unit = np.array([1.0] * 3 + [1.0 / state.characteristic_length] * 3)
-        both = unit * (local.constant + local.effect @ start), unit[:, None] * (local.effect @ stresses)
+        both = unit * local[:, 0], unit[:, None] * local[:, 1:]
         parts.append((np.broadcast_to(weights, (6,)), *both))
     if not parts:
         return None
@@ -60,6 +59,16 @@ def objective_of(
     # Rounding is removed before weights are applied.
     effect = without_rounding(effect[weighed], sharpness)
     return weights[weighed] * constant[weighed], weights[weighed, None] * effect
+
+
+def local_wrench(equations: EquationsOfMotion, name: str, start: FloatArray, stresses: FloatArray) -> FloatArray:
+    """A joint's or closure's wrench about its own origin in its own axes, λ = start + stresses z, shape (6, 1 + k).
+
+    The first column is that at z = 0, the others its change per unit of z.
+    """
+    index = equations.state.part(name).place
+    wrenches = equations.wrenches(np.column_stack([start, stresses]))
+    return turned(wrenches[6 * index : 6 * index + 6], own_frame(equations, index)[1])
 
 
 def effort_bounds_of(
@@ -107,12 +116,11 @@ def reaction_bounds_of(
     unit = np.array([1.0] * 3 + [1.0 / equations.state.characteristic_length] * 3)[:, None]
     found: list[Bound] = []
     for name, limits in as_mapping("reaction_bounds", given, "joints and closures to (lower, upper)").items():
-        wrench, own, _ = wrench_of(equations, name)
-        local = wrench.expressed_in(*own)
-        effect = local.effect @ stresses
+        local = local_wrench(equations, name, start, stresses)
+        effect = local[:, 1:]
         effect[np.abs(effect * unit).max(axis=1, initial=0.0) <= sharpness] = 0.0
         names = [f"{part} of {name}" for part in ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")]
-        found += bounds_of(names, local.constant + local.effect @ start, effect, limits, f"reaction_bounds[{name!r}]")
+        found += bounds_of(names, local[:, 0], effect, limits, f"reaction_bounds[{name!r}]")
     return found
 
 

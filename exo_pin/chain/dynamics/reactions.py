@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, frozen
-from .equations_of_motion import EquationsOfMotion, Wrench
+from ...core.validation import FloatArray, frozen
+from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
+from .wrenches import axes_and_point, own_frame, shifted, turned
 
-__all__ = ["ClosedForces", "JointReaction", "wrench_of"]
+__all__ = ["ClosedForces", "JointReaction"]
 
+_NO_DIRECTION = frozen(np.zeros((6, 0)))
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
 
@@ -74,6 +76,17 @@ class JointReaction(Record):
         return "\n".join(lines)
 
 
+class _Certified(NamedTuple):
+    """Several wrenches with what is unique in them: see :class:`JointReaction`."""
+
+    columns: FloatArray  # (count, 6, 2 + k): the value, what z = 0 adds to it, the change per unit of z
+    value: FloatArray  # (count, 6)
+    unique: NDArray[np.bool_]  # (count, 6)
+    ranges: FloatArray  # (count, 6, 2), without bounds
+    basis: FloatArray  # (count, 6, min(6, k)), orthonormal in the metric, not scaled
+    counts: list[int]  # how many of the basis count
+
+
 @dataclass(frozen=True, eq=False)
 class ClosedForces(Record):
     """Forces in a closed chain at one state.
@@ -111,6 +124,29 @@ class ClosedForces(Record):
         metric = self._equations.metric(self._start, self.self_stresses, self._metric)
         return ForceDistribution(metric, self._bounds, self._sharpness)
 
+    @cached_property
+    def _all(self) -> _Certified:
+        """All joints and closures about their own points in world axes: computed together, at the first reaction."""
+        columns = np.column_stack([self.multipliers, self._start - self.multipliers, self.self_stresses])
+        return self._certified(self._equations.wrenches(columns).reshape(-1, 6, columns.shape[1]))
+
+    def _certified(self, columns: FloatArray) -> _Certified:
+        """Values and certificates of several wrenches.
+
+        Parameters
+        ----------
+        columns : ndarray
+            Shape (count, 6, 2 + k): the value, what z = 0 adds to it, and the change per unit of z.
+        """
+        value, unit = columns[:, :, 0], np.repeat([1.0, 1.0 / self._equations.state.characteristic_length], 3)[:, None]
+        free = columns[:, :, 2:] * unit
+        unique = np.abs(free).max(axis=2, initial=0.0) <= self._sharpness
+        ranges = np.stack([value, value], axis=-1)
+        ranges[~unique] = -np.inf, np.inf
+        basis, sizes, _ = np.linalg.svd(free, full_matrices=False)
+        counts = (sizes > self._sharpness).sum(axis=1)
+        return _Certified(columns, frozen(value.copy()), frozen(unique), frozen(ranges), basis / unit, counts.tolist())
+
     def effort(self, joint: str) -> FloatArray:
         """Effort of a joint's actuator, shape (nv of the joint,), N or N m."""
         return self.tau[self._equations.state.velocity_slice(joint)].copy()
@@ -118,8 +154,10 @@ class ClosedForces(Record):
     def effort_interval(self, joint: str) -> FloatArray:
         """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded."""
         own = self._equations.state.velocity_slice(joint)
+        ranges = np.stack([self.tau[own], self.tau[own]], axis=-1)
+        ranges[~self.effort_is_unique[own]] = -np.inf, np.inf
         effect = -self._equations.jacobian[:, own].T
-        return self._intervals(self._equations.tau[own], effect, self.effort_is_unique[own], self.tau[own])
+        return self._bounded(ranges, self._equations.tau[own] + effect @ self._start, effect @ self.self_stresses)
 
     def joint_reaction(
         self,
@@ -154,8 +192,12 @@ class ClosedForces(Record):
         InvalidInput
             If ``on`` is neither of the two bodies, or a joint and a closure share the name.
         """
-        wrench, own, bodies = wrench_of(self._equations, joint)
-        return self._answer(joint, wrench, own, bodies, on, at, in_frame, intervals)
+        part = self._equations.state.part(joint)
+        bodies = part.receiver, part.other
+        if on is None and isinstance(at, str) and at == "origin" and in_frame == "world":
+            return self._reaction(joint, None, bodies[0], self._all, part.place, intervals)
+        own = own_frame(self._equations, part.place)
+        return self._expressed(joint, self._all.columns[part.place], own, bodies, on, at, in_frame, intervals)
 
     def wrench_on(
         self, body: str, at: str | ArrayLike = "origin", in_frame: str = "world", intervals: bool = True
@@ -173,28 +215,21 @@ class ClosedForces(Record):
             As for :meth:`joint_reaction`; "origin" and "local" are the body's first joint's, the world's for the
             world.
         """
-        equations = self._equations
-        state, model = equations.state, equations.state.model
-        index = _body(equations, body)
-        parts = [equations.joint(index)] if index else []
-        parts += [
-            equations.joint(child).reversed() for child in range(1, model.njoints) if model.parents[child] == index
-        ]
-        for c, (body_a, body_b) in enumerate(state.topology.joints):
-            if index in (body_a, body_b):
-                parts.append(equations.closure(c) if index == body_a else equations.closure(c).reversed())
-        total = Wrench(
-            np.sum([part.constant for part in parts], axis=0) + np.zeros(6),
-            np.sum([part.effect for part in parts], axis=0) + np.zeros((6, len(self.multipliers))),
-        )
-        pose = equations.poses[index]
-        own = pose[3], pose[:3]
-        return self._answer("all joints and closures", total, own, (index, index), body, at, in_frame, intervals)
+        state = self._equations.state
+        index = state.body_index(body)
+        pose = self._equations.poses[index]
+        total = np.zeros(self._all.columns.shape[1:])
+        for part in state.all_parts:
+            if index in (part.receiver, part.other):
+                about_own, point = self._all.columns[part.place], own_frame(self._equations, part.place)[0]
+                total += (1.0 if index == part.receiver else -1.0) * shifted(about_own, pose[3] - point)
+        own, bodies = (pose[3], pose[:3]), (index, index)
+        return self._expressed("all joints and closures", total, own, bodies, body, at, in_frame, intervals)
 
-    def _answer(
+    def _expressed(
         self,
         name: str,
-        wrench: Wrench,
+        columns: FloatArray,
         own: tuple[FloatArray, FloatArray],
         bodies: tuple[int, int],
         on: str | None,
@@ -202,107 +237,32 @@ class ClosedForces(Record):
         in_frame: str,
         intervals: bool,
     ) -> JointReaction:
-        equations = self._equations
-        receiver = bodies[0]
+        """A wrench about its own point in world axes, on another body, about another point or in other axes."""
+        state, receiver = self._equations.state, bodies[0]
         if on is not None:
-            receiver = _body(equations, on)
+            receiver = state.body_index(on)
             if receiver not in bodies:
-                one, other = (equations.state.body_names[body] for body in bodies)
+                one, other = (state.body_names[body] for body in bodies)
                 raise InvalidInput(f"on={on!r} is not a body of {name!r}: expected {one!r} or {other!r}")
             if receiver != bodies[0]:
-                wrench = wrench.reversed()
-        expressed = wrench.expressed_in(*_axes_and_point(equations, own, at, in_frame))
-        value = expressed.constant + expressed.effect @ self.multipliers
-        free_part = expressed.effect @ self.self_stresses
-        unit = np.array([1.0] * 3 + [1.0 / equations.state.characteristic_length] * 3)[:, None]
-        basis, sizes, _ = np.linalg.svd(free_part * unit, full_matrices=False)
-        directions = (basis / unit)[:, sizes > self._sharpness]
-        unique = np.abs(free_part * unit).max(axis=1, initial=0.0) <= self._sharpness
-        ranges = np.column_stack([value, value])
-        ranges[~unique] = -np.inf, np.inf
-        if intervals:
-            ranges = self._intervals(expressed.constant, expressed.effect, unique, value)
-        label = on if on is not None else equations.state.body_names[receiver]
-        return JointReaction(
-            name, label, frozen(value), frozen(unique), frozen(np.ascontiguousarray(directions)), frozen(ranges)
-        )
+                columns = -columns
+        point, axes = axes_and_point(self._equations, own, at, in_frame)
+        certified = self._certified(turned(shifted(columns, point - own[0]), axes)[None])
+        return self._reaction(name, on, receiver, certified, 0, intervals)
 
-    def _intervals(
-        self, constant: FloatArray, effect: FloatArray, unique: NDArray[np.bool_], value: FloatArray
-    ) -> FloatArray:
-        """Shape (count, 2), of components constant + effect λ."""
-        ranges = np.column_stack([value, value])
-        if not self._bounds:
-            ranges[~unique] = -np.inf, np.inf
-            return ranges
-        start, slope = constant + effect @ self._start, effect @ self.self_stresses
-        for k in np.flatnonzero(~unique):
+    def _reaction(
+        self, name: str, on: str | None, receiver: int, wrenches: _Certified, k: int, intervals: bool
+    ) -> JointReaction:
+        label = self._equations.state.body_names[receiver] if on is None else on
+        count, ranges = wrenches.counts[k], wrenches.ranges[k]
+        directions = frozen(wrenches.basis[k, :, :count].copy()) if count else _NO_DIRECTION
+        if intervals and self._bounds:
+            columns = wrenches.columns[k]
+            ranges = frozen(self._bounded(ranges.copy(), columns[:, 0] + columns[:, 1], columns[:, 2:]))
+        return JointReaction(name, label, wrenches.value[k], wrenches.unique[k], directions, ranges)
+
+    def _bounded(self, ranges: FloatArray, start: FloatArray, slope: FloatArray) -> FloatArray:
+        """Ranges of components start + slope z, shape (count, 2), narrowed by the bounds where they are infinite."""
+        for k in np.flatnonzero(np.isinf(ranges[:, 0])) if self._bounds else ():
             ranges[k] = interval(self._distribution, float(start[k]), slope[k])
         return ranges
-
-
-def wrench_of(equations: EquationsOfMotion, name: str) -> tuple[Wrench, tuple[FloatArray, FloatArray], tuple[int, int]]:
-    """Wrench of a joint or closure about the world's origin; its own point and axes; the bodies, receiver first."""
-    state = equations.state
-    closures = [closure.name for closure in state.closures]
-    joints = list(state.model.names)[1:]
-    if name in joints and name in closures:
-        raise InvalidInput(f"{name!r} is a joint as well as a closure: rename the closure")
-    if name in closures:
-        c = closures.index(name)
-        body_a, body_b = state.topology.joints[c]
-        return equations.closure(c), equations.closure_frame(c), (int(body_a), int(body_b))
-    if name not in joints:
-        raise UnknownName("joint or closure", name, [*joints, *closures])
-    index = state.joint_index(name)
-    pose = equations.poses[index]
-    return equations.joint(index), (pose[3], pose[:3]), (index, int(state.model.parents[index]))
-
-
-def _body(equations: EquationsOfMotion, frame: str) -> int:
-    frames = equations.state.frames
-    if not isinstance(frame, str) or frame not in frames:
-        raise UnknownName("body", frame, frames)
-    return int(equations.state.model.frames[frames[frame]].parentJoint)
-
-
-def _axes_and_point(
-    equations: EquationsOfMotion, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, in_frame: str
-) -> tuple[FloatArray, FloatArray]:
-    """Point and axes in which a wrench is to be expressed.
-
-    Parameters
-    ----------
-    own : tuple of ndarray
-        Point (3,) and axes (3, 3), as rows.
-    at : str or array_like
-        "origin" for the own point, a frame's name for its origin, or a point (3,), m, world frame.
-    in_frame : str
-        "world", "local" for the own axes, or a frame's name.
-
-    Raises
-    ------
-    UnknownName
-        If a frame is not known.
-    """
-    names: tuple[Literal["origin", "world", "local"], ...] = ("origin", "world", "local")
-    point, axes = own
-    if isinstance(at, str):
-        if at != "origin":
-            point = _frame_pose(equations, at, "point or frame", names[:1])[0]
-    else:
-        point = as_finite("at", at, (3,))
-    if in_frame == "world":
-        return point, np.eye(3)
-    return point, axes if in_frame == "local" else _frame_pose(equations, in_frame, "frame", names[1:])[1]
-
-
-def _frame_pose(
-    equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
-) -> tuple[FloatArray, FloatArray]:
-    frames = equations.state.frames
-    if not isinstance(name, str) or name not in frames:
-        raise UnknownName(what, name, (*others, *frames))
-    frame = equations.state.model.frames[frames[name]]
-    pose = equations.poses[frame.parentJoint]
-    return frame.placement.translation @ pose[:3] + pose[3], frame.placement.rotation.T @ pose[:3]

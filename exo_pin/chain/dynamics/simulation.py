@@ -13,7 +13,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, frozen
 from ..kinematics.loops import closed_configuration, residual
 from ..structure.chain_state import ChainState
-from .equations_of_motion import refuse_opening
+from .equations_of_motion import moving_loops, refuse_opening
 from .forward_dynamics import Method, forward_dynamics
 from .integration import Instant, Rates, efforts_at, energies_of, integrated
 
@@ -73,6 +73,7 @@ def simulate(
     v: ArrayLike,
     times: ArrayLike,
     tau: Efforts | Callable[[float, FloatArray, FloatArray], Efforts] = None,
+    *,
     external: Mapping[str, ArrayLike] | None = None,
     method: Method = "auto",
     projection: bool = True,
@@ -91,8 +92,6 @@ def simulate(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, v : array_like
         Shapes (nq,) and (nv,), the instant at the first time, with closed loops.
     times : array_like
@@ -133,11 +132,13 @@ def simulate(
     for name, value in (("rtol", rtol), ("atol", atol)):
         if not 0.0 < as_finite(name, value, ()) < 1.0:
             raise InvalidInput(f"expected {name} between 0 and 1, got {value}")
-    state.workspace.linearise(start)
-    refuse_opening(state, velocity)
+    _, _, opening, speed, _ = moving_loops(state, start, velocity)
+    refuse_opening(opening, speed)
     # Checks the efforts, the external wrenches and the method, and chooses one.
     efforts = efforts_at(state, tau, float(when[0]), start, velocity)
-    first = forward_dynamics(state, start, velocity, efforts, external, method, stabilisation)
+    first = forward_dynamics(
+        state, start, velocity, efforts, external=external, method=method, stabilisation=stabilisation
+    )
     rates = Rates(state, tau, external, first.method, stabilisation)
     states, steps = integrated(rates, Instant(start, velocity, 0.0, 0.0), when, projection, (rtol, atol), progress)
     return _simulation(state, when, states, steps)

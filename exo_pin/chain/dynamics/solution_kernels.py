@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ...numerics.small_linear import solve_cholesky
 from ..kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
@@ -19,9 +20,21 @@ _SHARPEST, _BLUNTEST = 1e-10, 1e-6
 
 @kernel
 def solutions(
-    J: Any, tau: Any, tree: Any, passive: Any, row_scale: Any, column: Any, length: float, joints: int, gap: float
+    J: Any,
+    tau: Any,
+    tree: Any,
+    passive: Any,
+    row_scale: Any,
+    column: Any,
+    length: float,
+    joints: int,
+    gap: float,
+    blocks: Any,
 ) -> Any:
     """All λ with tau - Jᵀλ = 0 in the passive coordinates.
+
+    The loops of each block are solved by themselves, so that a robot of many loops takes as many small singular value
+    decompositions, and no large one, on which LAPACK would start threads that cost more than they save.
 
     Parameters
     ----------
@@ -39,6 +52,8 @@ def solutions(
         Number of joints of the tree.
     gap : float
         Largest scaled residual of the loops.
+    blocks : tuple of ndarray
+        As in :mod:`exo_pin.chain.structure.blocks`.
 
     Returns
     -------
@@ -48,39 +63,57 @@ def solutions(
         the passive coordinates, N and N m; the same, scaled, as a share of the largest force; the smallest singular
         value of the equations that is not zero, infinite if there is none.
     """
-    count, height = len(passive), len(row_scale)
-    A, right = np.empty((count, height)), np.empty(count)
+    rows, columns, row_starts, column_starts = blocks
+    count, height, blocks_count = len(passive), len(row_scale), len(row_starts) - 1
+    right, is_passive = np.empty(count), np.zeros(len(tau), dtype=np.int64)
     for i in range(count):
-        k = passive[i]
-        right[i] = column[k] * tau[k]
-        for r in range(height):
-            A[i, r] = J[r, k] * row_scale[r] * column[k]
+        right[i] = column[passive[i]] * tau[passive[i]]
+        is_passive[passive[i]] = 1 + i
     found, left = np.zeros(height), right.copy()
-    null, sharpness, weakest = np.eye(height), _SHARPEST, np.inf
-    if count and height:
-        U, values, Vt = np.linalg.svd(A)
-        tolerance = rank_tolerance(A.shape, values[0], joints, gap)
+    parts, largest = [], 0.0
+    for b in range(blocks_count):
+        own = rows[row_starts[b] : row_starts[b + 1]]
+        mine = np.array([is_passive[k] - 1 for k in columns[column_starts[b] : column_starts[b + 1]] if is_passive[k]])
+        A = np.empty((len(mine), len(own)))
+        for i in range(len(mine)):
+            for r in range(len(own)):
+                A[i, r] = J[own[r], passive[mine[i]]] * row_scale[own[r]] * column[passive[mine[i]]]
+        if len(mine):
+            # V is needed whole, for the self-stresses; U is not.
+            U, values, Vt = np.linalg.svd(A, len(mine) < len(own))
+            largest = max(largest, values[0])
+        else:
+            U, values, Vt = np.empty((0, 0)), np.empty(0), np.eye(len(own))
+        parts.append((own, mine, A, U, values, Vt))
+    tolerance = rank_tolerance((count, height), largest, joints, gap)
+    null, filled, weakest = np.zeros((height, height)), 0, np.inf
+    for own, mine, A, U, values, Vt in parts:
         rank = 0
         for value in values:
             rank += value > tolerance
+        if rank:
+            weakest = min(weakest, values[rank - 1])
         # The second time for the rounding of an ill-conditioned solution.
         for _ in range(2):
             for s in range(rank):
                 part = 0.0
-                for i in range(count):
-                    part += U[i, s] * left[i]
+                for i in range(len(mine)):
+                    part += U[i, s] * left[mine[i]]
                 part /= values[s]
-                for r in range(height):
-                    found[r] += part * Vt[s, r]
-            for i in range(count):
-                total = right[i]
-                for r in range(height):
-                    total -= A[i, r] * found[r]
-                left[i] = total
-        null = Vt[rank:].T.copy()
-        if rank:
-            weakest = values[rank - 1]
-            sharpness = min(max(10.0 * tolerance / values[rank - 1], _SHARPEST), _BLUNTEST)
+                for r in range(len(own)):
+                    found[own[r]] += part * Vt[s, r]
+            for i in range(len(mine)):
+                total = right[mine[i]]
+                for r in range(len(own)):
+                    total -= A[i, r] * found[own[r]]
+                left[mine[i]] = total
+        for s in range(rank, len(own)):
+            for r in range(len(own)):
+                null[own[r], filled] = Vt[s, r]
+            filled += 1
+    sharpness = _SHARPEST
+    if weakest < np.inf:
+        sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST)
     size, worst = 0.0, 0.0
     for i in range(count):
         size = max(size, abs(right[i]), abs(right[i] - left[i]))
@@ -92,8 +125,9 @@ def solutions(
     for r in range(height):
         # λ over row_scale is length times a force, for rows in metres.
         found[r] *= row_scale[r]
-        for s in range(null.shape[1]):
+        for s in range(filled):
             null[r, s] *= row_scale[r] * length
+    null = null[:, :filled].copy()
     return found, null, sharpness, left, worst / size if size > 0.0 else 0.0, weakest
 
 
@@ -130,18 +164,22 @@ def least(
     columns[:, 1:] = null
     wrenches = np.empty((6 * (len(poses) - 1 + len(joints)), 1 + count))
     wrenches_of(poses, tree, unit, carried, joints, local, rows, columns, wrenches)
-    matrix, right = np.zeros((count, count)), np.zeros(count)
+    matrix, z = np.zeros((count, count)), np.zeros(count)
     for i in range(len(wrenches)):
         weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)
         for s in range(count):
             product = weight * wrenches[i, 1 + s]
-            right[s] -= product * wrenches[i, 0]
+            if product == 0.0:
+                continue
+            z[s] -= product * wrenches[i, 0]
             for t in range(s + 1):
                 matrix[s, t] += product * wrenches[i, 1 + t]
-    for s in range(count):
-        for t in range(s):
-            matrix[t, s] = matrix[s, t]
-    return start + null @ np.linalg.solve(matrix, right)
+    solve_cholesky(matrix, z)
+    multipliers = start.copy()
+    for r in range(len(start)):
+        for s in range(count):
+            multipliers[r] += null[r, s] * z[s]
+    return multipliers
 
 
 @kernel

@@ -130,8 +130,6 @@ def rnea(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,).
     v, a : array_like, optional

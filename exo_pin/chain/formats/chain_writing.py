@@ -28,8 +28,6 @@ def to_urdf(state: ChainState, folder: str | PathLike[str]) -> Path:
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     folder : path-like
         The folder; made if it does not exist.
     """
@@ -46,8 +44,6 @@ def to_mjcf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None 
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     folder : path-like
         The folder; made if it does not exist.
     q : array_like, optional
@@ -68,8 +64,6 @@ def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None =
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     folder, q
         As for :meth:`ClosedChain.to_mjcf`; the joints of the file are zero at q.
 

@@ -40,8 +40,6 @@ def close(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), where to start.
     hold : iterable of str

@@ -11,6 +11,8 @@ import pinocchio as pin
 
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
+from ...numerics.small_linear import solve_cholesky
+from ..structure.blocks import Blocks
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
 
@@ -74,7 +76,7 @@ def attempt(
     limits : Limits or None
         Limits of joints that the steps must respect.
     """
-    work, scale = state.workspace, state.topology.row_scale
+    work, scale, blocks = state.workspace, state.topology.row_scale, state.topology.blocks
     if limits is not None:
         q = limits.clipped(q, weight)
     worst = work.linearise(q)
@@ -85,9 +87,9 @@ def attempt(
     factor, count = 1.0, 0
     for count in range(1, iterations + 1):
         damping = max(_DAMPING * factor * size, _LEAST_DAMPING)
-        _step(jacobian, gap, scale, weight, damping, move)
+        _step(jacobian, gap, scale, weight, damping, blocks, move)
         if limits is not None:
-            _limit_step(limits, q, jacobian, gap, scale, weight, damping, move)
+            _limit_step(limits, q, jacobian, gap, scale, weight, damping, blocks, move)
         trial = pin.integrate(state.model, q, move)
         worst_there = work.linearise(trial)
         size_there = _scaled_norm(gap, scale)
@@ -117,6 +119,7 @@ def _limit_step(
     scale: FloatArray,
     weight: FloatArray,
     damping: float,
+    blocks: Blocks,
     move: FloatArray,
 ) -> None:
     """Change a step to respect the limits: coordinates stop at theirs, and the others are solved again."""
@@ -131,7 +134,7 @@ def _limit_step(
         index = limits.v_index[over]
         stopped[index] = np.clip(there[over], limits.lower[over], limits.upper[over]) - q[limits.q_index[over]]
         weight[index] = 0.0
-        _step(jacobian, gap + jacobian @ stopped, scale, weight, damping, move)
+        _step(jacobian, gap + jacobian @ stopped, scale, weight, damping, blocks, move)
     move += stopped
 
 
@@ -145,11 +148,11 @@ def _scaled_norm(gap: Any, scale: Any) -> float:
 
 
 @kernel
-def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, out: Any) -> None:
+def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, blocks: Any, out: Any) -> None:
     """Fill the damped least step towards a closed configuration.
 
     Minimises |D (J x + r)|² + damping |x|²_{W⁻¹} with D = diag(row_scale), W = diag(weight): x = W Jᵀ D y with
-    (D J W Jᵀ D + damping I) y = -D r, solved by Cholesky. A coordinate of weight 0 does not move.
+    (D J W Jᵀ D + damping I) y = -D r, solved by Cholesky, block by block. A coordinate of weight 0 does not move.
 
     Parameters
     ----------
@@ -159,40 +162,34 @@ def _step(jacobian: Any, gap: Any, row_scale: Any, weight: Any, damping: float, 
         Shape (rows,) and (nv,).
     damping : float
         Above zero, relative to the mean of the matrix's diagonal.
+    blocks : tuple of ndarray
+        As in :mod:`exo_pin.chain.structure.blocks`.
     out : ndarray
         Shape (nv,), filled.
     """
-    n, nv = jacobian.shape
-    A, y = np.empty((n, n)), np.empty(n)
+    rows, columns, row_starts, column_starts = blocks
     trace = 0.0
-    for i in range(n):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(nv):
-                total += jacobian[i, k] * jacobian[j, k] * weight[k]
-            A[i, j] = total * row_scale[i] * row_scale[j]
-        trace += A[i, i]
-        y[i] = -row_scale[i] * gap[i]
-    shift = damping * trace / n
-    for i in range(n):
-        A[i, i] += shift
-    for i in range(n):
-        for j in range(i + 1):
-            total = A[i, j]
-            for k in range(j):
-                total -= A[i, k] * A[j, k]
-            A[i, j] = math.sqrt(total) if i == j else total / A[j, j]
-        total = y[i]
-        for k in range(i):
-            total -= A[i, k] * y[k]
-        y[i] = total / A[i, i]
-    for i in range(n - 1, -1, -1):
-        total = y[i]
-        for k in range(i + 1, n):
-            total -= A[k, i] * y[k]
-        y[i] = total / A[i, i]
-    for k in range(nv):
+    for i in range(jacobian.shape[0]):
         total = 0.0
-        for i in range(n):
-            total += jacobian[i, k] * row_scale[i] * y[i]
-        out[k] = weight[k] * total
+        for k in range(jacobian.shape[1]):
+            total += jacobian[i, k] * jacobian[i, k] * weight[k]
+        trace += total * row_scale[i] * row_scale[i]
+    shift = damping * trace / jacobian.shape[0]
+    out[:] = 0.0
+    for b in range(len(row_starts) - 1):
+        own, moved = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
+        A, y = np.zeros((len(own), len(own))), np.empty(len(own))
+        for i in range(len(own)):
+            for j in range(i + 1):
+                total = 0.0
+                for k in moved:
+                    total += jacobian[own[i], k] * jacobian[own[j], k] * weight[k]
+                A[i, j] = total * row_scale[own[i]] * row_scale[own[j]]
+            A[i, i] += shift
+            y[i] = -row_scale[own[i]] * gap[own[i]]
+        solve_cholesky(A, y)
+        for k in moved:
+            total = 0.0
+            for i in range(len(own)):
+                total += jacobian[own[i], k] * row_scale[own[i]] * y[i]
+            out[k] = weight[k] * total

@@ -155,9 +155,12 @@ def jacobian_rate(
         Shape (rows,), filled, m/s² and rad/s².
     """
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
-    dS, ignored = np.empty((6, 6)), np.empty(6)
-    twist_a, twist_b, V, W, relative = np.empty(6), np.empty(6), np.empty(6), np.empty(6), np.empty(6)
-    moving, point, omega = np.empty(6), np.empty(3), np.empty(3)
+    # Parts of one array: to make an array takes longer than to fill a small one.
+    dS, parts = np.empty((6, 6)), np.empty((9, 6))
+    ignored, twist_a, twist_b, V, W, relative, moving = (
+        parts[0], parts[1], parts[2], parts[3], parts[4], parts[5], parts[6],
+    )  # fmt: skip
+    point, omega = parts[7, :3], parts[8, :3]
     for c in range(len(rows) - 1):
         relative_pose(poses, joints, local, c, a, b, d, Q)
         first, count = rows[c], rows[c + 1] - rows[c]
@@ -168,7 +171,9 @@ def jacobian_rate(
                 twist_a[i] += J[k, i] * supports[c, 0, k] * v[k]
                 twist_b[i] += J[k, i] * supports[c, 1, k] * v[k]
         p = b[3]
-        twist_at(twist_a - twist_b, p, a, 1.0, relative)
+        for i in range(6):
+            moving[i] = twist_a[i] - twist_b[i]
+        twist_at(moving, p, a, 1.0, relative)
         project_rate(kinds[c], d, Q, relative, dS[:count])
         # Velocity of the point p_b of frame b, and the turning of a in its own axes.
         point[:] = twist_b[:3]

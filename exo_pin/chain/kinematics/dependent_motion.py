@@ -29,8 +29,6 @@ def dependent_motion(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), closed.
     joints : iterable of str
@@ -71,8 +69,6 @@ def root_motion(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,).
     angular_velocity, angular_acceleration : array_like

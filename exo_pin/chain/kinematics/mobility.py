@@ -134,8 +134,6 @@ def mobility(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), closed.
     locked : iterable of str
@@ -219,16 +217,17 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
         return rank, values, tolerance, Vt[rank:].T
 
     rank, values, tolerance, null_space = ranked(free)
-    left = nv - ranked(locked)[0]
+    of_locked = ranked(locked)[:3]
+    left, here = nv - of_locked[0], (free, rank, values, tolerance, null_space, locked, of_locked)
     if output is None:
-        return _Ranks(free, rank, values, tolerance, null_space, locked, left, 0, 0, error)
+        return _Ranks(*here, left, 0, 0)
     motion = tree_frame_jacobian(state, q, output[0]) * columns
     motion[:3] /= top.length
     motion = motion[output[1]]
     still = np.concatenate([free, motion])
     idle = nv - ranked(np.concatenate([locked, motion]))[0]
     input_lost = nv - ranked(still)[0] - idle
-    return _Ranks(free, rank, values, tolerance, null_space, locked, left - idle, input_lost, idle, error)
+    return _Ranks(*here, left - idle, input_lost, idle)
 
 
 def _neighbourhood(
@@ -273,21 +272,9 @@ def _redundant(state: ChainState, matrix: FloatArray, rank: int) -> dict[str, in
 
 
 def _with_locked(state: ChainState, here: _Ranks) -> Mobility:
-    matrix = here.locked_matrix
-    values = np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64)
-    gap = float(np.abs(state.workspace.gap * state.topology.row_scale).max(initial=0.0))
-    tolerance = rank_tolerance(matrix.shape, float(values[0]), state.model.njoints, gap)
-    tolerance = max(tolerance, here.error * float(values[0]))
-    rank = int(np.count_nonzero(values > tolerance))
-    return Mobility(
-        matrix.shape[0],
-        state.model.nv,
-        rank,
-        frozen(np.asarray(values, dtype=np.float64)),
-        tolerance,
-        state.topology.length,
-        MappingProxyType(_redundant(state, matrix, rank)),
-    )
+    matrix, (rank, values, tolerance) = here.locked_matrix, here.of_locked
+    redundant = MappingProxyType(_redundant(state, matrix, rank))
+    return Mobility(matrix.shape[0], state.nv, rank, frozen(values.copy()), tolerance, state.topology.length, redundant)
 
 
 class _Ranks(NamedTuple):
@@ -299,7 +286,7 @@ class _Ranks(NamedTuple):
     tolerance: float
     null_space: FloatArray
     locked_matrix: FloatArray
+    of_locked: tuple[int, FloatArray, float]  # rank, singular values and their tolerance
     output_lost: int
     input_lost: int
     idle: int
-    error: float

@@ -40,8 +40,6 @@ def forward_kinematics(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     positions : array_like
         Coordinates in q of ``joints``, in their order.
     near : array_like
@@ -99,8 +97,6 @@ def inverse_kinematics(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     frame : str
         A frame of the model.
     target : pinocchio.SE3

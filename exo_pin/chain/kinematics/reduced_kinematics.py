@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput, UndeterminedMotion
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
 from .loops import closed_configuration, constraint_jacobian, tree_frame_jacobian
-from .rank import rank_tolerance
+from .rank import least_motion, rank_tolerance
 
 __all__ = [
     "Split",
@@ -54,8 +54,6 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q : array_like
         Shape (nq,), closed.
     independent : iterable of str, optional
@@ -94,8 +92,6 @@ def reduced_jacobian(state: ChainState, q: ArrayLike, independent: Iterable[str]
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, independent
         As for :meth:`ClosedChain.split`; the columns are in the order of ``independent``.
     """
@@ -109,8 +105,6 @@ def reduced_jacobian_rate(
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, independent
         As for :meth:`ClosedChain.split`.
     v : array_like
@@ -165,8 +159,6 @@ def frame_jacobian(state: ChainState, q: ArrayLike, frame: str, independent: Ite
 
     Parameters
     ----------
-    state : ChainState
-        The chain.
     q, independent
         As for :meth:`ClosedChain.split`.
     frame : str
@@ -204,14 +196,10 @@ def project_acceleration(state: ChainState, q: ArrayLike, v: ArrayLike, a: Array
 def _least(state: ChainState, right: FloatArray) -> FloatArray:
     """The least x with J x = right, J as last linearised."""
     work, top = state.workspace, state.topology
-    columns = top.column
-    J = work.jacobian * top.row_scale[:, None] * columns
-    if not J.size:
-        return np.zeros(len(columns))
-    largest = float(np.linalg.norm(J, 2))
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    cut = rank_tolerance(J.shape, 1.0, state.model.njoints, gap) if largest else 1.0
-    return columns * np.linalg.lstsq(J, top.row_scale * right, rcond=cut)[0]
+    scales = top.row_scale, top.column, top.blocks
+    found: FloatArray = least_motion(work.jacobian, right, *scales, state.model.njoints, gap, False)[0]
+    return found
 
 
 def _rank(matrix: FloatArray, tolerance: float) -> int:

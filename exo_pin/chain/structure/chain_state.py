@@ -18,16 +18,16 @@ from ...core.validation import FloatArray, as_finite, frozen
 from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
+from .inertia import InertiaBound, inertia_bound
 from .passive import PassiveForces
-from .topology import frame_table, make_topology, refuse_model
-from .workspace import ProximalProblem, Workspace
+from .topology import Part, all_parts, frame_table, make_topology, refuse_model
+from .workspace import PINOCCHIO_TYPES, ProximalProblem, Workspace, constraint_models
 
 __all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
 
-#: The closure types that Pinocchio has a constraint for.
-PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
+_FLOAT = np.dtype(np.float64)
 
 
 class Drive(NamedTuple):
@@ -60,6 +60,10 @@ class ChainState:
     ----------
     model, description
         As given.
+    nq, nv : int
+        Sizes of q and v.
+    gravity : ndarray
+        Shape (3,), m/s², a window on the model's.
     frames, joints : dict of str to int
         Index in the model by name.
     topology : Topology
@@ -82,6 +86,7 @@ class ChainState:
         self.frames = frame_table(model)
         self.joints = {str(name): index for index, name in enumerate(model.names)}
         refuse_model(model)
+        self.nq, self.nv, self.gravity = int(model.nq), int(model.nv), np.asarray(model.gravity.linear)
         self.topology = make_topology(model, description, self.frames)
         self.axes = ConstantAxes(model)
         self.passive = PassiveForces(model, description.joints)
@@ -136,22 +141,12 @@ class ChainState:
         InvalidInput
             If a closure is neither rigid nor spherical: Pinocchio has no others.
         """
-        models = []
-        for c, closure in enumerate(self.closures):
-            places = [pin.SE3(local[:3].T.copy(), local[3].copy()) for local in self.topology.local[c]]
-            joint_a, joint_b = (int(joint) for joint in self.topology.joints[c])
-            if closure.type not in PINOCCHIO_TYPES:
-                raise InvalidInput(
-                    f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
-                    f"of type {' or '.join(PINOCCHIO_TYPES)}"
-                )
-            kind = PINOCCHIO_TYPES[closure.type]
-            constraint = pin.RigidConstraintModel(
-                kind, self.model, joint_a, places[0], joint_b, places[1], pin.ReferenceFrame.LOCAL
-            )
-            constraint.name = closure.name
-            models.append(constraint)
-        return models
+        return constraint_models(self.model, self.closures, self.topology)
+
+    @cached_property
+    def fits_pinocchio(self) -> bool:
+        """Whether there are closures and Pinocchio has a constraint for each."""
+        return bool(self.closures) and all(closure.type in PINOCCHIO_TYPES for closure in self.closures)
 
     @cached_property
     def body_names(self) -> tuple[str, ...]:
@@ -162,7 +157,38 @@ class ChainState:
                 names[frame.parentJoint] = frame.name
         return tuple(names)
 
+    @cached_property
+    def inertia_bound(self) -> InertiaBound:
+        """Where every motion of the open tree has inertia, known from the bodies alone."""
+        return inertia_bound(self.model, self.topology)
+
+    @cached_property
+    def all_parts(self) -> tuple[Part, ...]:
+        """All joints but the world's, then all closures."""
+        return all_parts(self.model, self.topology.joints)
+
+    @cached_property
+    def parts(self) -> dict[str, Part]:
+        """Joints and closures by name."""
+        names = [*(str(name) for name in list(self.model.names)[1:]), *(closure.name for closure in self.closures)]
+        return dict(zip(names, self.all_parts, strict=True))
+
     # Indices by name
+
+    def part(self, name: str) -> Part:
+        """A joint or closure."""
+        if not isinstance(name, str) or name not in self.parts:
+            raise UnknownName("joint or closure", name, self.parts)
+        found = self.parts[name]
+        if name in self.joints and found.place >= self.model.njoints - 1:
+            raise InvalidInput(f"{name!r} is a joint as well as a closure: rename the closure")
+        return found
+
+    def body_index(self, frame: str) -> int:
+        """Index of the joint that carries the body of a frame, 0 for the world."""
+        if not isinstance(frame, str) or frame not in self.frames:
+            raise UnknownName("body", frame, self.frames)
+        return int(self.model.frames[self.frames[frame]].parentJoint)
 
     def rows(self, closure: str) -> slice:
         """The constraint rows of a closure."""
@@ -224,8 +250,8 @@ class ChainState:
 
     def configuration(self, q: ArrayLike) -> FloatArray:
         """q as an array of shape (nq,), finite and with unit quaternions."""
-        array = self.vector("q", q, self.model.nq)
-        if not pin.isNormalized(self.model, array, 1e-9):
+        array = self.vector("q", q, self.nq)
+        if self.nq != self.nv and not pin.isNormalized(self.model, array, 1e-9):
             raise InvalidInput(
                 "a quaternion (or cosine-sine pair) in q is not of length 1: expected unit length to 1e-9, normalise "
                 "q, for example by pinocchio.normalize"
@@ -234,15 +260,13 @@ class ChainState:
 
     def tangent(self, name: str, value: ArrayLike) -> FloatArray:
         """A velocity, acceleration or generalised force as a finite array of shape (nv,)."""
-        return self.vector(name, value, self.model.nv)
+        return self.vector(name, value, self.nv)
 
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
-        array = np.asarray(value)
-        plain = array.dtype == np.float64 and array.shape == (size,) and not isinstance(value, np.ma.MaskedArray)
-        if not plain or not math.isfinite(array @ array):
+        if type(value) is not np.ndarray or value.dtype is not _FLOAT or value.shape != (size,):
             return as_finite(name, value, (size,))
-        return array
+        return value if math.isfinite(value.dot(value)) else as_finite(name, value, (size,))
 
     # Scratch memory of the calling thread
 
@@ -267,5 +291,5 @@ class ChainState:
         """This thread's memory for Pinocchio's constrained dynamics."""
         problem = getattr(self._local, "proximal", None)
         if problem is None:
-            problem = self._local.proximal = ProximalProblem(self.model, self.constraint_models)
+            problem = self._local.proximal = ProximalProblem(self.model, self.workspace.data, self.constraint_models)
         return problem

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -12,10 +13,12 @@ from scipy.spatial.distance import pdist
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
+from .blocks import Blocks, blocks_of
 from .closures import TYPES, Placement
 from .description import Closures
+from .motion_axes import motion_axes
 
-__all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
+__all__ = ["Part", "Topology", "all_parts", "frame_table", "make_topology", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
 
@@ -56,6 +59,8 @@ class Topology(Record):
         Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
     weight : ndarray
         Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
+    blocks : tuple of ndarray
+        As in :mod:`~exo_pin.chain.structure.blocks`: the loops that share no coordinate with others.
     """
 
     joints: IntArray
@@ -73,11 +78,36 @@ class Topology(Record):
     column: FloatArray
     per_newton: FloatArray
     weight: FloatArray
+    blocks: Blocks
 
     @property
     def row_count(self) -> int:
         """Number of constraint rows."""
         return int(self.rows[-1])
+
+
+class Part(NamedTuple):
+    """A joint or closure.
+
+    Attributes
+    ----------
+    place : int
+        Its place in lists of all joints but the world's, then all closures.
+    receiver, other : int
+        The bodies that it joins, by their joints: the child and its parent, or those of frames a and b. Its wrench
+        is that on the receiver.
+    """
+
+    place: int
+    receiver: int
+    other: int
+
+
+def all_parts(model: pin.Model, joints: IntArray) -> tuple[Part, ...]:
+    """All joints but the world's, then all closures, which join the bodies ``joints``, shape (m, 2)."""
+    parents = [int(parent) for parent in model.parents]
+    pairs = [*enumerate(parents[1:], 1), *joints.tolist()]
+    return tuple(Part(place, *pair) for place, pair in enumerate(pairs))
 
 
 def se3(placement: Placement) -> pin.SE3:
@@ -192,6 +222,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
         column,
         per_newton,
         weight,
+        blocks_of(signs, rows),
     )
 
 
@@ -240,7 +271,4 @@ def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray
 
 def _metres(model: pin.Model) -> NDArray[np.bool_]:
     """A coordinate that turns nothing is a translation."""
-    data = model.createData()
-    # With a single coordinate the bindings give a vector.
-    J = np.reshape(pin.computeJointJacobians(model, data, pin.neutral(model)), (6, model.nv))
-    return np.asarray(np.linalg.norm(J[3:], axis=0) < 1e-9)
+    return np.asarray(np.linalg.norm(np.hstack(motion_axes(model))[3:], axis=0) < 1e-9)

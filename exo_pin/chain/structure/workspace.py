@@ -8,15 +8,21 @@ import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
-from ...core.errors import ExoPinError
+from ...core.errors import ExoPinError, InvalidInput
 from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from ..kinematics import closure_kernels as kernels
 from ..kinematics.closure_wrench_kernels import unit_wrenches
+from .closures import Closure
 from .constant_axes import ConstantAxes
 from .topology import Topology
 
-__all__ = ["ProximalProblem", "Workspace"]
+__all__ = ["PINOCCHIO_TYPES", "ProximalProblem", "Workspace", "constraint_models"]
+
+#: The closure types that Pinocchio has a constraint for.
+PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
+#: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
+_PROXIMAL = (1e-14, 1e-10, 40)
 
 
 class Workspace(OneProcess):
@@ -44,8 +50,9 @@ class Workspace(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
-        self.data = model.createData()
-        self.rate_data = axes.model.createData() if axes.differs else self.data
+        # Not createData(), which makes two and copies one: a Data holds four arrays of nv³ numbers.
+        self.data = pin.Data(model)
+        self.rate_data = pin.Data(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())
@@ -76,17 +83,9 @@ class Workspace(OneProcess):
         top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
         return kernels.residual_jacobian(
-            self.poses,
-            self.J,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.signs,
-            self.gap,
-            self.jacobian,
-        )
+            self.poses, self.J, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
+            self.gap, self.jacobian,
+        )  # fmt: skip
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
@@ -105,19 +104,9 @@ class Workspace(OneProcess):
         top = self._topology
         self.jacobian_rates(q, v)
         kernels.jacobian_rate(
-            self.poses,
-            self.J,
-            self.dJ,
-            v,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.supports,
-            self.jacobian_rate,
-            self.drift,
-        )
+            self.poses, self.J, self.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.supports,
+            self.jacobian_rate, self.drift,
+        )  # fmt: skip
         return self.drift
 
 
@@ -127,18 +116,39 @@ class ProximalProblem(OneProcess):
     Attributes
     ----------
     data : pinocchio.Data
-        Of its own, because it is laid out for the constraints.
+        The thread's own, with the layout of the constraints added.
     models, datas
         Pinocchio's vectors of constraints.
+    settings : pinocchio.ProximalSettings
+        Absolute accuracy, proximal parameter and most steps.
     """
 
-    def __init__(self, model: pin.Model, constraints: list[pin.RigidConstraintModel]) -> None:
-        self.data = model.createData()
+    def __init__(self, model: pin.Model, data: pin.Data, constraints: list[pin.RigidConstraintModel]) -> None:
+        self.data, self.settings = data, pin.ProximalSettings(*_PROXIMAL)
         self.models, self.datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for constraint in constraints:
             self.models.append(constraint)
             self.datas.append(constraint.createData())
         pin.initConstraintDynamics(model, self.data, self.models, self.datas)
+
+
+def constraint_models(
+    model: pin.Model, closures: tuple[Closure, ...], topology: Topology
+) -> list[pin.RigidConstraintModel]:
+    """Pinocchio's constraints, one for each closure; see :attr:`exo_pin.chain.ClosedChain.constraint_models`."""
+    models = []
+    for closure, joints, frames in zip(closures, topology.joints.tolist(), topology.local, strict=True):
+        if closure.type not in PINOCCHIO_TYPES:
+            raise InvalidInput(
+                f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
+                f"of type {' or '.join(PINOCCHIO_TYPES)}"
+            )
+        a, b = (pin.SE3(local[:3].T.copy(), local[3].copy()) for local in frames)
+        kind, axes = PINOCCHIO_TYPES[closure.type], pin.ReferenceFrame.LOCAL
+        constraint = pin.RigidConstraintModel(kind, model, joints[0], a, joints[1], b, axes)
+        constraint.name = closure.name
+        models.append(constraint)
+    return models
 
 
 def _address(array: Any) -> int:

@@ -196,6 +196,31 @@ def test_forces_of_an_open_state_make_its_motion(name):
     np.testing.assert_allclose(asked, tau, atol=1e-9 * (1 + np.abs(multipliers).max()))
 
 
+def test_forces_are_those_of_the_time_of_the_motion():
+    case, tau, external = pushed("five-bar")
+    chain, q, v = case.chain, case.q.copy(), case.v.copy()
+    expected = chain.forward_dynamics(q, v, tau, external=external).forces
+    motion = chain.forward_dynamics(q, v, tau, external=external)
+    for array in (q, v, tau, *external.values()):
+        array[:] = 0.0
+    before = chain.model.gravity.linear.copy()
+    chain.model.gravity.linear = np.zeros(3)
+    forces = motion.forces
+    chain.model.gravity.linear = before
+    np.testing.assert_array_equal(forces.multipliers, expected.multipliers)
+    np.testing.assert_array_equal(forces.tau, expected.tau)
+    np.testing.assert_array_equal(forces.wrench_on("universe").wrench, expected.wrench_on("universe").wrench)
+
+
+def test_a_regular_chain_needs_no_singular_values(monkeypatch):
+    # They cost more than all the rest, and LAPACK may start threads for them.
+    case, tau, _ = pushed("five-bar")
+    expected = case.chain.forward_dynamics(case.q, case.v, tau).a
+    for name in ("svd", "eigvalsh", "eigh", "lstsq"):
+        monkeypatch.setattr(np.linalg, name, lambda *_, **__: pytest.fail("a decomposition"))
+    np.testing.assert_array_equal(case.chain.forward_dynamics(case.q, case.v, tau).a, expected)
+
+
 def test_bad_input_is_refused():
     case = moving("five-bar")
     chain, q, v = case.chain, case.q, case.v

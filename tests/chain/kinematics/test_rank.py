@@ -1,0 +1,106 @@
+"""Blocks of the constraint Jacobian, the quick check of regularity, and least motions, against whole decompositions."""
+
+import itertools
+
+import numpy as np
+import pytest
+from closed_chains import CHAINS, off
+
+from exo_pin.chain.kinematics.rank import (
+    RESOLVED,
+    configuration_error,
+    is_clearly_regular,
+    least_motion,
+    rank_tolerance,
+)
+from exo_pin.chain.structure.blocks import blocks_of
+
+
+def block_diagonal(rng, values):
+    """A matrix with blocks of the given singular values in shuffled rows and columns, one closure a block.
+
+    Returns the matrix, scales of rows and columns that are taken out of it, and its blocks.
+    """
+    shapes = [(len(own), len(own) + int(rng.integers(0, 3))) for own in values]
+    height, width = (sum(side) for side in zip(*shapes, strict=True))
+    columns, matrix, rows = rng.permutation(width + 2), np.zeros((height, width + 2)), [0]
+    signs = np.zeros((len(values), width + 2))
+    for k, ((m, n), own) in enumerate(zip(shapes, values, strict=True)):
+        left, right = (np.linalg.qr(rng.normal(size=(side, side)))[0] for side in (m, n))
+        mine, columns = columns[:n], columns[n:]
+        matrix[rows[-1] : rows[-1] + m, mine] = (left * own) @ right[:m]
+        signs[k, mine] = 1.0
+        rows.append(rows[-1] + m)
+    row_scale, column = rng.uniform(0.1, 10.0, height), rng.uniform(0.1, 10.0, width + 2)
+    return matrix / row_scale[:, None] / column, matrix, row_scale, column, blocks_of(signs, np.array(rows))
+
+
+def depends_on_rounding(matrix, joints, residual):
+    """The definition, by a singular value decomposition of the whole matrix."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    tolerance = rank_tolerance(matrix.shape, float(values[0]), joints, residual)
+    error = configuration_error(values, tolerance, joints, residual) * values[0]
+    return error > RESOLVED * values[np.count_nonzero(values > tolerance) - 1]
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_the_jacobian_is_zero_outside_its_blocks(name):
+    chain, q = CHAINS[name]
+    J = chain.constraint_jacobian(off(chain, q, np.random.default_rng(1), 0.1))
+    rows, columns, row_starts, column_starts = chain.topology.blocks
+    np.testing.assert_array_equal(np.sort(rows), np.arange(chain.row_count))
+    inside = np.zeros(J.shape, dtype=bool)
+    for b in range(len(row_starts) - 1):
+        own, mine = rows[row_starts[b] : row_starts[b + 1]], columns[column_starts[b] : column_starts[b + 1]]
+        inside[np.ix_(own, mine)] = True
+    assert not J[~inside].any()
+
+
+def test_closures_are_in_one_block_if_they_share_a_coordinate_by_any_way():
+    signs = np.array([[1, -1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 1, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0]], dtype=float)
+    rows, columns, row_starts, column_starts = blocks_of(signs, np.array([0, 3, 4, 6, 7]))
+    found = [set(rows[first:last].tolist()) for first, last in itertools.pairwise(row_starts)]
+    assert sorted(map(sorted, found)) == [[0, 1, 2, 4, 5], [3], [6]]
+    moved = [set(columns[first:last].tolist()) for first, last in itertools.pairwise(column_starts)]
+    assert sorted(map(sorted, moved)) == [[0, 1, 3], [2], [4]]
+
+
+@pytest.mark.parametrize("smallest", [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-12, 0.0])
+@pytest.mark.parametrize("residual", [0.0, 1e-12, 1e-9])
+def test_what_counts_as_clearly_regular_does_not_depend_on_rounding(smallest, residual):
+    rng = np.random.default_rng(3)
+    for _ in range(30):
+        values = [rng.uniform(0.3, 2.0, rng.integers(1, 5)) for _ in range(3)]
+        for own in values[: rng.integers(1, 4)]:
+            own[-1] = smallest
+            if rng.random() < 0.3:
+                own[0] = 0.0
+        J, matrix, row_scale, column, blocks = block_diagonal(rng, values)
+        regular = is_clearly_regular(J, row_scale, column, blocks, 10, residual)
+        assert not (regular and depends_on_rounding(matrix, 10, residual))
+        # And it is of use: away from singular configurations it is true.
+        if smallest >= 1e-2 or (smallest == 0.0 and residual == 0.0):
+            assert regular
+
+
+def test_a_jacobian_that_is_not_finite_is_not_regular():
+    J, _, row_scale, column, blocks = block_diagonal(np.random.default_rng(4), [np.ones(3), np.ones(2)])
+    for wrong in (np.nan, np.inf):
+        broken = np.where(J[J != 0.0][0] == J, wrong, J)
+        assert not is_clearly_regular(broken, row_scale, column, blocks, 10, 0.0)
+
+
+def test_least_motions_are_those_of_the_whole_matrix():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        values = [rng.uniform(0.3, 2.0, rng.integers(1, 5)) for _ in range(3)]
+        values[0][-1] = 0.0
+        J, matrix, row_scale, column, blocks = block_diagonal(rng, values)
+        right = rng.normal(size=len(J))
+        x, motions = least_motion(J, right, row_scale, column, blocks, 10, 0.0, True)
+        np.testing.assert_allclose(x / column, np.linalg.pinv(matrix, 1e-9) @ (row_scale * right), atol=1e-12)
+        rank = sum(np.count_nonzero(own) for own in values)
+        assert motions.shape == (len(column), len(column) - rank)
+        np.testing.assert_allclose(matrix @ motions, 0.0, atol=1e-13)
+        np.testing.assert_allclose(motions.T @ motions, np.eye(motions.shape[1]), atol=1e-13)
+        assert least_motion(J, right, row_scale, column, blocks, 10, 0.0, False)[1].shape[1] == 0

@@ -5,6 +5,7 @@ from .core.conventions import thesis_angles as thesis_angles
 from .core.conventions import thesis_rotation as thesis_rotation
 from .core.errors import BeyondLimits as BeyondLimits
 from .core.errors import ExoPinError as ExoPinError
+from .core.errors import ExoPinWarning as ExoPinWarning
 from .core.errors import FileFormatError as FileFormatError
 from .core.errors import InfeasibleBounds as InfeasibleBounds
 from .core.errors import InfeasibleForces as InfeasibleForces
@@ -13,6 +14,7 @@ from .core.errors import LoopNotClosed as LoopNotClosed
 from .core.errors import MasslessMotion as MasslessMotion
 from .core.errors import MissingData as MissingData
 from .core.errors import NearSingularConfiguration as NearSingularConfiguration
+from .core.errors import NoisyMovement as NoisyMovement
 from .core.errors import NonConvexBound as NonConvexBound
 from .core.errors import NotAWrist as NotAWrist
 from .core.errors import SimulationStopped as SimulationStopped

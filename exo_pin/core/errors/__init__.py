@@ -1,4 +1,4 @@
-"""What can go wrong, one class a kind, each with its evidence as attributes."""
+"""What can go wrong, one class a kind, each with its evidence as attributes; and categories of warnings."""
 
 from __future__ import annotations
 
@@ -28,12 +28,14 @@ from .inputs import (
 )
 from .muscles import NotIdentifiable, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
+from .warning_categories import ExoPinWarning, NoisyMovement
 
 __all__ = [
     "BeyondLimits",
     "BrowserFailed",
     "BrowserNotFound",
     "ExoPinError",
+    "ExoPinWarning",
     "FileFormatError",
     "FileNotWritten",
     "InfeasibleBounds",
@@ -44,6 +46,7 @@ __all__ = [
     "MissingData",
     "MissingExtra",
     "NearSingularConfiguration",
+    "NoisyMovement",
     "NonConvexBound",
     "NotAWrist",
     "NotIdentifiable",

@@ -4,7 +4,7 @@ Measured orientations are smoothed as curves of unit quaternions in four dimensi
 components with the same λ, then brought to unit length. A rotation of the base frame or of the arm frame turns these
 four dimensions, so the result depends on no choice of frame; there is no chart to leave and no Euler angle to lock, and
 a movement may turn any number of times. White noise with the same standard deviation about every axis is white and
-isotropic there too, at half the size. The penalty is ∫ |d³q/dt³|² dt.
+isotropic there too, at half the size. The penalty is ∫ |d⁴q/dt⁴|² dt.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Movement(Record):
         Noise is multiplied by about 1/h² in the acceleration, for samples h apart: 0.1° at 100 Hz makes η worthless.
         So samples with noise are smoothed, by as much as the data themselves call for (generalised cross-validation,
         :mod:`exo_pin.numerics.smoothing.smoothing_splines`). Samples without noise are interpolated by a spline of
-        degree 5 (of degree 3 with fewer than six samples); the error of η is then of the order of h⁴. The
+        degree 7 (5 with fewer than 12 samples, 3 with fewer than six); the error of η is then of the order of h⁶. The
         quaternions, q, are brought to unit length, u = q/|q|; ω = 2 vec(u̇ ū) and η = 2 vec(ü ū).
 
         The noise must be white. Data that have already been filtered hold noise that looks like movement: use the raw
@@ -170,8 +170,8 @@ def _noise_of(t: FloatArray, curve: SmoothedSamples, unit: float, stated: float 
         method, cutoff = "interpolation", np.inf
         ends = np.zeros(len(t), dtype=bool)
     else:
-        # A smoothing spline passes 1 / (1 + λ h (2 π f)⁶) of an oscillation with frequency f (h = 1 here).
-        method, cutoff = "gcv" if stated is None else "sensor noise", curve.penalty ** (-1 / 6) / (2.0 * np.pi * unit)
+        # A smoothing spline passes 1 / (1 + λ h (2 π f)⁸) of an oscillation with frequency f (h = 1 here).
+        method, cutoff = "gcv" if stated is None else "sensor noise", curve.penalty ** (-1 / 8) / (2.0 * np.pi * unit)
         ends = _near_ends(t, max(0.5 / cutoff, 2.0 * unit))
     return MeasurementNoise(method, found, stated, float(cutoff), frozen(covariance), frozen(ends))
 

@@ -1,15 +1,16 @@
-"""Smoothing splines of degree 5 that choose their smoothness from the data, with the noise of their derivatives.
+"""Smoothing splines of degree 7 that choose their smoothness from the data, with the noise of their derivatives.
 
-The curve f through samples y_i at x_i minimises Σ |y_i - f(x_i)|² + λ ∫ |f'''|² dx: the penalty is on the third
-derivative, so that the second one, an acceleration, is itself smooth (Woltring 1985 and 1986, GCVSPL). λ minimises the
-generalised cross-validation score Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven
-and Wahba 1979), with γ = 1.2 against the occasional rough curve that γ = 1 gives (Kim and Gu 2004 advise up to 1.4).
-Where the standard deviation σ of the noise is known, λ minimises the unbiased estimate of the risk,
-Σ |y_i - f(x_i)|² / d + 2 σ² γ tr H for d noisy components. Both take the noise to be white: independent from sample to
-sample.
+The curve f through samples y_i at x_i minimises Σ |y_i - f(x_i)|² + λ ∫ |d⁴f/dx⁴|² dx (Woltring 1985 and 1986, GCVSPL).
+With the penalty on the fourth derivative, the second one, an acceleration, is itself smooth, and its slope is free at
+the ends. With the third derivative, the more usual choice, f''' = 0 is a condition at the ends, and accelerations of
+movements come out up to three times as far from the truth. λ minimises the generalised cross-validation score
+Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven and Wahba 1979), with γ = 1.2 against
+the occasional rough curve that γ = 1 gives (Kim and Gu 2004 advise 1.4). Where the standard deviation σ of the noise is
+known, λ minimises the estimate of the risk Σ |y_i - f(x_i)|² / d + 2 σ² γ tr H for d noisy components, unbiased for
+γ = 1. Both take the noise to be white: independent from sample to sample.
 
-Samples without noise are interpolated: with them the end conditions of a smoothing spline, f''' = 0, would be the
-largest error. Which of the two applies is decided by the noise that each predicts in f''.
+Samples without noise are interpolated: with them the end conditions of a smoothing spline would be the largest error.
+Which of the two applies is decided by the noise that each predicts in f''.
 
 f has knots at the samples, or at every second, fourth, ... of them where λ is so large that f does not change by it
 (and the equations for all knots would be ill-conditioned). All matrices are banded.
@@ -34,17 +35,17 @@ _GAMMA = 1.2
 #: Samples nearer than this, in mean spacings, share a knot.
 _NEAREST = 0.3
 #: Largest λ, with the spacing of the knots as the unit of x, for which these knots are used.
-_LARGEST = 1e5
-#: Largest λ of all, with the spacing of the fewest knots as the unit: the curve is a parabola.
-_STIFFEST = 1e7
+_LARGEST = 1e2
+#: Largest λ of all, with the spacing of the fewest knots as the unit: the curve is a cubic.
+_STIFFEST = 1e4
 #: Least λ, with the mean spacing as the unit: the curve passes through the samples.
 _LEAST = 1e-9
-#: Half the knots make λ, with their spacing as the unit, smaller by this: 2⁵ for the penalty, 2 for samples a knot.
-_HALVING = 64.0
+#: Half the knots make λ, with their spacing as the unit, smaller by this: 2⁷ for the penalty, 2 for samples a knot.
+_HALVING = 2.0**8
 #: Trial values in a decade of λ; the best is refined.
 _TRIALS = 3
-#: Coefficients of a divided difference of order 6 need so many samples.
-_WINDOW = 7
+#: Coefficients of a divided difference of order 8 need so many samples.
+_WINDOW = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +104,8 @@ def fit_samples(x: FloatArray, y: FloatArray, components: int, noise: float | No
 
 
 def interpolate_samples(x: FloatArray, y: FloatArray, components: int) -> SmoothedSamples:
-    """Interpolate with a spline of degree 5 (of degree 3 with fewer than six samples), as :func:`fit_samples`."""
-    spline = scipy.interpolate.make_interp_spline(x, y, k=5 if len(x) >= 6 else 3)
+    """Interpolate by a spline of degree 7 (5 with fewer than 12 samples, 3 with fewer than six), as :func:`fit_samples`."""
+    spline = scipy.interpolate.make_interp_spline(x, y, k=7 if len(x) >= FEWEST else 5 if len(x) >= 6 else 3)
     values = np.stack([spline(x, order) for order in range(3)])
     blank = SmoothedSamples(values, np.nan, np.full((len(x), 3, 3), np.nan), 0.0)
     if len(x) < FEWEST:
@@ -128,7 +129,7 @@ def _interpolation_noise(x: FloatArray) -> FloatArray | None:
 
 
 def _noise_of_differences(x: FloatArray, y: FloatArray, components: int) -> float:
-    """Noise from divided differences of order 6, in which a smooth curve all but cancels."""
+    """Noise from divided differences of order 8, in which a smooth curve all but cancels."""
     first = np.arange(len(x) - _WINDOW + 1)
     places = x[first[:, None] + np.arange(_WINDOW)]
     # A window across a gap holds too much of the curve.
@@ -159,7 +160,7 @@ class _Search:
     def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None) -> None:
         self.x, self.y, self.components, self.noise = x, y, components, noise
         #: The knots can be halved so often.
-        self.levels = max(0, int(np.log2(len(x) / 12.0)))
+        self.levels = max(0, int(np.log2(len(x) / 6.0)))
         self._bases: dict[int, SplineBasis] = {}
 
     def basis(self, penalty: float) -> SplineBasis:

@@ -1,4 +1,4 @@
-"""B-splines of degree 5 on given samples: rows of values and derivatives, penalty, banded equations."""
+"""B-splines of degree 7 on given samples: rows of values and derivatives, penalty, banded equations."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from ...core.validation import FloatArray
 
 __all__ = ["SplineBasis", "log_determinant"]
 
-_DEGREE = 5
+_DEGREE = 7
 #: Order of the derivative in the penalty.
-_ORDER = 3
+_ORDER = 4
 #: Half the step in log λ of the difference that gives tr H.
 _STEP = 0.01
 
 
 class SplineBasis:
-    """B-splines for the fit of Σ |y_i - f(x_i)|² + λ ∫ |f'''|² dx.
+    """B-splines for the fit of Σ |y_i - f(x_i)|² + λ ∫ |d⁴f/dx⁴|² dx.
 
     Parameters
     ----------
     x : ndarray
-        Shape (N,), rising, mean spacing 1, N >= 8.
+        Shape (N,), rising, mean spacing 1, N >= 10.
     stride : int
         Knots stand at every ``stride``-th sample; with 1 the splines can interpolate.
     nearest : float
@@ -32,22 +32,24 @@ class SplineBasis:
     """
 
     def __init__(self, x: FloatArray, stride: int = 1, nearest: float = 0.0) -> None:
-        inner = _apart(x[3:-3][::stride], float(x[0]), float(x[-1]), nearest)
-        self.knots = np.concatenate([[x[0]] * (_DEGREE + 1), inner, [x[-1]] * (_DEGREE + 1)])
+        inner = _apart(x[_ORDER:-_ORDER][::stride], float(x[0]), float(x[-1]), nearest)
+        # Knots beyond the ends instead of manifold knots at the ends: the equations are far better conditioned.
+        beyond = float(x[-1] - x[0]) / (len(inner) + 1) * np.arange(_DEGREE + 1)
+        self.knots = np.concatenate([x[0] - beyond[::-1], inner, x[-1] + beyond])
         design = scipy.interpolate.BSpline.design_matrix
         knots = [self.knots[k : len(self.knots) - k] for k in range(_ORDER + 1)]
         down: list[Any] = [scipy.sparse.eye_array(len(self.knots) - _DEGREE - 1)]
         for order in range(_ORDER):
             down.append(self._lowered(order) @ down[-1])
         #: Sparse rows of value, first and second derivative at the samples.
-        self.rows = [design(x, knots[k], _DEGREE - k) @ down[k] for k in range(_ORDER)]
-        # ∫ f'''² exactly: between knots f'''² is a polynomial of degree 4.
-        breaks = np.unique(self.knots)
-        nodes, weights = np.polynomial.legendre.leggauss(3)
+        self.rows = [design(x, knots[k], _DEGREE - k) @ down[k] for k in range(3)]
+        # The integral is exact: between knots the integrand is a polynomial of degree 6.
+        breaks = self.knots[_DEGREE:-_DEGREE]
+        nodes, weights = np.polynomial.legendre.leggauss(_ORDER)
         half = 0.5 * np.diff(breaks)[:, None]
         places = (0.5 * (breaks[1:] + breaks[:-1])[:, None] + half * nodes).ravel()
-        third = design(places, knots[_ORDER], _DEGREE - _ORDER) @ down[_ORDER]
-        self._penalty = _bands(third.T @ third.multiply((half * weights).reshape(-1, 1)).tocsr())
+        fourth = design(places, knots[_ORDER], _DEGREE - _ORDER) @ down[_ORDER]
+        self._penalty = _bands(fourth.T @ fourth.multiply((half * weights).reshape(-1, 1)).tocsr())
         self._normal = _bands(self.rows[0].T @ self.rows[0])
 
     def _lowered(self, order: int) -> Any:
@@ -83,7 +85,7 @@ class SplineBasis:
         size = inverse.shape[1]
         bands = [inverse[k, : size - k] for k in range(_DEGREE, 0, -1)]
         offsets = list(range(-_DEGREE, _DEGREE + 1))
-        # A sample touches six neighbouring coefficients: the rest of the inverse does not enter.
+        # A sample touches eight neighbouring coefficients: the rest of the inverse does not enter.
         band = scipy.sparse.diags_array([*bands, inverse[0], *bands[::-1]], offsets=offsets, shape=(size, size))
         half = [row @ band.tocsr() for row in self.rows]
         found = [[np.asarray(a.multiply(b).sum(axis=1)).ravel() for b in self.rows] for a in half]

@@ -2,8 +2,8 @@
 
 At each sample the covariance of orientation, ω and η about an axis is split into three independent parts, each of which
 moves all three quantities together. The pose is moved by one standard deviation of each part about each axis of the
-base frame, and the query is answered again: nine answers. The sum of squares of the nine changes of F_s is its variance,
-exact where F_s is linear in the change (it is linear in η), for every split and limit.
+base frame, and the query is answered again: nine answers. The sum of squares of the nine changes of F_s is its
+variance, exact where F_s is linear in the change (it is linear in η), for every split and limit.
 """
 
 from __future__ import annotations

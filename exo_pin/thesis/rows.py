@@ -15,7 +15,17 @@ from numpy.typing import ArrayLike
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 
-__all__ = ["INPUT_NOT_PRINTED", "NOT_REPRODUCIBLE", "OTHER_READING", "Row", "Verdict", "compare", "condensed", "ledger_table"]
+__all__ = [
+    "INPUT_NOT_PRINTED",
+    "NOT_REPRODUCIBLE",
+    "NO_READING",
+    "OTHER_READING",
+    "Row",
+    "Verdict",
+    "compare",
+    "condensed",
+    "ledger_table",
+]
 
 Verdict = Literal[
     "reproduced", "misprint, corrected", "reproduced under another reading", "input not printed", "not reproducible"
@@ -23,6 +33,8 @@ Verdict = Literal[
 NOT_REPRODUCIBLE: Verdict = "not reproducible"
 OTHER_READING: Verdict = "reproduced under another reading"
 INPUT_NOT_PRINTED: Verdict = "input not printed"
+#: Ends the note of a row that :mod:`.reading_searches` has searched in vain.
+NO_READING = "; no other reading was found (exo-pin thesis --readings)"
 
 
 @dataclass(frozen=True, eq=False)

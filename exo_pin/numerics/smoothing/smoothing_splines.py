@@ -104,7 +104,10 @@ def fit_samples(x: FloatArray, y: FloatArray, components: int, noise: float | No
 
 
 def interpolate_samples(x: FloatArray, y: FloatArray, components: int) -> SmoothedSamples:
-    """Interpolate by a spline of degree 7 (5 with fewer than 12 samples, 3 with fewer than six), as :func:`fit_samples`."""
+    """Interpolate by a spline of degree 7 (5 with fewer than 12 samples, 3 with fewer than six).
+
+    Arguments as in :func:`fit_samples`.
+    """
     spline = scipy.interpolate.make_interp_spline(x, y, k=7 if len(x) >= FEWEST else 5 if len(x) >= 6 else 3)
     values = np.stack([spline(x, order) for order in range(3)])
     blank = SmoothedSamples(values, np.nan, np.full((len(x), 3, 3), np.nan), 0.0)

@@ -133,7 +133,7 @@ def test_unknowns_and_movements_of_a_shared_design():
     def job(pose, noise):
         found = exo.worst_offset(pose, 0.01)
         wobbly = Rotation.from_rotvec(turn[:, None] * [1.0, 0.0, 0.0] + noise)
-        path = ep.Movement.from_samples(times, wobbly, smoothing=0.01)
+        path = ep.Movement.from_samples(times, wobbly, sensor_noise=0.01)
         components = exo.reaction(pose).certificate.components
         return (
             found.magnitude, found.at, exo.sensitivity(pose).parameters["mass"].value,

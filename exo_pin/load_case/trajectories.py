@@ -21,7 +21,7 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, frozen
 from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
 from .measurement_noise import MeasurementNoise
-from .motion_and_load import Motion
+from .motion_and_load import FASTEST, Motion
 
 __all__ = ["SMOOTHINGS", "Movement"]
 
@@ -117,6 +117,7 @@ class Movement(Record):
         else:
             curve = fit_samples(x, q, _AXES, None if stated is None else _HALF * stated)
         u, velocity, acceleration = _derivatives(curve.values, unit)
+        _check_acceleration(acceleration, curve.penalty == 0.0)
         settled = poses if curve.penalty == 0.0 else Rotation.from_quat(u)
         return cls(t, settled, Motion(velocity, acceleration), _noise_of(t, curve, unit, stated))
 
@@ -138,6 +139,15 @@ def _check_samples(t: FloatArray, poses: Rotation) -> None:
         raise InvalidInput(
             f"expected samples at most 120 degrees apart, got {np.degrees(steps.max()):.0f} after "
             f"t = {t[int(steps.argmax())]:g} s"
+        )
+
+
+def _check_acceleration(acceleration: FloatArray, interpolated: bool) -> None:
+    largest = float(np.abs(acceleration).max())
+    if largest > FASTEST and interpolated:
+        raise InvalidInput(
+            f"the interpolated samples have an angular acceleration of {largest:.2g} rad/s², expected at most "
+            f'{FASTEST:g}: this is noise multiplied; smooth the samples with smoothing="gcv"'
         )
 
 

@@ -39,7 +39,6 @@ def test_force_error_is_near_the_least_of_all_smoothings():
 def test_force_error_is_near_the_least_in_many_cases():
     check_cases(
         (rate, degrees, uneven, pace)
-        for _ in range(3)
         for rate in (50, 100, 200, 1000)
         for degrees in (0.01, 0.1, 0.3)
         for uneven in (False, True)

@@ -73,7 +73,8 @@ def least_force_error(exo, t, measured, true, trials=40):
     errors = []
     for values in curves:
         u, omega, eta = _derivatives(values, unit)
-        errors.append(force_error(exo, Rotation.from_quat(u), Motion(omega, eta), true))
+        if np.abs(eta).max() < 1e6:
+            errors.append(force_error(exo, Rotation.from_quat(u), Motion(omega, eta), true))
     return min(errors)
 
 

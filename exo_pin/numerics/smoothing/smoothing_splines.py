@@ -4,8 +4,8 @@ The curve f through samples y_i at x_i minimises Σ |y_i - f(x_i)|² + λ ∫ |d
 With the penalty on the fourth derivative, the second one, an acceleration, is itself smooth, and its slope is free at
 the ends. With the third derivative, the more usual choice, f''' = 0 is a condition at the ends, and accelerations of
 movements come out up to three times as far from the truth. λ minimises the generalised cross-validation score
-Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven and Wahba 1979), with γ = 1.2 against
-the occasional rough curve that γ = 1 gives (Kim and Gu 2004 advise 1.4). Where the standard deviation σ of the noise is
+Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven and Wahba 1979), with γ = 1.4 (Kim
+and Gu 2004) against the occasional rough curve that γ = 1 gives. Where the standard deviation σ of the noise is
 known, λ minimises the estimate of the risk Σ |y_i - f(x_i)|² / d + 2 σ² γ tr H for d noisy components, unbiased for
 γ = 1. Both take the noise to be white: independent from sample to sample.
 
@@ -31,7 +31,7 @@ __all__ = ["FEWEST", "SmoothedSamples", "fit_samples", "interpolate_samples", "s
 #: Fewest samples from which noise can be distinguished from movement.
 FEWEST = 12
 #: Weight of the degrees of freedom in the score.
-_GAMMA = 1.2
+_GAMMA = 1.4
 #: Samples nearer than this, in mean spacings, share a knot.
 _NEAREST = 0.3
 #: Largest λ, with the spacing of the knots as the unit of x, for which these knots are used.

@@ -252,7 +252,7 @@ def plot_settling(curve: SettlingCurve, measured: float | None = None) -> Figure
     axis.set_ylabel(f"settling time, {100 * curve.band:g} % (s)")
     axis.set_xlim(left=0.0)
     axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize=9, loc="upper left")
+    axis.legend(frameon=False, fontsize=9, loc="lower right")
     title = f"A mass of {curve.mass:.2f} kg, {curve.pressure / BAR:g} bar, record of {curve.record:g} s"
     axis.set_title(title, loc="left", fontsize=11)
     return figure

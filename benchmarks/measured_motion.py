@@ -31,24 +31,25 @@ def main():
     parser.add_argument("--seeds", type=int, default=6, help="cases a row, half of them with uneven samples")
     seeds = parser.parse_args().seeds
     exo = measured.exo()
-    print("| noise, ° | rate, Hz | noise found, ° | interpolated, N | smoothed, N | least, N | smoothed / least |")
-    print("| --- " * 7 + "|")
-    ratios = []
+    heads = "noise, °|rate, Hz|noise found, °|interpolated, N|smoothed, N|least, N|away from ends, N|least, N"
+    print(f"| {heads.replace('|', ' | ')} |")
+    print("| --- " * 8 + "|")
+    everywhere, inside = [], []
     for noise in NOISES:
         for rate in RATES:
             cases = [
                 measured.measured_case(exo, seed, rate, noise, uneven=seed % 2 == 1, pace=1.5) for seed in range(seeds)
             ]
-            smooth, least, rough = (np.median([case[k] for case in cases]) for k in range(3))
-            found = np.degrees(np.median([case[4].noise.found for case in cases]))
-            row = np.array([case[0] / case[1] for case in cases])
-            ratios += row.tolist()
-            shown = f"{rough:,.0f}" if np.isfinite(rough) else "refused"
-            spread = f"{np.median(row):.2f} ({row.min():.2f} to {row.max():.2f})"
-            print(f"| {noise:g} | {rate} | {found:.3g} | {shown} | {smooth:.2g} | {least:.2g} | {spread} |", flush=True)
-    size = cases[0][3]
-    print(f"\n|F_s|, root mean square: {size:.0f} N. Smoothed / least in all {len(ratios)} cases: median ", end="")
-    print(f"{np.median(ratios):.2f}, largest {max(ratios):.2f}.")
+            middle = [np.median([case[k] for case in cases]) for k in range(5)]
+            found = np.degrees(np.median([case.movement.noise.found for case in cases]))
+            everywhere += [case.smooth / case.least for case in cases]
+            inside += [case.inside / case.least_inside for case in cases]
+            rough = f"{middle[4]:,.0f}" if np.isfinite(middle[4]) else "refused"
+            cells = [f"{noise:g}", str(rate), f"{found:.3g}", rough, *(f"{value:.2g}" for value in middle[:4])]
+            print(f"| {' | '.join(cells)} |", flush=True)
+    print(f"\n|F_s|, root mean square: {cases[0].size:.0f} N. Smoothed / least in {len(everywhere)} cases:")
+    for name, ratios in (("all samples", everywhere), ("without end effects", inside)):
+        print(f"{name}: median {np.median(ratios):.2f}, mean {np.mean(ratios):.2f}, largest {max(ratios):.2f}")
 
 
 if __name__ == "__main__":

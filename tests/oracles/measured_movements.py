@@ -1,5 +1,7 @@
 """Movements whose ω and η are known, measured with noise, and the least error that any smoothing of them has."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -52,14 +54,18 @@ def exo():
     return ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
 
 
-def force_error(exo, poses, motion, true):
-    """Root mean square error of F_s along a movement, N."""
-    force = wrist.dynamics(exo.mechanism, poses, motion).shoulder_force
-    return float(np.sqrt(((force - true) ** 2).sum(axis=1).mean()))
+def forces(exo, poses, motion):
+    """F_s along a movement, N."""
+    return wrist.dynamics(exo.mechanism, poses, motion).shoulder_force
 
 
-def least_force_error(exo, t, measured, true, trials=40):
-    """Least error of F_s over all λ, found by comparing with the true forces: no method can know it."""
+def rms(vectors):
+    """Root of the mean square size of vectors."""
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))
+
+
+def errors_of_all_smoothings(exo, t, measured, true, trials=40):
+    """Errors of F_s for λ from interpolation to a cubic: the least is what no method without the truth can know."""
     q = measured.as_quat()
     q[1:] *= np.cumprod(np.sign((q[1:] * q[:-1]).sum(axis=1)))[:, None]
     unit = (t[-1] - t[0]) / (len(t) - 1)
@@ -70,32 +76,46 @@ def least_force_error(exo, t, measured, true, trials=40):
     for penalty in np.exp(np.linspace(np.log(_LEAST), top, trials)):
         basis = search.basis(penalty)
         curves.append(basis.values(q, basis.factor(penalty)))
-    errors = []
     for values in curves:
         u, omega, eta = _derivatives(values, unit)
         if np.abs(eta).max() < 1e6:
-            errors.append(force_error(exo, Rotation.from_quat(u), Motion(omega, eta), true))
-    return min(errors)
+            yield forces(exo, Rotation.from_quat(u), Motion(omega, eta)) - true
+
+
+class Case(NamedTuple):
+    """Errors of F_s, root mean square, N."""
+
+    #: As smoothed, and the least of all λ.
+    smooth: float
+    least: float
+    #: The same over the samples without end effects.
+    inside: float
+    least_inside: float
+    #: Interpolated; infinite if that is refused.
+    rough: float
+    #: |F_s|.
+    size: float
+    movement: Movement
 
 
 def measured_case(exo, seed, rate, degrees, duration=3.0, uneven=False, pace=1.0):
-    """Errors of F_s (N): as smoothed, the least of all λ, interpolated; the force's size; the movement."""
+    """A movement with noise about each axis, and the errors of its forces."""
     rng = np.random.default_rng(seed)
     t = sample_times(rng, rate, duration, uneven)
     poses, motion = movement(t, pace)
-    true = wrist.dynamics(exo.mechanism, poses, motion).shoulder_force
+    true = forces(exo, poses, motion)
     measured = noisy(rng, poses, np.radians(degrees))
-    smooth = Movement.from_samples(t, measured)
+    found = Movement.from_samples(t, measured)
+    inside = ~found.noise.end_effects
+    error = forces(exo, found.orientations, found.motion) - true
+    others = list(errors_of_all_smoothings(exo, t, measured, true))
     try:
-        rough = Movement.from_samples(t, measured, smoothing=None)
+        plain = Movement.from_samples(t, measured, smoothing=None)
     except ep.InvalidInput:
-        interpolated = np.inf
+        rough = np.inf
     else:
-        interpolated = force_error(exo, rough.orientations, rough.motion, true)
-    return (
-        force_error(exo, smooth.orientations, smooth.motion, true),
-        least_force_error(exo, t, measured, true),
-        interpolated,
-        float(np.sqrt((true**2).sum(axis=1).mean())),
-        smooth,
-    )
+        rough = rms(forces(exo, plain.orientations, plain.motion) - true)
+    return Case(
+        rms(error), min(map(rms, others)), rms(error[inside]), min(rms(other[inside]) for other in others), rough,
+        rms(true), found,
+    )  # fmt: skip

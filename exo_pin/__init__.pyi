@@ -14,6 +14,7 @@ from .core.errors import LoopNotClosed as LoopNotClosed
 from .core.errors import MasslessMotion as MasslessMotion
 from .core.errors import MissingData as MissingData
 from .core.errors import NearSingularConfiguration as NearSingularConfiguration
+from .core.errors import NoisyMovement as NoisyMovement
 from .core.errors import NonConvexBound as NonConvexBound
 from .core.errors import NotAWrist as NotAWrist
 from .core.errors import OutsideHumanRange as OutsideHumanRange

@@ -133,14 +133,14 @@ def test_unknowns_and_movements_of_a_shared_design():
     def job(pose, noise):
         found = exo.worst_offset(pose, 0.01)
         wobbly = Rotation.from_rotvec(turn[:, None] * [1.0, 0.0, 0.0] + noise)
-        path = ep.Movement.from_samples(times, wobbly, smoothing=0.01)
+        path = ep.Movement.from_samples(times, wobbly, sensor_noise=1e-4)
         components = exo.reaction(pose).certificate.components
         return (
             found.magnitude, found.at, exo.sensitivity(pose).parameters["mass"].value,
             exo.follow(path).reaction.shoulder_force, components.shoulder_intervals,
         )  # fmt: skip
 
-    noises = 1e-3 * np.random.default_rng(4).normal(size=(THREADS, 12, 3))
+    noises = 1e-4 * np.random.default_rng(4).normal(size=(THREADS, 12, 3))
     assert_same_as_alone([lambda p=p, n=n: job(p, n) for p, n in zip(poses, noises, strict=True)])
 
 

@@ -54,7 +54,13 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--table", action="store_true", help="print all forces as a table")
     parser.add_argument("--static", action="store_true", help="leave velocity and acceleration of a movement out")
     parser.add_argument(
-        "--smoothing", type=float, default=0.0, metavar="DEG", help="by which a measured movement may be moved, rms"
+        "--smoothing",
+        choices=("gcv", "none"),
+        default="gcv",
+        help="of a measured movement: gcv finds the noise from the data (default)",
+    )
+    parser.add_argument(
+        "--sensor-noise", type=float, metavar="DEG", help="of a measured movement: its noise about each axis, if known"
     )
     parser.add_argument("--progress", action="store_true", help="show a progress bar")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
@@ -115,7 +121,9 @@ def _follow(options: argparse.Namespace) -> int:
     named = options.out is None or is_stream(options.out) or options.out.suffix.lower() in (".csv", ".npz")
     if not named:
         raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
-    movement = read_movement(options.trajectory, exo.side, math.radians(options.smoothing))
+    smoothing = None if options.smoothing == "none" else options.smoothing
+    known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
+    movement = read_movement(options.trajectory, exo.side, smoothing, known)
     bounds = _bounds(options.side_force_limit)
     split = chosen_split(exo, bounds, options)
     answer = exo.follow(

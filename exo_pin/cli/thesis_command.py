@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from ..thesis import condensed, ledger, ledger_table
+from ..thesis.reading_searches import searches
 from .options.command_list import help_of
 
 __all__ = ["add_commands"]
@@ -15,10 +16,16 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("thesis", help=help_of("thesis"))
     parser.add_argument("--all", action="store_true", help="every value, with notes; else long tables are summed up")
+    parser.add_argument(
+        "--readings", action="store_true", help="search for readings under which unreproduced numbers follow"
+    )
     parser.set_defaults(run=_thesis)
 
 
 def _thesis(options: argparse.Namespace) -> int:
+    if options.readings:
+        print("\n".join(map(str, searches())))
+        return 0
     rows = ledger()
     print(ledger_table(rows) if options.all else condensed(rows))
     verdicts = [row.verdict for row in rows]

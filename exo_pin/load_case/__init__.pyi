@@ -1,4 +1,5 @@
 from .centre_path import CentrePath as CentrePath
+from .measurement_noise import MeasurementNoise as MeasurementNoise
 from .motion_and_load import CentreOffset as CentreOffset
 from .motion_and_load import Load as Load
 from .motion_and_load import Motion as Motion

@@ -15,7 +15,7 @@ from ..core.validation import FloatArray, as_choice, as_finite
 __all__ = ["CentreOffset", "Load", "Motion"]
 
 #: No arm turns faster (rad/s) or is accelerated more (rad/s²): beyond it a number is a slip.
-_FASTEST = 1e6
+FASTEST = 1e6
 #: Largest load, N or N m, that is not a slip.
 _STRONGEST = 1e9
 
@@ -38,10 +38,8 @@ class Motion(Record):
     def __post_init__(self) -> None:
         for name in ("angular_velocity", "angular_acceleration"):
             value = as_finite(name, getattr(self, name), (3,), stack=True)
-            if np.abs(value).max(initial=0.0) > _FASTEST:
-                raise InvalidInput(
-                    f"expected {name} in rad/s or rad/s² below {_FASTEST:g}, got {np.abs(value).max():g}"
-                )
+            if np.abs(value).max(initial=0.0) > FASTEST:
+                raise InvalidInput(f"expected {name} in rad/s or rad/s² below {FASTEST:g}, got {np.abs(value).max():g}")
             object.__setattr__(self, name, value)
 
 

@@ -1,31 +1,42 @@
-"""Movements: time series of orientation and their derivatives on the rotation group."""
+"""Movements: time series of orientation and their derivatives on the rotation group.
+
+Measured orientations are smoothed as curves of unit quaternions in four dimensions, made continuous in sign: all four
+components with the same λ, then brought to unit length. A rotation of the base frame or of the arm frame turns these
+four dimensions, so the result depends on no choice of frame; there is no chart to leave and no Euler angle to lock, and
+a movement may turn any number of times. White noise with the same standard deviation about every axis is white and
+isotropic there too, at half the size. The penalty is ∫ |d⁴q/dt⁴|² dt.
+"""
 
 from __future__ import annotations
 
-import threading
-import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput, SolverFailed
+from ..core.errors import InvalidInput, UnknownName
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, as_rotation
-from .motion_and_load import Motion
+from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, frozen
+from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
+from .measurement_noise import MeasurementNoise
+from .motion_and_load import FASTEST, Motion
 
-__all__ = ["Movement"]
+__all__ = ["SMOOTHINGS", "Movement"]
 
+#: Ways of :meth:`Movement.from_samples` to smooth.
+SMOOTHINGS = ("gcv", None)
 #: Fewest samples that determine a second derivative.
 _FEWEST = 4
 #: Samples nearer in time than this, s, are one sample.
 _SHORTEST_STEP = 1e-9
 #: Two samples farther apart than this, rad, do not determine which way the arm turned between them.
 _FARTHEST_STEP = np.radians(120.0)
-#: The filters of warnings belong to all threads: one thread at a time changes them and changes them back.
-_FILTERS = threading.Lock()
+#: A turn about an axis has three components, each of which moves a unit quaternion by half the angle.
+_AXES, _HALF = 3, 0.5
+#: No sensor of orientation is worse, rad.
+_WORST_SENSOR = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,71 +48,78 @@ class Movement(Record):
     times : ndarray
         Shape (N,), s, rising.
     orientations : Rotation
-        Stack of shape (N,), {O_B} to {O_A}.
+        Stack of shape (N,), {O_B} to {O_A}, those that belong to ``motion``: smoothed, if the samples were.
     motion : Motion
         ω and η, shape (N, 3) each, base frame.
-    smoothing : float
-        Root of mean square, rad, that the samples were allowed to move; 0 for interpolation.
+    noise : MeasurementNoise
+        Noise found in the samples, and what is left of it in orientations, ω and η.
     """
 
     times: FloatArray
     orientations: Rotation
     motion: Motion
-    smoothing: float = 0.0
+    noise: MeasurementNoise
 
     @classmethod
-    def from_samples(cls, times: ArrayLike, orientations: Rotation, smoothing: float = 0.0) -> Movement:
+    def from_samples(
+        cls,
+        times: ArrayLike,
+        orientations: Rotation,
+        smoothing: str | None = "gcv",
+        sensor_noise: float | None = None,
+    ) -> Movement:
         """Differentiate sampled orientations.
 
-        The quaternions, made continuous in sign, are interpolated by a spline of degree 5 (of degree 3 with fewer than
-        six samples) and brought to unit length, u = q/|q|; then ω = 2 vec(u̇ ū) and η = 2 vec(ü ū). No Euler angles
-        take part, so there is no lock. For samples h apart the error of η is of the order of h⁴. Measured data need
-        ``smoothing``: interpolation passes their noise on, multiplied by about 1/h².
+        Noise is multiplied by about 1/h² in the acceleration, for samples h apart: 0.1° at 100 Hz makes η worthless.
+        So samples with noise are smoothed, by as much as the data themselves call for (generalised cross-validation,
+        :mod:`exo_pin.numerics.smoothing.smoothing_splines`). Samples without noise are interpolated by a spline of
+        degree 7 (5 with fewer than 12 samples, 3 with fewer than six); the error of η is then of the order of h⁶. The
+        quaternions, q, are brought to unit length, u = q/|q|; ω = 2 vec(u̇ ū) and η = 2 vec(ü ū).
+
+        The noise must be white. Data that have already been filtered hold noise that looks like movement: use the raw
+        samples. Rounding of a file is found as noise, as long as the arm moves by several roundings from sample to
+        sample.
 
         Parameters
         ----------
         times : array_like
-            Shape (N,), s, strictly rising; N >= 4.
+            Shape (N,), s, strictly rising, evenly spaced or not, with or without gaps; N >= 4.
         orientations : Rotation
             Stack of shape (N,).
-        smoothing : float
-            Root of mean square, rad, by which the orientations may be moved to make the movement smooth. Somewhat
-            more than the noise serves best: with white noise, 1.25 times its root of mean square leaves an
-            acceleration that is better by orders of magnitude than 1 times does.
+        smoothing : {"gcv", None}
+            None interpolates whatever the noise. Fewer than 12 samples are interpolated in either case, and their
+            noise is unknown.
+        sensor_noise : float, optional
+            Standard deviation of the samples about each axis, rad, if it is known: the smoothing is then the one
+            that is best for this noise. It needs 12 samples.
 
         Returns
         -------
         Movement
-            With the orientations that belong to the derivatives.
 
         Raises
         ------
         InvalidInput
-            If times do not rise, there are too few samples, or two of them are more than 120° apart.
-        SolverFailed
-            If no smooth movement was found as near as ``smoothing``.
+            If times do not rise, there are too few samples, two of them are more than 120° apart, or
+            ``sensor_noise`` is given together with ``smoothing=None``.
         """
         t = as_finite("times", times, (None,))
         poses = as_rotation("orientations", orientations)
-        if poses.shape != t.shape:
-            raise InvalidInput(f"expected one orientation a time, got shapes {poses.shape} and {t.shape}")
-        if len(t) < _FEWEST:
-            raise InvalidInput(f"expected at least {_FEWEST} samples of a movement, got {len(t)}")
-        if not (np.diff(t) > _SHORTEST_STEP).all():
-            raise InvalidInput("expected times in s that rise from sample to sample, by a nanosecond or more")
-        smoothing = as_positive("smoothing", smoothing, zero=True)
-        steps = (poses[1:] * poses[:-1].inv()).magnitude()
-        if steps.max() > _FARTHEST_STEP:
-            raise InvalidInput(
-                f"expected samples at most 120 degrees apart, got {np.degrees(steps.max()):.0f} after "
-                f"t = {t[int(steps.argmax())]:g} s"
-            )
+        _check_samples(t, poses)
+        stated = _stated(smoothing, sensor_noise, len(t))
         q = poses.as_quat()
-        flips = np.sign(np.einsum("ij,ij->i", q[1:], q[:-1]))
-        q[1:] *= np.cumprod(flips)[:, None]
-        u, velocity, acceleration = _differentiated(t, q, smoothing)
-        settled = poses if smoothing == 0.0 else Rotation.from_quat(u)
-        return cls(t, settled, Motion(velocity, acceleration), smoothing)
+        q[1:] *= np.cumprod(np.sign(np.einsum("ij,ij->i", q[1:], q[:-1])))[:, None]
+        # Scaled to spacing 1, so that the spline's conditioning does not depend on the unit of time.
+        unit = float(t[-1] - t[0]) / (len(t) - 1)
+        x = (t - t[0]) / unit
+        if smoothing is None:
+            curve = interpolate_samples(x, q, _AXES)
+        else:
+            curve = fit_samples(x, q, _AXES, None if stated is None else _HALF * stated)
+        u, velocity, acceleration = _derivatives(curve.values, unit)
+        _check_acceleration(acceleration, curve.penalty == 0.0)
+        settled = poses if curve.penalty == 0.0 else Rotation.from_quat(u)
+        return cls(t, settled, Motion(velocity, acceleration), _noise_of(t, curve, unit, stated))
 
     @property
     def duration(self) -> float:
@@ -109,17 +127,75 @@ class Movement(Record):
         return float(self.times[-1] - self.times[0])
 
 
-def _differentiated(t: FloatArray, q: FloatArray, smoothing: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Unit quaternions, ω and η at the samples."""
-    degree = 5 if len(t) >= 6 else 3
-    # Scaled to spacing 1, so that the spline's conditioning does not depend on the unit of time.
-    unit = float(t[-1] - t[0]) / (len(t) - 1)
-    x = (t - t[0]) / unit
-    if smoothing > 0.0:
-        values = _smoothed(x, q, degree, smoothing)
+def _check_samples(t: FloatArray, poses: Rotation) -> None:
+    if poses.shape != t.shape:
+        raise InvalidInput(f"expected one orientation a time, got shapes {poses.shape} and {t.shape}")
+    if len(t) < _FEWEST:
+        raise InvalidInput(f"expected at least {_FEWEST} samples of a movement, got {len(t)}")
+    if not (np.diff(t) > _SHORTEST_STEP).all():
+        raise InvalidInput("expected times in s that rise from sample to sample, by a nanosecond or more")
+    steps = (poses[1:] * poses[:-1].inv()).magnitude()
+    if steps.max() > _FARTHEST_STEP:
+        raise InvalidInput(
+            f"expected samples at most 120 degrees apart, got {np.degrees(steps.max()):.0f} after "
+            f"t = {t[int(steps.argmax())]:g} s"
+        )
+
+
+def _check_acceleration(acceleration: FloatArray, interpolated: bool) -> None:
+    largest = float(np.abs(acceleration).max())
+    if largest > FASTEST and interpolated:
+        raise InvalidInput(
+            f"the interpolated samples have an angular acceleration of {largest:.2g} rad/s², expected at most "
+            f'{FASTEST:g}: this is noise multiplied; smooth the samples with smoothing="gcv"'
+        )
+
+
+def _stated(smoothing: Any, sensor_noise: Any, count: int) -> float | None:
+    """The stated noise, rad, or None."""
+    if smoothing is not None and not isinstance(smoothing, str):
+        raise InvalidInput(
+            f'expected smoothing "gcv" or None, got {smoothing!r}; give the noise of the sensor as sensor_noise, in rad'
+        )
+    if smoothing not in SMOOTHINGS:
+        raise UnknownName("smoothing", smoothing, ("gcv", "None"))
+    if sensor_noise is None:
+        return None
+    value = as_positive("sensor_noise", sensor_noise, zero=True)
+    if smoothing is None:
+        raise InvalidInput("expected sensor_noise with smoothing, got smoothing=None; leave one of them out")
+    if value > _WORST_SENSOR:
+        raise InvalidInput(f"expected sensor_noise in rad, at most {_WORST_SENSOR:g}, got {value:g}")
+    if count < FEWEST:
+        raise InvalidInput(f"expected at least {FEWEST} samples to smooth, got {count}; leave sensor_noise out")
+    return value
+
+
+def _noise_of(t: FloatArray, curve: SmoothedSamples, unit: float, stated: float | None) -> MeasurementNoise:
+    """Noise of the samples and of the derivatives, in rad and s."""
+    found = curve.noise / _HALF
+    scale = (found if stated is None else stated) / unit ** np.arange(3)
+    covariance = curve.covariance * np.outer(scale, scale)
+    if curve.penalty == 0.0:
+        method, cutoff = "interpolation", np.inf
+        ends = np.zeros(len(t), dtype=bool)
     else:
-        spline = scipy.interpolate.make_interp_spline(x, q, k=degree)
-        values = [spline(x, order) for order in range(3)]
+        # A smoothing spline passes 1 / (1 + λ h (2 π f)⁸) of an oscillation with frequency f (h = 1 here).
+        method, cutoff = "gcv" if stated is None else "sensor noise", curve.penalty ** (-1 / 8) / (2.0 * np.pi * unit)
+        ends = _near_ends(t, max(0.5 / cutoff, 2.0 * unit))
+    return MeasurementNoise(method, found, stated, float(cutoff), frozen(covariance), frozen(ends))
+
+
+def _near_ends(t: FloatArray, reach: float) -> Any:
+    """Whether a sample is within ``reach`` of an end of the record, or of a gap as long as ``reach``."""
+    after = np.diff(t) >= reach
+    edges = t[np.concatenate([[True], after]) | np.concatenate([after, [True]])]
+    above = np.searchsorted(edges, t).clip(1, len(edges) - 1)
+    return np.minimum(np.abs(t - edges[above - 1]), np.abs(edges[above] - t)) < reach
+
+
+def _derivatives(values: FloatArray, unit: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit quaternions, ω and η from quaternions of any length and their derivatives by t/unit."""
     q, dq, ddq = values[0], values[1] / unit, values[2] / unit**2
     size = np.linalg.norm(q, axis=-1, keepdims=True)
     u = q / size
@@ -132,21 +208,6 @@ def _differentiated(t: FloatArray, q: FloatArray, smoothing: float) -> tuple[Flo
     rate_change = dot(du, dq) + dot(u, ddq)
     ddu = (ddq - du * rate - u * rate_change) / size - du * rate / size
     return u, 2.0 * _vector_part(du, u), 2.0 * _vector_part(ddu, u)
-
-
-def _smoothed(x: FloatArray, q: FloatArray, degree: int, smoothing: float) -> list[FloatArray]:
-    """Smoothing splines of the components, and their first two derivatives, at the samples."""
-    # A small turn moves the unit quaternion by half its angle; the four components share that.
-    allowed = len(x) * (0.5 * smoothing) ** 2 / 4.0
-    with _FILTERS, warnings.catch_warnings():
-        # FITPACK's search for the exact sum of squares may end a little off; what it reached is checked below.
-        warnings.simplefilter("ignore", RuntimeWarning)
-        splines = [scipy.interpolate.make_splrep(x, component, k=degree, s=allowed) for component in q.T]
-    values = [np.stack([spline(x, order) for spline in splines], axis=-1) for order in range(3)]
-    moved = 2.0 * float(np.sqrt(((values[0] - q) ** 2).sum(axis=-1).mean()))
-    if not moved <= 1.1 * smoothing:
-        raise SolverFailed("FITPACK", moved, f"smoothing of a movement by {smoothing:g} rad")
-    return values
 
 
 def _vector_part(p: FloatArray, u: FloatArray) -> FloatArray:

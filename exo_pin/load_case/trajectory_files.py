@@ -46,7 +46,12 @@ _CONVENTIONS: dict[tuple[str, ...], tuple[Callable[[FloatArray, bool, str], Rota
 }
 
 
-def read_movement(path: str | PathLike[str], side: str = "left", smoothing: float = 0.0) -> Movement:
+def read_movement(
+    path: str | PathLike[str],
+    side: str = "left",
+    smoothing: str | None = "gcv",
+    sensor_noise: float | None = None,
+) -> Movement:
     """Read a movement from a CSV file whose header declares the angle convention.
 
     The columns are ``time_s`` and one of: ``flexion_deg, abduction_deg, internal_rotation_deg`` (clinical signs,
@@ -60,8 +65,10 @@ def read_movement(path: str | PathLike[str], side: str = "left", smoothing: floa
         The file.
     side : {"left", "right"}
         Side of the body that clinical angles are of.
-    smoothing : float
-        As in :meth:`Movement.from_samples`, rad.
+    smoothing : {"gcv", None}
+        As in :meth:`Movement.from_samples`: how much to smooth is found from the data, or nothing is smoothed.
+    sensor_noise : float, optional
+        Standard deviation of the samples about each axis, rad, if it is known.
 
     Returns
     -------
@@ -78,7 +85,7 @@ def read_movement(path: str | PathLike[str], side: str = "left", smoothing: floa
     values = table.numbers(("time_s", *columns))
     with naming_file(path):
         orientations = build(values[:, 1:], degrees, side) if len(values) else Rotation.identity(0)
-        return Movement.from_samples(values[:, 0], orientations, smoothing)
+        return Movement.from_samples(values[:, 0], orientations, smoothing, sensor_noise)
 
 
 def _convention(table: CsvTable) -> tuple[tuple[str, ...], Any]:

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
-from ..load_case import Load
+from ..load_case import Load, Motion
 from ..load_case.trajectories import Movement
 from ..wrist_chain.equilibrium import EquilibriumModel
+from .movement_noise import force_noise, is_stacked, warn_of_noise
 from .query import reaction
 from .result import Reaction
 
@@ -28,10 +30,20 @@ class MovementReaction:
         The movement, N samples.
     reaction : Reaction
         Histories of all forces, stack shape (N,).
+    force_noise : ndarray
+        Shape (N,), N: standard deviation of F_s (root of the sum over its components) from the noise of the measured
+        movement. It is computed at a few samples, evenly spread, and NaN at the others.
     """
 
     movement: Movement
     reaction: Reaction
+    force_noise: FloatArray
+
+    @property
+    def typical_force_noise(self) -> float:
+        """Median of :attr:`force_noise`, N; NaN if the noise is unknown."""
+        known = self.force_noise[np.isfinite(self.force_noise)]
+        return float(np.median(known)) if known.size else float("nan")
 
     @property
     def peak(self) -> float:
@@ -85,11 +97,13 @@ class MovementReaction:
             "time_held_s": self.time_held,
             "fraction_not_holdable": self.fraction_not_holdable,
             "singular_crossings": float(len(self.reaction.crossings())),
+            "force_noise_N": self.typical_force_noise,
         }
 
     def __str__(self) -> str:
         lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
         counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
+        lines.append(f"movement: {self.movement.noise}")
         return "\n".join([*lines, "status: " + ", ".join(f"{count} {name}" for name, count in counts.items())])
 
 
@@ -100,4 +114,13 @@ def movement_reaction(
     if not isinstance(movement, Movement):
         raise InvalidInput(f"expected movement to be a Movement, got {type(movement).__name__}")
     motion = None if static else movement.motion
-    return MovementReaction(movement, reaction(model, movement.orientations, motion, load, **options))
+    answer = reaction(model, movement.orientations, motion, load, **options)
+    stacked = is_stacked(load, *options.values())
+    quiet = {**options, "progress": False}
+
+    def forces_at(orientations: Rotation, motion: Motion | None) -> FloatArray:
+        return reaction(model, orientations, motion, load, **quiet).shoulder_force
+
+    noise = force_noise(movement, answer.shoulder_force, forces_at, static, stacked)
+    warn_of_noise(movement, answer.shoulder_force, noise)
+    return MovementReaction(movement, answer, noise)

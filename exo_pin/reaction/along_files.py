@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from os import PathLike, fspath
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from ..core.conventions import shoulder_angles
 from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_bytes, write_text
+from ..core.files.csv_tables import csv_text
 from ..core.validation import FloatArray
 from .along import MovementReaction
 
@@ -64,6 +64,9 @@ def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
         "quaternions_xyzw": answer.movement.orientations.as_quat(),
         "angular_velocity": answer.movement.motion.angular_velocity,
         "angular_acceleration": answer.movement.motion.angular_acceleration,
+        "movement_noise_covariance": answer.movement.noise.covariance,
+        "end_effects": answer.movement.noise.end_effects,
+        "force_noise": answer.force_noise,
         **fields,
     }
 
@@ -85,14 +88,16 @@ def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
     columns.append(("F_s_N", reaction.magnitude))
     columns += [(f"f_{i}_N", reaction.actuator_forces[:, i - 1]) for i in limbs]
     columns += [(f"g_{i}_N", reaction.constraint_forces[:, i - 1]) for i in limbs]
+    columns.append(("F_s_noise_N", answer.force_noise))
+    columns.append(("end_effects", movement.noise.end_effects.astype(float)))
     columns.append(("margin", reaction.margin))
-    out = io.StringIO()
-    out.write(
-        f"# {name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm\n"
+    table = np.column_stack([values for _, values in columns])
+    rows = (
+        [*("" if np.isnan(cell) else repr(cell) for cell in row.tolist()), str(status)]
+        for row, status in zip(table, reaction.status, strict=True)
     )
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([*(label for label, _ in columns), "status"])
-    for row in range(len(movement.times)):
-        cells = (float(values[row]) for _, values in columns)
-        writer.writerow([*("" if np.isnan(cell) else repr(cell) for cell in cells), str(reaction.status[row])])
-    return out.getvalue()
+    comments = [
+        f"{name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm",
+        f"movement {movement.noise}",
+    ]
+    return csv_text([*(label for label, _ in columns), "status"], rows, comments)

@@ -15,10 +15,26 @@ from numpy.typing import ArrayLike
 from ..core.records import Record
 from ..core.validation import FloatArray, frozen
 
-__all__ = ["NOT_REPRODUCIBLE", "Row", "Verdict", "compare", "condensed", "ledger_table"]
+__all__ = [
+    "INPUT_NOT_PRINTED",
+    "NOT_REPRODUCIBLE",
+    "NO_READING",
+    "OTHER_READING",
+    "Row",
+    "Verdict",
+    "compare",
+    "condensed",
+    "ledger_table",
+]
 
-Verdict = Literal["reproduced", "misprint, corrected", "not reproducible"]
+Verdict = Literal[
+    "reproduced", "misprint, corrected", "reproduced under another reading", "input not printed", "not reproducible"
+]
 NOT_REPRODUCIBLE: Verdict = "not reproducible"
+OTHER_READING: Verdict = "reproduced under another reading"
+INPUT_NOT_PRINTED: Verdict = "input not printed"
+#: Ends the note of a row that :mod:`.reading_searches` has searched in vain.
+NO_READING = "; no other reading was found (exo-pin thesis --readings)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +53,16 @@ class Row(Record):
         Same shape.
     verdict : str
         "reproduced": equal to within the rounding of the print. "misprint, corrected": not so, but equal once a
-        named slip of the print is mended. "not reproducible": no reading of the print gives it.
+        named slip of the print is mended. "reproduced under another reading": it follows from the printed data when
+        they are read in another way than the text says; ``computed`` is what the text says. "input not printed": it
+        depends on data that the thesis does not print, so nothing is said for or against it. "not reproducible": no
+        reading of the print that was tried gives it.
     note : str
         What was mended, or why it cannot be.
     digits : int
         Decimals to show.
+    reading : str
+        Name of the other reading, if it is that which reproduces the print.
     """
 
     source: str
@@ -52,6 +73,7 @@ class Row(Record):
     verdict: Verdict
     note: str = ""
     digits: int = 4
+    reading: str = ""
 
 
 def compare(
@@ -64,6 +86,7 @@ def compare(
     mended: ArrayLike | None = None,
     note: str = "",
     digits: int = 4,
+    reading: tuple[str, ArrayLike] | None = None,
 ) -> Row:
     """Make a row, with the verdict drawn from the numbers.
 
@@ -79,23 +102,28 @@ def compare(
         The print with its slip put right.
     digits : int
         Decimals to show.
+    reading : (str, array_like), optional
+        Name and result of another reading of the text.
 
     Returns
     -------
     Row
-        "reproduced" if ``printed`` agrees, "misprint, corrected" if only ``mended`` does, else "not reproducible".
+        "reproduced" if ``printed`` agrees, "misprint, corrected" if only ``mended`` does, "reproduced under another
+        reading" if only the result of ``reading`` is what is printed, else "not reproducible".
     """
     shown, own = (frozen(np.atleast_1d(np.array(value, dtype=float))) for value in (printed, computed))
 
-    def agrees(value: ArrayLike) -> bool:
-        return bool(np.abs(np.atleast_1d(value) - own).max() <= rounding)
+    def agree(one: ArrayLike, other: ArrayLike) -> bool:
+        return bool(np.abs(np.atleast_1d(one) - np.atleast_1d(other)).max() <= rounding)
 
-    verdict: Verdict = NOT_REPRODUCIBLE
-    if agrees(shown):
+    verdict, name = NOT_REPRODUCIBLE, ""
+    if agree(shown, own):
         verdict = "reproduced"
-    elif mended is not None and agrees(mended):
+    elif mended is not None and agree(mended, own):
         verdict = "misprint, corrected"
-    return Row(source, quantity, unit, shown, own, verdict, note, digits)
+    elif reading is not None and agree(shown, reading[1]):
+        verdict, name = OTHER_READING, reading[0]
+    return Row(source, quantity, unit, shown, own, verdict, note, digits, name)
 
 
 def condensed(rows: Iterable[Row], most: int = 4) -> str:
@@ -124,7 +152,11 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
 def _short(row: Row) -> str:
     """A line for a row of many numbers."""
     unit = f", {row.unit}" if row.unit else ""
-    return _cells([row.source, row.quantity + unit, f"{row.printed.size} numbers", _width([row]), row.verdict])
+    return _cells([row.source, row.quantity + unit, f"{row.printed.size} numbers", _width([row]), _verdict(row)])
+
+
+def _verdict(row: Row) -> str:
+    return f"{row.verdict}: {row.reading}" if row.reading else row.verdict
 
 
 def _width(group: list[Row]) -> str:
@@ -166,7 +198,7 @@ def _line(row: Row, notes: bool) -> str:
         return ", ".join(number(value) for value in values.ravel())
 
     unit = f", {row.unit}" if row.unit else ""
-    cells = [row.source, row.quantity + unit, numbers(row.printed), numbers(row.computed), row.verdict]
+    cells = [row.source, row.quantity + unit, numbers(row.printed), numbers(row.computed), _verdict(row)]
     return _cells(cells + [row.note] * notes)
 
 

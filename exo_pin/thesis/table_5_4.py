@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..design import preset
-from .rows import Row, compare
+from .rows import NO_READING, Row, compare
 
 __all__ = ["rows"]
 
@@ -43,7 +43,7 @@ def rows() -> list[Row]:
                 -arm.inertia_about_origin[[1, 2], [2, 1]] * 1e9, 0.06, digits=1,
                 note="the two mirrored entries differ by 0.1 in print; their mean is used"),
         compare("Section 5.2.3", "r_A = h_A tan 60°", "mm", 136.30, circles.h_A * slope * 1e3, 0.05, digits=2,
-                note="the stated relation gives another radius than the table; the table is used"),
+                note="the stated relation gives another radius than the table; the table is used" + NO_READING),
         compare("Section 5.2.3", "r_B = h_B / tan 60°", "mm", 118.8, circles.h_B / slope * 1e3, 0.05, digits=2,
-                note="the stated relation gives another radius than the table; the table is used"),
+                note="the stated relation gives another radius than the table; the table is used" + NO_READING),
     ]  # fmt: skip

@@ -117,7 +117,7 @@ def test_presets_and_thesis(capsys):
     assert [line.split()[0] for line in out.splitlines()] == ep.presets()
     status, out, _ = run(capsys, "thesis")
     assert status == 0
-    for verdict in ("reproduced", "misprint, corrected", "not reproducible"):
+    for verdict in ("reproduced", "misprint, corrected", "under another reading: R = Rz Rx Ry", "input not printed"):
         assert verdict in out
 
 

@@ -107,8 +107,7 @@ def test_ledger_of_chapter_four():
         verdicts.setdefault(row.source, set()).add(row.verdict)
     misprints = {"(4-10)", "(4-11) to (4-13)", "(4-14), (4-16)", "(4-17), (4-18)", "(4-19)", "(4-20)", "(4-21)",
                  "(4-22)", "(5-3), first line"}  # fmt: skip
-    lost = {"(4-32)", "(4-34)", "Table 5-1", "Table 5-1, Section 5.1.2", "Table 5-2, inverse kinematics",
-            "Table 5-2, forward kinematics"}  # fmt: skip
+    lost = {"(4-32)", "(4-34)", "Table 5-1", "Table 5-2, inverse kinematics", "Table 5-2, forward kinematics"}
     for source, found in verdicts.items():
         expected = "misprint, corrected" if source in misprints else "reproduced"
         assert found == {"not reproducible" if source in lost else expected}, source

@@ -26,15 +26,15 @@ def analytic(t):
 
 def test_derivatives_converge_to_an_analytic_motion():
     errors = []
-    for count in (101, 201, 401):
+    for count in (41, 81, 401):
         t = np.linspace(0, 4, count)
         poses, omega, eta = analytic(t)
         motion = Movement.from_samples(t, poses).motion
         errors.append((np.abs(motion.angular_velocity - omega).max(), np.abs(motion.angular_acceleration - eta).max()))
     errors = np.array(errors)
     assert (errors[-1] < [1e-9, 1e-6]).all()
-    # Halving the step: fifth order for ω, fourth for η.
-    assert (errors[:-1] / errors[1:] > [28, 14]).all()
+    # Halving the step: seventh order for ω, sixth for η, as far as rounding lets it be seen.
+    assert (errors[0] / errors[1] > [100, 50]).all()
 
 
 def test_derivatives_do_not_know_euler_angles_the_sign_of_quaternions_or_even_spacing():
@@ -52,27 +52,6 @@ def test_derivatives_do_not_know_euler_angles_the_sign_of_quaternions_or_even_sp
     np.testing.assert_allclose(sweep.motion.angular_acceleration, 0, atol=1e-6)
     short = Movement.from_samples([0, 1, 2, 3], ep.shoulder_rotation(0, [0, 0.1, 0.2, 0.3], 0))
     np.testing.assert_allclose(short.motion.angular_velocity[:, 0], 0.1, atol=1e-6)
-
-
-def test_smoothing_takes_noise_out():
-    rng = np.random.default_rng(81)
-    t = np.linspace(0, 4, 401)
-    poses, _, eta = analytic(t)
-    noise = np.radians(0.3)
-    noisy = Rotation.from_rotvec(noise * rng.normal(size=(401, 3))) * poses
-    rough, smooth = (
-        Movement.from_samples(t, noisy),
-        Movement.from_samples(t, noisy, smoothing=1.25 * noise * np.sqrt(3)),
-    )
-
-    def error(movement):
-        return np.sqrt(((movement.motion.angular_acceleration - eta) ** 2).mean())
-
-    assert error(rough) > 100
-    assert error(smooth) < 0.3
-    moved = np.sqrt(((smooth.orientations * noisy.inv()).magnitude() ** 2).mean())
-    assert moved < 1.05 * 1.25 * noise * np.sqrt(3)
-    assert np.sqrt(((smooth.orientations * poses.inv()).magnitude() ** 2).mean()) < 1.2 * noise
 
 
 def reach(count=60):
@@ -127,9 +106,9 @@ def test_movement_files(tmp_path, capsys):
     write_movement_reaction(answer, tmp_path / "out.csv", name="prototype")
     lines = (tmp_path / "out.csv").read_text().splitlines()
     assert lines[0].startswith("# prototype")
-    header = lines[1].split(",")
-    assert len(lines) == 42
-    first = lines[2].split(",")
+    header = lines[2].split(",")
+    assert len(lines) == 43
+    first = lines[3].split(",")
     assert first[header.index("status")] == answer.reaction.status[0]
     cell = first[header.index("F_s_N")]
     assert (cell == "") == (answer.reaction.status[0] == "infeasible")

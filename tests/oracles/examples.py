@@ -13,10 +13,13 @@ from exo_pin.core.files.toml_tables import parse_toml
 from exo_pin.muscle.laws.friction import ConstantFriction
 from exo_pin.muscle.simulation.phases import Phases
 from exo_pin.numerics.shortest_variables import workspace
+from exo_pin.numerics.smoothing.spline_basis import SplineBasis
 from exo_pin.reaction.splits.limb_and_side_forces import Choice
 from exo_pin.reaction.splits.registry import SPLITS
 from exo_pin.thesis import scenario_one
+from exo_pin.thesis.appendix_d import OtherReading
 from exo_pin.thesis.muscles.muscle_appendices import fit_rows
+from exo_pin.thesis.readings import best_reading
 from exo_pin.view import Browser
 from exo_pin.wrist.forces.affine_state import AffineState
 
@@ -95,6 +98,7 @@ def muscle_examples():
         parse_toml("a = 1", "mine.toml"),
         parse_csv("a,b\n1,2\n", "mine.csv"),
         list(fit_rows())[:1],
+        muscle.settling_against_lag(model, 1.3, 3e5, [1.0], record=1.0),
     ]
 
 
@@ -116,5 +120,10 @@ def rare_examples():
         modes,
         path,
         scenario_one.rows(),
+        OtherReading.computed(),
+        best_reading("s", "q", 1.0, 0.1, [("a", 1.0), ("b", 2.0)]),
+        SplineBasis(np.arange(20.0)),
+        ep.ExoPinWarning("noise"),
+        ep.NoisyMovement("noise"),
         Browser.__new__(Browser),
     ]

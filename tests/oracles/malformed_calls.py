@@ -223,12 +223,12 @@ def holding(rng):
 
 
 def movement(rng):
-    t, series = np.linspace(0, 1, 8), ep.shoulder_rotation(np.linspace(0, 1, 8), 0.2, 0)
-    good = {"times": t, "smoothing": 0.01}
+    t, series = np.linspace(0, 1, 14), ep.shoulder_rotation(np.linspace(0, 1, 14), 0.2, 0)
+    good = {"times": t, "sensor_noise": 0.01}
     given = with_one_bad(rng, good)
     if rng.random() < 0.2:
         return Movement.from_samples(t, junk(rng))
-    return Movement.from_samples(given["times"], series, given["smoothing"])
+    return Movement.from_samples(given["times"], series, sensor_noise=given["sensor_noise"])
 
 
 def follow(rng):

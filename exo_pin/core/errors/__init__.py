@@ -1,9 +1,8 @@
-"""What can go wrong, one class a kind, each with its evidence as attributes."""
+"""What can go wrong, one class a kind, each with its evidence as attributes; and categories of warnings."""
 
 from __future__ import annotations
 
 from .base import ExoPinError
-from .cautions import ExoPinWarning, OutsideHumanRange
 from .chains import (
     BeyondLimits,
     InfeasibleForces,
@@ -29,6 +28,7 @@ from .inputs import (
 )
 from .muscles import NotIdentifiable, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
+from .warning_categories import ExoPinWarning, NoisyMovement, OutsideHumanRange
 
 __all__ = [
     "BeyondLimits",
@@ -46,6 +46,7 @@ __all__ = [
     "MissingData",
     "MissingExtra",
     "NearSingularConfiguration",
+    "NoisyMovement",
     "NonConvexBound",
     "NotAWrist",
     "NotIdentifiable",

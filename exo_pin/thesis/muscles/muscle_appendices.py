@@ -9,6 +9,7 @@ import numpy as np
 from ...muscle.io.measured import table
 from ...muscle.io.published import muscle_model
 from ...muscle.laws.static import BAR
+from ..rows import NO_READING
 from .muscle_row import LedgerRow, within
 
 __all__ = ["fit_rows", "verification_rows"]
@@ -53,7 +54,8 @@ def fit_rows() -> Iterator[LedgerRow]:
                 printed,
                 value,
                 "reproduced" if inside else "not reproducible",
-                f"refit of Table A-1, {fitted}; rounding in print changes it by up to {slack:.3g}",
+                f"refit of Table A-1, {fitted}; rounding in print changes it by up to {slack:.3g}"
+                + ("" if inside else NO_READING),
             )
 
 
@@ -75,7 +77,7 @@ def verification_rows() -> Iterator[LedgerRow]:
     weight = float(a3.row("actual_weight_N")[0])
     mean = 100 * (float(printed.mean()) / weight - 1)
     spread = float(printed.std(ddof=1))
-    note = "from the forces that Table A-3 prints"
+    note = "from the forces that Table A-3 prints" + NO_READING
     yield LedgerRow("Section A.3", "error of the mean force (%)", 1.5, mean, within(1.5, mean, 0.05), note)
     yield LedgerRow(
         "Section A.3", "standard deviation of the force (N)", 1.42, spread, within(1.42, spread, 0.005), note

@@ -94,7 +94,7 @@ def _cells() -> Iterator[LedgerRow]:
             note = f"within {tolerance:g} N"
             if np.isnan(value):
                 yield LedgerRow(
-                    f"Table {which}", label, printed, None, "not reproducible", "no data in Tables 3-1 and 3-2"
+                    f"Table {which}", label, printed, None, "input not printed", "no data in Tables 3-1 and 3-2"
                 )
                 continue
             if abs(value - printed) > tolerance:
@@ -131,12 +131,30 @@ def _errors() -> Iterator[LedgerRow]:
                 )
     errors = np.abs(table("3-3c").errors_percent)
     mean, most = float(np.nanmean(errors)), float(np.nanmax(errors))
-    yield LedgerRow("Section 3.2.1", "mean deviation of Table 3-3c (%)", 1.62, mean, within(1.62, mean, 0.005))
+    recomputed = np.abs(100 * (muscle_model("tang-optimised").unchecked_force(x, p) / table("3-3c").column_numbers - 1))
+    cells_left = np.isfinite(errors) & np.isfinite(recomputed)
+    note = (
+        f"the mean of the {int(np.isfinite(errors).sum())} printed percentages; of the {int(cells_left.sum())} cells "
+        f"that can be recomputed it is {float(recomputed[cells_left].mean()):.3f} %"
+    )
+    yield LedgerRow("Section 3.2.1", "mean deviation of Table 3-3c (%)", 1.62, mean, within(1.62, mean, 0.005), note)
     yield LedgerRow("Section 3.2.1", "largest deviation of Table 3-3c (%)", 4.4, most, within(4.4, most, 0.05))
 
 
 def _squares(model: PolynomialModel, states: SteadyStates) -> float:
     return float(((model.unchecked_force(states.contraction, states.pressure) - states.force) ** 2).sum())
+
+
+def _slack_of_rounding(states: SteadyStates) -> float:
+    """Largest change of K_1, N/(m² bar), from the rounding of printed contractions (1 µm) and pressures (1 mbar)."""
+    x, p, total = states.contraction, states.pressure, 0.0
+
+    def K_1(x: FloatArray, p: FloatArray) -> float:
+        return float(np.linalg.solve(design_matrix(x, p, SECOND_ORDER), states.force)[0])
+
+    for step in np.eye(len(x)):
+        total += abs(K_1(x + 0.5e-6 * step, p) - K_1(x, p)) + abs(K_1(x, p + 0.5e-3 * BAR * step) - K_1(x, p))
+    return total
 
 
 def _fits() -> Iterator[LedgerRow]:
@@ -166,26 +184,29 @@ def _fits() -> Iterator[LedgerRow]:
         six = states.select(np.isin(np.arange(len(states.force)), picked))
         matrix = design_matrix(six.contraction, six.pressure, SECOND_ORDER)
         solved = np.linalg.solve(matrix, six.force)
+        slack = _slack_of_rounding(six)
         gap = float(np.abs(_poly(name).unchecked_force(six.contraction, six.pressure) - six.force).max())
         yield LedgerRow(
             f"Section 3.2.1, set of Table {which}",
             "K_1 from its six tests (N/(m² bar))",
             _poly(name).in_bar[(2, 1)],
             float(solved[0]),
-            "not reproducible",
-            f"six equations of condition {np.linalg.cond(matrix):.1e}: the printed averages do not carry the "
-            f"coefficients; their forces at the six tests differ by at most {gap:.2f} N",
+            within(_poly(name).in_bar[(2, 1)], float(solved[0]), slack),
+            f"rounding of the printed averages changes it by up to {slack:.0f}: the equations have condition "
+            f"{np.linalg.cond(matrix):.1e}, so this is a weak test; forces at the six tests differ by at most "
+            f"{gap:.2f} N",
         )
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
-    agree = int((region.selected == states.called_valid).sum())
+    valid_cells = int(states.called_valid.sum())
+    agree = int((region.selected & states.called_valid).sum())
     yield LedgerRow(
         "Tables 3-3a, 3-3b",
-        "measured cells on the right side of the thick line, of 66",
-        66,
+        "cells inside the thick line that a change point in contraction selects too",
+        valid_cells,
         agree,
-        "reproduced" if agree == len(states.force) else "not reproducible",
-        "change point in contraction; it selects all that the tables select, and "
+        "reproduced" if agree == valid_cells else "not reproducible",
+        "the thesis draws the line by judgement; the change point selects besides "
         + ", ".join(
             f"({states.regulator[i] / BAR:.1f} bar, {states.force[i]:.2f} N)"
             for i in np.nonzero(region.selected & ~states.called_valid)[0]

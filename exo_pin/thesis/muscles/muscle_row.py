@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+
+from ..rows import Verdict
 
 __all__ = ["LedgerRow", "Verdict", "within"]
-
-Verdict = Literal["reproduced", "misprint, corrected", "not reproducible"]
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class LedgerRow:
     computed : float or None
         As computed here; None if the source lacks what is needed.
     verdict : str
-        "reproduced", "misprint, corrected" or "not reproducible".
+        As in :class:`exo_pin.thesis.Row`.
     note : str
         Tolerance, correction or reason.
     """

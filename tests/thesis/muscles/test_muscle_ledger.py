@@ -31,7 +31,7 @@ def test_verdicts_follow_from_the_figures(ledger):
         if not row.quantity.startswith("force at"):
             continue
         if row.computed is None:
-            assert row.verdict == "not reproducible"
+            assert row.verdict == "input not printed"
             assert "no data" in row.note
             continue
         assert np.isfinite(row.computed)
@@ -45,7 +45,7 @@ def test_counts(ledger):
     counts = Counter((r.source, r.verdict) for r in cells)
     for table in ("Table 3-3a", "Table 3-3b"):
         assert counts[table, "reproduced"] == 66
-        assert counts[table, "not reproducible"] == 2
+        assert counts[table, "input not printed"] == 2
     assert counts["Table 3-3c", "reproduced"] == 24
     assert counts["Table 3-3c", "misprint, corrected"] == 42
     assert counts["Table A-3", "reproduced"] == 10
@@ -69,14 +69,24 @@ def test_figures_beside_the_tables(ledger):
     squares = find(ledger, "Section 3.2.1", "sum of squared errors")
     assert squares.computed <= squares.printed
     assert "0.68 %" in squares.note
-    assert find(ledger, "Section 3.2.1", "mean deviation").verdict == "reproduced"
-    assert find(ledger, "Tables 3-3a, 3-3b", "measured cells").computed == 64
-    assert find(ledger, "(3-16), (3-29)", "valid cells").computed == 12
+    mean = find(ledger, "Section 3.2.1", "mean deviation")
+    assert mean.verdict == "reproduced"
+    assert "1.585 %" in mean.note
+    line = find(ledger, "Tables 3-3a, 3-3b", "cells inside")
+    assert line.computed == line.printed == 25
+    assert "(3.6 bar, 62.74 N), (4.0 bar, 72.74 N)" in line.note
+    assert find(ledger, "(3-30)", "D_1").verdict == "reproduced"
+    for table in "ab":
+        six = find(ledger, f"Section 3.2.1, set of Table 3-3{table}", "K_1")
+        assert six.verdict == "reproduced"
+        assert "weak test" in six.note
     rest = find(ledger, "(3-31), Table 3-2", "measured rests")
     assert rest.computed == rest.printed == 12
     air = find(ledger, "(3-18)", "viscosity")
     assert abs(air.computed / air.printed - 1) < 1e-5
-    assert find(ledger, "Figure 3-2", "settling time").computed < 1.2
+    settling = find(ledger, "Figure 3-2", "settling time")
+    assert settling.verdict == "input not printed"
+    assert "3.6 s with a lag of 1 s" in settling.note
     relaxation = [r for r in ledger if r.source == "Table A-2" and "relaxation" in r.quantity]
     assert len(relaxation) == 6
     assert all(r.verdict == "reproduced" for r in relaxation)

@@ -1,0 +1,57 @@
+"""Forces along measured movements beside the best that any smoothing allows, as the table of docs/measured_motion.md.
+
+::
+
+    python benchmarks/measured_motion.py            # the table, about two minutes
+    python benchmarks/measured_motion.py --seeds 20 # more cases a row
+
+A movement with known ω and η (turns by 26° at 0.6 Hz and by 21° at 0.4 Hz, three seconds) is sampled with white noise
+about each axis. "Least" is the error of the smoothing parameter that is best for the true forces, which no method can
+know. Half of the cases are evenly sampled; the others have jitter of a third of the spacing, 5 % of the samples missing
+at random and a gap of 5 % of the time.
+"""
+
+import argparse
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"))
+
+NOISES, RATES = (0.01, 0.1, 0.3, 1.0), (50, 100, 200, 1000)
+
+
+def main():
+    """Print the table."""
+    import measured_movements as measured
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=6, help="cases a row, half of them with uneven samples")
+    seeds = parser.parse_args().seeds
+    exo = measured.exo()
+    heads = "noise, °|rate, Hz|noise found, °|interpolated, N|smoothed, N|least, N|away from ends, N|least, N"
+    print(f"| {heads.replace('|', ' | ')} |")
+    print("| --- " * 8 + "|")
+    everywhere, inside = [], []
+    for noise in NOISES:
+        for rate in RATES:
+            cases = [
+                measured.measured_case(exo, seed, rate, noise, uneven=seed % 2 == 1, pace=1.5) for seed in range(seeds)
+            ]
+            middle = [np.median([case[k] for case in cases]) for k in range(5)]
+            found = np.degrees(np.median([case.movement.noise.found for case in cases]))
+            everywhere += [case.smooth / case.least for case in cases]
+            inside += [case.inside / case.least_inside for case in cases]
+            rough = f"{middle[4]:,.0f}" if np.isfinite(middle[4]) else "refused"
+            cells = [f"{noise:g}", str(rate), f"{found:.3g}", rough, *(f"{value:.2g}" for value in middle[:4])]
+            print(f"| {' | '.join(cells)} |", flush=True)
+    print(f"\n|F_s|, root mean square: {cases[0].size:.0f} N. Smoothed / least in {len(everywhere)} cases:")
+    for name, ratios in (("all samples", everywhere), ("without end effects", inside)):
+        print(f"{name}: median {np.median(ratios):.2f}, mean {np.mean(ratios):.2f}, largest {max(ratios):.2f}")
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    main()

@@ -1,0 +1,1 @@
+"""Smoothing of samples, and the noise of their derivatives."""

@@ -1,0 +1,198 @@
+"""Smoothing splines of degree 7 that choose their smoothness from the data, with the noise of their derivatives.
+
+The curve f through samples y_i at x_i minimises Σ |y_i - f(x_i)|² + λ ∫ |d⁴f/dx⁴|² dx (Woltring 1985 and 1986, GCVSPL).
+With the penalty on the fourth derivative, the second one, an acceleration, is itself smooth, and its slope is free at
+the ends. With the third derivative, the more usual choice, f''' = 0 is a condition at the ends, and accelerations of
+movements come out up to three times as far from the truth. λ minimises the generalised cross-validation score
+Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven and Wahba 1979), with γ = 1.4 (Kim
+and Gu 2004) against the occasional rough curve that γ = 1 gives. Where the standard deviation σ of the noise is
+known, λ minimises the estimate of the risk Σ |y_i - f(x_i)|² / d + 2 σ² γ tr H for d noisy components, unbiased for
+γ = 1. Both take the noise to be white: independent from sample to sample.
+
+Samples without noise are interpolated: with them the end conditions of a smoothing spline would be the largest error.
+Which of the two applies is decided by the noise that each predicts in f''.
+
+f has knots at the samples, or at every second, fourth, ... of them where λ is so large that f does not change by it
+(and the equations for all knots would be ill-conditioned). All matrices are banded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from ...core.validation import FloatArray
+from .spline_basis import SplineBasis
+
+__all__ = ["FEWEST", "SmoothedSamples", "fit_samples", "interpolate_samples", "smooth_samples"]
+
+#: Fewest samples from which noise can be distinguished from movement.
+FEWEST = 12
+#: Weight of the degrees of freedom in the score.
+_GAMMA = 1.4
+#: Samples nearer than this, in mean spacings, share a knot.
+_NEAREST = 0.3
+#: Largest λ, with the spacing of the knots as the unit of x, for which these knots are used.
+_LARGEST = 1e2
+#: Largest λ of all, with the spacing of the fewest knots as the unit: the curve is a cubic.
+_STIFFEST = 1e4
+#: Least λ, with the mean spacing as the unit: the curve passes through the samples.
+_LEAST = 1e-9
+#: Half the knots make λ, with their spacing as the unit, smaller by this: 2⁷ for the penalty, 2 for samples a knot.
+_HALVING = 2.0**8
+#: Trial values in a decade of λ; the best is refined.
+_TRIALS = 3
+#: Coefficients of a divided difference of order 8 need so many samples.
+_WINDOW = 9
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothedSamples:
+    """A curve at the samples.
+
+    Attributes
+    ----------
+    values : ndarray
+        Shape (3, N, D): the curve and its first two derivatives at the samples.
+    noise : float
+        Standard deviation of a noisy component of the samples, estimated; NaN with fewer than :data:`FEWEST`.
+    covariance : ndarray
+        Shape (N, 3, 3): covariance of a component's value, first and second derivative at each sample, for noise of
+        standard deviation 1. Of a smoothing spline it is the posterior covariance (Wahba 1983), which stands for the
+        bias too, except near the ends. NaN where ``noise`` is NaN.
+    penalty : float
+        λ; 0 for interpolation.
+    """
+
+    values: FloatArray
+    noise: float
+    covariance: FloatArray
+    penalty: float
+
+    def roughness(self, noise: float) -> float:
+        """Root mean square noise of the second derivative, for samples with this noise."""
+        return noise * float(np.sqrt(self.covariance[:, 2, 2].mean()))
+
+
+def fit_samples(x: FloatArray, y: FloatArray, components: int, noise: float | None = None) -> SmoothedSamples:
+    """Smooth samples with noise, interpolate samples without.
+
+    Parameters
+    ----------
+    x : ndarray
+        Shape (N,), rising, mean spacing 1.
+    y : ndarray
+        Shape (N, D).
+    components : int
+        How many independent components the noise of a sample has, at most D.
+    noise : float, optional
+        Standard deviation of each, if it is known.
+    """
+    plain = interpolate_samples(x, y, components)
+    if len(x) < FEWEST or noise == 0.0:
+        return plain
+    try:
+        smooth = smooth_samples(x, y, components, noise)
+    except np.linalg.LinAlgError:
+        # The samples lie in a few clusters: they do not determine a smooth curve.
+        return plain
+    # What differences leave is noise; what a smoothing spline leaves beyond that is bias, and f'' has more of it.
+    bias = max(1.0, smooth.noise / max(plain.noise, np.finfo(float).tiny)) ** 2
+    return plain if plain.roughness(plain.noise) < bias * smooth.roughness(smooth.noise) else smooth
+
+
+def interpolate_samples(x: FloatArray, y: FloatArray, components: int) -> SmoothedSamples:
+    """Interpolate by a spline of degree 7 (5 with fewer than 12 samples, 3 with fewer than six).
+
+    Arguments as in :func:`fit_samples`.
+    """
+    spline = scipy.interpolate.make_interp_spline(x, y, k=7 if len(x) >= FEWEST else 5 if len(x) >= 6 else 3)
+    values = np.stack([spline(x, order) for order in range(3)])
+    blank = SmoothedSamples(values, np.nan, np.full((len(x), 3, 3), np.nan), 0.0)
+    if len(x) < FEWEST:
+        return blank
+    covariance = _interpolation_noise(x)
+    if covariance is None:
+        return blank
+    return replace(blank, noise=_noise_of_differences(x, y, components), covariance=covariance)
+
+
+def _interpolation_noise(x: FloatArray) -> FloatArray | None:
+    """Covariance of an interpolating spline for noise 1, or None where the samples are in too few places."""
+    # Two samples at almost the same time may share a knot; the noise is then somewhat underestimated.
+    for nearest, penalty in ((0.0, 0.0), (_NEAREST, _LEAST)):
+        basis = SplineBasis(x, nearest=nearest)
+        try:
+            return basis.covariance(basis.factor(penalty))
+        except np.linalg.LinAlgError:
+            continue
+    return None
+
+
+def _noise_of_differences(x: FloatArray, y: FloatArray, components: int) -> float:
+    """Noise from divided differences of order 8, in which a smooth curve all but cancels."""
+    first = np.arange(len(x) - _WINDOW + 1)
+    places = x[first[:, None] + np.arange(_WINDOW)]
+    # A window across a gap holds too much of the curve.
+    span = places[:, -1] - places[:, 0]
+    first, places = first[span <= 2.0 * np.median(span)], places[span <= 2.0 * np.median(span)]
+    gaps = places[:, :, None] - places[:, None, :] + np.eye(_WINDOW)
+    weights = 1.0 / gaps.prod(axis=2)
+    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
+    left = np.einsum("wk,wkd->wd", weights, y[first[:, None] + np.arange(_WINDOW)])
+    return float(np.sqrt((left**2).sum(axis=1).mean() / components))
+
+
+def smooth_samples(x: FloatArray, y: FloatArray, components: int, noise: float | None = None) -> SmoothedSamples:
+    """Fit the smoothing spline whose λ the data choose; arguments of :func:`fit_samples`, N >= :data:`FEWEST`."""
+    search = _Search(x, y, components, noise)
+    penalty = search.best()
+    basis = search.basis(penalty)
+    factor = basis.factor(penalty)
+    values = basis.values(y, factor)
+    left = components * (len(x) - basis.freedom(penalty))
+    found = float(np.sqrt(((y - values[0]) ** 2).sum() / left))
+    return SmoothedSamples(values, found, basis.covariance(factor), penalty)
+
+
+class _Search:
+    """Scores of λ for given samples."""
+
+    def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None) -> None:
+        self.x, self.y, self.components, self.noise = x, y, components, noise
+        #: The knots can be halved so often.
+        self.levels = max(0, int(np.log2(len(x) / 6.0)))
+        self._bases: dict[int, SplineBasis] = {}
+
+    def basis(self, penalty: float) -> SplineBasis:
+        """The basis with the knots that this λ needs."""
+        level = int(np.clip(np.ceil(np.log(penalty / _LARGEST) / np.log(_HALVING)), 0, self.levels))
+        if level not in self._bases:
+            self._bases[level] = SplineBasis(self.x, 2**level, _NEAREST)
+        return self._bases[level]
+
+    def score(self, log_penalty: float) -> float:
+        """What is least for the best λ; infinite where the equations cannot be solved."""
+        penalty = float(np.exp(log_penalty))
+        basis = self.basis(penalty)
+        try:
+            fitted = basis.values(self.y, basis.factor(penalty))[0]
+            freedom = _GAMMA * basis.freedom(penalty)
+        except np.linalg.LinAlgError:
+            return np.inf
+        squares = float(((self.y - fitted) ** 2).sum())
+        if self.noise is not None:
+            return squares / self.components + 2.0 * self.noise**2 * freedom
+        left = len(self.x) - freedom
+        return float(np.log(squares + np.finfo(float).tiny) - 2.0 * np.log(left)) if left > 0.0 else np.inf
+
+    def best(self) -> float:
+        low, high = np.log(_LEAST), np.log(_STIFFEST) + self.levels * np.log(_HALVING)
+        trials = np.linspace(low, high, int(_TRIALS * (high - low) / np.log(10.0)) + 1)
+        scores = np.array([self.score(trial) for trial in trials])
+        k = int(scores.argmin())
+        bounds = (trials[max(k - 1, 0)], trials[min(k + 1, len(trials) - 1)])
+        found = scipy.optimize.minimize_scalar(self.score, bounds=bounds, method="bounded", options={"xatol": 0.02})
+        return float(np.exp(found.x if found.fun <= scores[k] else trials[k]))

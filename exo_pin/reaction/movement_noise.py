@@ -1,0 +1,112 @@
+"""Measurement noise of a movement, propagated to the shoulder force.
+
+At each sample the covariance of orientation, ω and η about an axis is split into three independent parts, each of which
+moves all three quantities together. The pose is moved by one standard deviation of each part about each axis of the
+base frame, and the query is answered again: nine answers. The sum of squares of the nine changes of F_s is its
+variance, exact where F_s is linear in the change (it is linear in η), for every split and limit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import NoisyMovement
+from ..core.validation import FloatArray
+from ..load_case import Motion, Movement
+
+__all__ = ["NOISY", "force_noise", "is_stacked", "warn_of_noise"]
+
+#: Noise above this part of the shoulder force gives a warning.
+NOISY = 0.1
+#: The noise is computed at so many samples, evenly spread over the movement.
+_SAMPLES = 25
+
+
+def force_noise(
+    movement: Movement,
+    force: FloatArray,
+    forces_at: Callable[[Rotation, Motion | None], FloatArray],
+    static: bool,
+    stacked: bool,
+) -> FloatArray:
+    """Standard deviation of F_s from measurement noise, shape (N,), N: root of the sum over its components.
+
+    Parameters
+    ----------
+    movement : Movement
+        With its noise.
+    force : ndarray
+        F_s along it, shape (N, 3).
+    forces_at : callable
+        From M orientations and their motion to F_s, shape (M, 3).
+    static : bool
+        Whether ``motion`` is left out.
+    stacked : bool
+        Whether other data of the query have a value for every sample: all samples are then computed.
+
+    Returns
+    -------
+    ndarray
+        NaN where the noise is unknown or was not computed; zero for a movement without noise.
+    """
+    count = len(movement.times)
+    if not movement.noise.is_relevant:
+        return np.zeros(count) if np.isfinite(movement.noise.per_axis) else np.full(count, np.nan)
+    held = np.flatnonzero(np.isfinite(force).all(axis=1))
+    at = held if len(held) <= _SAMPLES else held[np.linspace(0, len(held) - 1, _SAMPLES).round().astype(int)]
+    at = np.arange(count) if stacked else at
+    out = np.full(count, np.nan)
+    if len(at) == 0:
+        return out
+    values, vectors = np.linalg.eigh(movement.noise.covariance[at])
+    parts = vectors * np.sqrt(values.clip(min=0.0))[:, None, :]
+    poses, motion = movement.orientations[at], movement.motion
+    squares = np.zeros(len(at))
+    for part in np.moveaxis(parts, -1, 0):
+        for axis in np.eye(3):
+            turn, omega, eta = (part[:, k, None] * axis for k in range(3))
+            moved = Motion(motion.angular_velocity[at] + omega, motion.angular_acceleration[at] + eta)
+            change = forces_at(Rotation.from_rotvec(turn) * poses, None if static else moved) - force[at]
+            squares += (change**2).sum(axis=1)
+    out[at] = np.sqrt(squares)
+    return out
+
+
+def warn_of_noise(movement: Movement, force: FloatArray, noise: FloatArray) -> None:
+    """Warn with :class:`NoisyMovement` if noise makes up more than :data:`NOISY` of F_s at half of the samples."""
+    known = np.isfinite(noise)
+    if not known.any() or not noise[known].any():
+        return
+    size, error = float(np.median(np.linalg.norm(force[known], axis=1))), float(np.median(noise[known]))
+    if error <= NOISY * size:
+        return
+    if movement.noise.method == "interpolation":
+        advice = 'smooth the movement, Movement.from_samples(..., smoothing="gcv")'
+    else:
+        advice = "the sensor, its rate or the record do not allow better forces; static=True leaves ω and η out"
+    warnings.warn(
+        f"measurement noise makes up {100 * error / size:.0f} % of the shoulder force ({error:.3g} of {size:.3g} N in "
+        f"the median sample): {movement.noise}; {advice}",
+        NoisyMovement,
+        stacklevel=4,
+    )
+
+
+def is_stacked(*data: Any) -> bool:
+    """Whether any of the data has an array with a value for every sample."""
+    for value in data:
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            if is_stacked(*vars(value).values()):
+                return True
+        elif isinstance(value, list | tuple):
+            if is_stacked(*value):
+                return True
+        elif isinstance(value, np.ndarray) and value.ndim >= 2:
+            return True
+    return False

@@ -1,0 +1,179 @@
+"""Measured movements: smoothing chosen from the data against the best that any smoothing can do, noise, its effects."""
+
+import warnings
+
+import measured_movements as measured
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.load_case import Movement, read_movement
+
+#: Errors of F_s beside the least over all λ: in one case and in the mean of several, away from the ends and over all
+#: samples. At the ends the least is partly luck.
+INSIDE, INSIDE_MEAN, ALL, ALL_MEAN = 2.8, 1.5, 4.0, 1.25
+EXO = measured.exo()
+
+
+def eta_error(movement, motion):
+    return np.sqrt(((movement.motion.angular_acceleration - motion.angular_acceleration) ** 2).sum(axis=1).mean())
+
+
+def check_cases(cases):
+    ratios = []
+    for seed, (rate, degrees, uneven, pace) in enumerate(cases):
+        case = measured.measured_case(EXO, seed, rate, degrees, 2.0, uneven, pace)
+        ratios.append((case.inside / case.least_inside, case.smooth / case.least))
+        assert case.movement.noise.found == pytest.approx(np.radians(degrees), rel=0.2)
+        assert case.rough > 20 * case.smooth
+        assert case.smooth < 0.1 * case.size
+    assert (np.max(ratios, axis=0) < [INSIDE, ALL]).all()
+    assert (np.mean(ratios, axis=0) < [INSIDE_MEAN, ALL_MEAN]).all()
+
+
+def test_force_error_is_near_the_least_of_all_smoothings():
+    check_cases([(50, 0.1, True, 1.0), (100, 0.01, False, 1.5), (100, 0.1, True, 1.0), (200, 1.0, False, 1.0)])
+
+
+@pytest.mark.full
+def test_force_error_is_near_the_least_in_many_cases():
+    check_cases(
+        (rate, degrees, uneven, pace)
+        for rate in (50, 100, 200, 1000)
+        for degrees in (0.01, 0.1, 0.3)
+        for uneven in (False, True)
+        for pace in (1.0, 2.0)
+    )
+
+
+def test_stated_noise_serves_as_well_as_found_noise():
+    rng, t = np.random.default_rng(7), np.linspace(0, 2, 201)
+    poses, motion = measured.movement(t)
+    noise = np.radians(0.2)
+    samples = measured.noisy(rng, poses, noise)
+    found, stated = Movement.from_samples(t, samples), Movement.from_samples(t, samples, sensor_noise=noise)
+    assert stated.noise.per_axis == noise
+    assert found.noise.per_axis == found.noise.found
+    assert eta_error(stated, motion) < 1.5 * eta_error(found, motion)
+    # More noise is smoothed more.
+    worse = Movement.from_samples(t, samples, sensor_noise=5 * noise)
+    assert worse.noise.cutoff_frequency < stated.noise.cutoff_frequency < 25
+    exact = Movement.from_samples(t, poses, sensor_noise=0.0)
+    assert exact.noise.method == "interpolation"
+
+
+def test_exact_samples_are_interpolated_and_rounding_is_found_as_noise(tmp_path):
+    t = np.linspace(0, 3, 301)
+    poses, motion = measured.movement(t)
+    exact = Movement.from_samples(t, poses)
+    assert exact.noise.method == "interpolation"
+    assert not exact.noise.is_relevant
+    assert not exact.noise.end_effects.any()
+    assert eta_error(exact, motion) < 1e-7
+    # A file with angles to four decimals, in degrees: even noise of that width has this standard deviation.
+    angles = np.round(ep.shoulder_angles(poses, degrees=True), 4)
+    rows = "\n".join(",".join(map(repr, map(float, row))) for row in np.column_stack([t, angles]))
+    (tmp_path / "rounded.csv").write_text(f"time_s,flexion_deg,abduction_deg,internal_rotation_deg\n{rows}\n")
+    rounded = read_movement(tmp_path / "rounded.csv")
+    assert rounded.noise.found == pytest.approx(np.radians(1e-4 / np.sqrt(12)), rel=0.3)
+    interpolated = read_movement(tmp_path / "rounded.csv", smoothing=None)
+    assert eta_error(rounded, motion) < 0.02 * eta_error(interpolated, motion)
+    assert eta_error(rounded, motion) < 1e-3 * np.abs(motion.angular_acceleration).max()
+
+
+def test_smoothing_depends_on_no_frame_and_turns_go_all_around():
+    rng, t = np.random.default_rng(8), np.linspace(0, 3, 301)
+    # The arm turns by three revolutions about its own axis.
+    poses, motion = measured.movement(t, spin=20.0)
+    samples = measured.noisy(rng, poses, np.radians(0.1))
+    base, arm = Rotation.random(2, rng=rng)
+    plain, turned = Movement.from_samples(t, samples), Movement.from_samples(t, base * samples * arm)
+    np.testing.assert_allclose(
+        turned.motion.angular_acceleration, base.apply(np.array(plain.motion.angular_acceleration)), atol=1e-6
+    )
+    np.testing.assert_allclose((base * plain.orientations * arm * turned.orientations.inv()).magnitude(), 0, atol=1e-9)
+    interior = slice(30, -30)
+    error = plain.motion.angular_acceleration - motion.angular_acceleration
+    assert np.abs(error[interior]).max() < 0.05 * np.abs(motion.angular_acceleration).max()
+
+
+def test_predicted_noise_is_that_of_many_measurements():
+    """Over repeated measurements the errors away from the ends are as large as the standard deviations."""
+    rng, t = np.random.default_rng(9), measured.sample_times(np.random.default_rng(9), 100, 2.0, uneven=True)
+    poses, motion = measured.movement(t)
+    square, predicted, forces = 0.0, 0.0, []
+    for _ in range(6):
+        movement = Movement.from_samples(t, measured.noisy(rng, poses, np.radians(0.1)))
+        inside = ~movement.noise.end_effects
+        change = movement.motion.angular_acceleration - motion.angular_acceleration
+        square += (change[inside] ** 2).mean()
+        predicted += (movement.noise.angular_acceleration[inside] ** 2).mean()
+        forces.append(EXO.follow(movement))
+    assert 0.6 < np.sqrt(square / predicted) < 1.6
+    true = EXO.follow(Movement.from_samples(t, poses)).reaction.shoulder_force
+    error = np.array([np.linalg.norm(answer.reaction.shoulder_force - true, axis=1) for answer in forces])
+    noise = np.array([answer.force_noise for answer in forces])
+    known = np.isfinite(noise).all(axis=0) & ~np.any([f.movement.noise.end_effects for f in forces], axis=0)
+    assert known.sum() > 5
+    ratio = np.sqrt((error[:, known] ** 2).mean() / (noise[:, known] ** 2).mean())
+    assert 0.5 < ratio < 2.0
+
+
+def test_end_effects_are_marked_where_errors_are_large():
+    rng, t = np.random.default_rng(10), np.linspace(0, 3, 301)
+    poses, motion = measured.movement(t)
+    movement = Movement.from_samples(t, measured.noisy(rng, poses, np.radians(0.1)))
+    ends = movement.noise.end_effects
+    assert ends[[0, -1]].all()
+    assert ends.mean() < 0.5
+    error = np.linalg.norm(movement.motion.angular_acceleration - motion.angular_acceleration, axis=1)
+    assert np.sqrt((error[ends] ** 2).mean()) > 2 * np.sqrt((error[~ends] ** 2).mean())
+    # A gap longer than half a period of the cutoff has two ends of its own.
+    cut = (t < 1.2) | (t > 1.8)
+    gap = Movement.from_samples(t[cut], measured.noisy(rng, poses[cut], np.radians(0.1))).noise.end_effects
+    assert gap[[int((t < 1.2).sum()) - 1, int((t < 1.2).sum())]].all()
+
+
+def test_forces_made_of_noise_give_a_warning():
+    rng, t = np.random.default_rng(11), np.linspace(0, 2, 201)
+    poses, _ = measured.movement(t)
+    samples = measured.noisy(rng, poses, np.radians(0.1))
+    rough = Movement.from_samples(t, samples, smoothing=None)
+    with pytest.warns(ep.NoisyMovement, match=r"% of the shoulder force .* smoothing=\"gcv\"") as caught:
+        answer = EXO.follow(rough)
+    assert caught[0].filename == __file__
+    assert answer.typical_force_noise > 0.1 * np.median(answer.reaction.magnitude)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        quiet = EXO.follow(Movement.from_samples(t, samples))
+        still = EXO.follow(rough, static=True)
+        few = EXO.follow(Movement.from_samples(t[:8], samples[:8]))
+    assert 0 < quiet.typical_force_noise < 0.02 * np.median(quiet.reaction.magnitude)
+    assert 0 < still.typical_force_noise < 0.1 * np.median(still.reaction.magnitude)
+    assert np.isnan(few.typical_force_noise)
+    assert "noise" in str(quiet)
+    assert "unknown" in str(few)
+    # A load for every sample: all samples are computed.
+    loaded = EXO.follow(Movement.from_samples(t, samples), load=ep.Load(np.tile([0.0, 0.0, -10.0], (201, 1))))
+    assert np.isfinite(loaded.force_noise).all()
+
+
+def test_bad_smoothing_is_named():
+    t = np.linspace(0, 1, 20)
+    poses = ep.shoulder_rotation(0.5 * t, 0.2, 0)
+    for bad, message in (
+        ({"smoothing": 0.01}, "sensor_noise"),
+        ({"smoothing": "kalman"}, "gcv"),
+        ({"smoothing": None, "sensor_noise": 0.01}, "leave one of them out"),
+        ({"sensor_noise": -0.01}, "zero or more"),
+        ({"sensor_noise": 2.0}, "in rad"),
+    ):
+        with pytest.raises(ep.InvalidInput, match=message):
+            Movement.from_samples(t, poses, **bad)
+    with pytest.raises(ep.InvalidInput, match="at least 12"):
+        Movement.from_samples(t[:8], poses[:8], sensor_noise=0.01)
+    fast = np.linspace(0, 0.1, 201)
+    shaken = measured.noisy(np.random.default_rng(0), ep.shoulder_rotation(fast, 0.2, 0), 0.02)
+    with pytest.raises(ep.InvalidInput, match="noise multiplied"):
+        Movement.from_samples(fast, shaken, smoothing=None)

@@ -198,6 +198,7 @@ def equations_of_motion(
         work.jacobian_rates(q, v)
     else:
         pin.computeJointJacobians(model, work.data, q)
+        np.copyto(work.q, q)
     work.external[:] = 0.0
     if external is not None:
         put_on(state, external)
@@ -207,7 +208,7 @@ def equations_of_motion(
         tau -= state.passive.force(q, v)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
         work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
-        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column,
+        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column, work.q, top.couplings,
     )  # fmt: skip
     if check_closed:
         if not worst <= CLOSED:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, frozen
+from ..structure.couplings import refuse_coupling
 from .equations_of_motion import EquationsOfMotion, Wrench
 from .force_distribution import Bound, ForceDistribution, interval
 
@@ -121,6 +122,28 @@ class ClosedForces(Record):
         effect = -self._equations.jacobian[:, own].T
         return self._intervals(self._equations.tau[own], effect, self.effort_is_unique[own], self.tau[own])
 
+    def coupling(self, name: str) -> dict[str, float]:
+        """Generalised force that a coupling makes in each of its joints, by joint, N or N m.
+
+        It acts as motors in the joints would, between the two bodies of each; the joint's reaction contains it.
+        ``self_stresses`` has zeros in the coupling's row where it is the same in every solution.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such closure.
+        InvalidInput
+            If the closure is no coupling.
+        """
+        state = self._equations.state
+        row = state.rows(name).start
+        closure = next(item for item in state.closures if item.name == name)
+        if closure.polynomial is None:
+            raise InvalidInput(f"closure {name!r} is no coupling but {closure.type}: see joint_reaction")
+        effect = self._equations.jacobian[row] * self.multipliers[row]
+        joints = [joint for joint in (closure.frame_a, closure.frame_b) if joint != "universe"]
+        return {joint: float(effect[state.velocity_slice(joint)][0]) for joint in joints}
+
     def joint_reaction(
         self,
         joint: str,
@@ -152,7 +175,7 @@ class ClosedForces(Record):
         UnknownName
             If there is no such joint, closure or frame.
         InvalidInput
-            If ``on`` is neither of the two bodies, or a joint and a closure share the name.
+            If ``on`` is neither of the two bodies, a joint and a closure share the name, or the closure is a coupling.
         """
         wrench, own, bodies = wrench_of(self._equations, joint)
         return self._answer(joint, wrench, own, bodies, on, at, in_frame, intervals)
@@ -181,7 +204,7 @@ class ClosedForces(Record):
             equations.joint(child).reversed() for child in range(1, model.njoints) if model.parents[child] == index
         ]
         for c, (body_a, body_b) in enumerate(state.topology.joints):
-            if index in (body_a, body_b):
+            if body_a != body_b and index in (body_a, body_b):
                 parts.append(equations.closure(c) if index == body_a else equations.closure(c).reversed())
         total = Wrench(
             np.sum([part.constant for part in parts], axis=0) + np.zeros(6),
@@ -250,6 +273,7 @@ def wrench_of(equations: EquationsOfMotion, name: str) -> tuple[Wrench, tuple[Fl
         raise InvalidInput(f"{name!r} is a joint as well as a closure: rename the closure")
     if name in closures:
         c = closures.index(name)
+        refuse_coupling(state.closures[c])
         body_a, body_b = state.topology.joints[c]
         return equations.closure(c), equations.closure_frame(c), (int(body_a), int(body_b))
     if name not in joints:

@@ -1,7 +1,8 @@
 """All closures of a chain at once, compiled: residual, Jacobian and its rate.
 
 What a closure type forbids is defined in :mod:`exo_pin.chain.kinematics.projection`; everything here goes through
-its projection.
+its projection, except couplings, which join positions of joints
+(:mod:`exo_pin.chain.structure.couplings`).
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
+from ..structure.couplings import couple, couple_rates
 from .projection import project, project_rate, relative_pose
 
 __all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
@@ -29,7 +31,9 @@ def _largest(values: Any) -> float:
 
 
 @kernel
-def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> float:
+def residual(
+    poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, q: Any, couplings: Any, out: Any
+) -> float:
     """Fill the residual of all closures and return its largest entry.
 
     Parameters
@@ -44,6 +48,10 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows
         Shape (m,) type codes; shape (m + 1,) first row of each closure.
     lengths : ndarray
         Shape (m,), of the distance closures, m.
+    q : ndarray
+        Shape (nq,).
+    couplings : Couplings
+        Of joints' positions.
     out : ndarray
         Shape (rows,), m and rad.
     """
@@ -52,6 +60,7 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows
         relative_pose(poses, joints, local, c, a, b, d, Q)
         count = rows[c + 1] - rows[c]
         project(kinds[c], d, Q, lengths[c], out[rows[c] : rows[c + 1]], S[:count])
+    couple(q, couplings, out, S[:0])
     return _largest(out)
 
 
@@ -65,6 +74,8 @@ def residual_jacobian(
     lengths: Any,
     rows: Any,
     signs: Any,
+    q: Any,
+    couplings: Any,
     out: Any,
     jacobian: Any,
 ) -> float:
@@ -72,7 +83,7 @@ def residual_jacobian(
 
     Parameters
     ----------
-    poses, joints, local, kinds, lengths, rows, out
+    poses, joints, local, kinds, lengths, rows, q, couplings, out
         As for :func:`residual`.
     J : ndarray
         Shape (nv, 6), the joints' world Jacobian.
@@ -99,6 +110,7 @@ def residual_jacobian(
                 for j in range(6):
                     total += S[i, j] * V[j]
                 jacobian[first + i, k] = total
+    couple(q, couplings, out, jacobian)
     return _largest(out)
 
 
@@ -134,6 +146,8 @@ def jacobian_rate(
     lengths: Any,
     rows: Any,
     supports: Any,
+    q: Any,
+    couplings: Any,
     out: Any,
     drift: Any,
 ) -> None:
@@ -141,7 +155,7 @@ def jacobian_rate(
 
     Parameters
     ----------
-    poses, J, joints, local, kinds, lengths, rows
+    poses, J, joints, local, kinds, lengths, rows, q, couplings
         As for :func:`residual_jacobian`.
     dJ : ndarray
         Shape (nv, 6), time derivative of the world Jacobian.
@@ -196,3 +210,4 @@ def jacobian_rate(
                     total += S[i, j] * W[j] + dS[i, j] * V[j]
                 out[first + i, k] = total
                 drift[first + i] += total * v[k]
+    couple_rates(q, v, couplings, out, drift)

@@ -12,7 +12,9 @@ from scipy.spatial.distance import pdist
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
+from ..kinematics.projection import COUPLED_LENGTH
 from .closures import TYPES, Placement
+from .couplings import Couplings, make_couplings
 from .description import Closures
 
 __all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
@@ -27,7 +29,8 @@ class Topology(Record):
     Attributes
     ----------
     joints : ndarray of int
-        Shape (m, 2), the joints that carry frames a and b.
+        Shape (m, 2), the joints that carry frames a and b; both the world's, 0, for a coupling, which joins positions
+        of joints and no bodies.
     local : ndarray
         Shape (m, 2, 4, 3), the closure's frames in those joints; rows 0 to 2 are the columns of R, row 3 is p.
     kinds, rows : ndarray of int
@@ -56,6 +59,8 @@ class Topology(Record):
         Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
     weight : ndarray
         Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
+    couplings : Couplings
+        The couplings' joints and polynomials.
     """
 
     joints: IntArray
@@ -73,6 +78,7 @@ class Topology(Record):
     column: FloatArray
     per_newton: FloatArray
     weight: FloatArray
+    couplings: Couplings
 
     @property
     def row_count(self) -> int:
@@ -140,11 +146,14 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     UnknownName
         If a frame is not in the model.
     InvalidInput
-        If a closure joins a body with itself.
+        If a closure joins a body with itself, or a coupling's joint is no hinge or slide.
     """
     count = len(closures.closures)
     joints, local = np.zeros((count, 2), dtype=np.int64), np.zeros((count, 2, 4, 3))
     for c, closure in enumerate(closures.closures):
+        if closure.type == "coupling":
+            local[c, :, :3] = np.eye(3)
+            continue
         ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
         for end, (name, placement) in enumerate(ends):
             if name not in frames:
@@ -160,6 +169,9 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
     heights = [closure.rows for closure in closures.closures]
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
+    couplings = make_couplings(model, closures.closures, rows)
+    metres = _metres(model)
+    kinds[np.searchsorted(rows, couplings.index[metres[couplings.index[:, 4]], 0])] = COUPLED_LENGTH
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
     outward = _outward(model)
@@ -167,12 +179,12 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
+    row_metres[couplings.index[:, 0]] = metres[couplings.index[:, 4]]
     row_scale = np.where(row_metres, 1.0 / length, 1.0)
     distances = np.array([closure.distance or 0.0 for closure in closures.closures])
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
         array.setflags(write=False)
     signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
-    metres = _metres(model)
     column = frozen(np.where(metres, length, 1.0))
     per_newton = frozen(np.where(metres, 1.0, 1.0 / length))
     weight = frozen(column**2)
@@ -192,6 +204,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
         column,
         per_newton,
         weight,
+        couplings,
     )
 
 
@@ -229,7 +242,8 @@ def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray
         if model.nvs[joint] < 6:
             points[joint].append(np.zeros(3))
             points[model.parents[joint]].append(model.jointPlacements[joint].translation)
-    for bodies, places in zip(joints, local, strict=True):
+    joined = joints[:, 0] != joints[:, 1]  # not those of couplings
+    for bodies, places in zip(joints[joined], local[joined], strict=True):
         for body, place in zip(bodies, places, strict=True):
             points[body].append(place[3])
     pairs = [pdist(np.array(group)) for group in points if len(group) > 1]

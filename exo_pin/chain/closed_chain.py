@@ -126,9 +126,9 @@ class ClosedChain:
         ------
         FileFormatError
             If the URDF or the closures file is not valid: an element or attribute is unknown, missing or given twice,
-            a number is not one or out of its range, an inertia is not physical, the links are not one tree, or there
-            are mimic joints (state them as closures). The message names the place and line; see
-            :mod:`exo_pin.chain.formats.urdf.urdf_checking`.
+            a number is not one or out of its range, an inertia is not physical, or the links are not one tree. The
+            message names the place and line; see :mod:`exo_pin.chain.formats.urdf.urdf_checking`. Mimic joints become
+            closures, see :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
         UnknownName
             If a root joint, frame, joint or closure type is not known.
         InvalidInput

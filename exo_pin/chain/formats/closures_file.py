@@ -5,6 +5,8 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     schema = 1
     name = "robot"
 
+    left_out = []                        # optional: what the file that this one was made from had and the chain has not
+
     [root]                               # optional: how the URDF's root link hangs in the world
     joint = "fixed"                      # fixed (default) | spherical | free_flyer | planar | translation
     name = "root_joint"                  # of that joint, if it is not fixed
@@ -143,7 +145,9 @@ def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path
 def closures_text(closures: Closures, comment: str = "") -> str:
     """The text of a closures file."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name), "", "[root]"]
+    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name)]
+    lines += [_pair("left_out", closures.left_out)] if closures.left_out else []
+    lines += ["", "[root]"]
     root = closures.root
     lines += [_pair("joint", root.joint), _pair("name", root.name), _pair("gravity_m_s2", root.gravity)]
     for closure in closures.closures:
@@ -206,7 +210,7 @@ def _pair(key: str, value: Any) -> str:
 
 
 def _read_root_table(table: Table) -> Closures:
-    name = table.text("name")
+    name, left_out = table.text("name"), table.texts("left_out")
     root_table, roles_table = table.table("root"), table.table("roles")
     closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
     table.finish()
@@ -217,6 +221,7 @@ def _read_root_table(table: Table) -> Closures:
         tuple(_read_closure(item) for item in closure_tables),
         Roles() if roles_table is None else _read_roles(roles_table),
         tuple(_read_joint(item) for item in joint_tables),
+        left_out,
     )
 
 

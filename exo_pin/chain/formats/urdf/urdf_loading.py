@@ -14,6 +14,7 @@ from ...structure.description import Closures
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
 from .urdf_checking import checked_urdf
+from .urdf_mimic import with_mimics
 
 __all__ = ["load_model"]
 
@@ -44,7 +45,9 @@ def load_model(
     if hangs != "fixed" and hangs not in _ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *_ROOT_MODELS))
     try:
-        model = _built(checked_urdf(source), None if hangs == "fixed" else _ROOT_MODELS[hangs](), root.name)
+        checked = checked_urdf(source, closures.closures)
+        closures = with_mimics(closures, checked.mimics)
+        model = _built(checked.text, None if hangs == "fixed" else _ROOT_MODELS[hangs](), root.name)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)

@@ -27,6 +27,7 @@ from .dynamics.tree_forces import TreeForces, rnea
 from .formats.chain_writing import to_mjcf, to_sdf, to_urdf
 from .formats.mjcf.mjcf_reading import read_mjcf
 from .formats.parallel_robots import read_parallel_robot
+from .formats.sdf.sdf_reading import read_sdf
 from .formats.urdf.urdf_loading import load_model
 from .kinematics.closing import beyond_limits, close
 from .kinematics.dependent_motion import dependent_motion, root_motion
@@ -153,6 +154,15 @@ class ClosedChain:
         :func:`read_mjcf` there for what is raised. Contact is not read.
         """
         return cls(*read_mjcf(path))
+
+    @classmethod
+    def from_sdf(cls, path: str | PathLike[str], root_joint: str | None = None) -> ClosedChain:
+        """Load an SDF model, from a file or from the XML itself.
+
+        See :mod:`exo_pin.chain.formats.sdf.sdf_reading` for what is read and which joints close the loops, and
+        :func:`read_sdf` there for the arguments and for what is raised.
+        """
+        return cls(*read_sdf(path, root_joint))
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model."""

@@ -83,11 +83,10 @@ def _position(model: pin.Model, closure: Closure, joint: str) -> tuple[int, int]
         raise UnknownName("joint", joint, names[1:], where=f"closure {closure.name!r}")
     number = names.index(joint, 1)
     if model.nqs[number] != 1:
-        endless = model.nvs[number] == 1
-        advice = "it turns endlessly, and its cosine and sine do not count turns: make it revolute" if endless else ""
+        endless = "; cosine and sine do not count turns: make it revolute" if model.nvs[number] == 1 else ""
         raise InvalidInput(
-            f"closure {closure.name!r} couples joint {joint!r}, which is a {model.joints[number].shortname()}: expected "
-            f"a hinge or slide whose position is one number{'; ' if endless else ''}{advice}"
+            f"closure {closure.name!r} couples joint {joint!r}, which is a {model.joints[number].shortname()}: "
+            f"expected a hinge or slide whose position is one number{endless}"
         )
     return model.idx_qs[number], model.idx_vs[number]
 

@@ -10,8 +10,8 @@ constraints, its solver and its time step are not read: closures are exact here.
 read either; efforts are given as forces.
 
 Anything else that changes the motion is an error that names it (:mod:`exo_pin.chain.formats.mjcf.mjcf_refusals`).
-What was built is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned. An equality with
-``active="false"`` is no closure, as MuJoCo starts without it; its name is in the ``left_out`` of the closures.
+What was built is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned. An equality
+with ``active="false"`` is no closure, as MuJoCo starts without it; its name is in the ``left_out`` of the closures.
 
 =================== ===========================================================================================
 name                of what
@@ -64,7 +64,8 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
         without a name, or called "qpos0", is "key_0" and so on.
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
-        point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in ``joints``. Joints with an actuator are actuated.
+        point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
+        ``joints``. Joints with an actuator are actuated.
 
     Warns
     -----

@@ -16,10 +16,10 @@ import numpy as np
 from ....core.validation import FloatArray
 from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
-from .urdf_elements import Element, parse_xml
+from ..xml_elements import Element, parse_xml
+from ..xml_numbers import number, vector
 from .urdf_grammar import check_grammar, is_extension
 from .urdf_mimic import coupled_joints, mimic_couplings
-from .urdf_numbers import number, vector
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
 __all__ = ["DEEPEST", "CheckedUrdf", "checked_urdf"]

@@ -15,7 +15,7 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from ....core.errors import FileFormatError
-from .urdf_elements import Element
+from ..xml_elements import Element
 
 __all__ = ["check_grammar", "is_extension"]
 

@@ -16,8 +16,8 @@ import numpy as np
 from ....core.errors import InvalidInput
 from ...structure.closures import Closure
 from ...structure.description import Closures
-from .urdf_elements import Element
-from .urdf_numbers import number
+from ..xml_elements import Element
+from ..xml_numbers import number
 
 __all__ = ["coupled_joints", "linear", "mimic_couplings", "with_mimics"]
 
@@ -60,9 +60,7 @@ def mimic_couplings(joints: Mapping[str, Element]) -> tuple[Closure, ...]:
 
 def coupled_joints(couplings: Sequence[Closure]) -> frozenset[str]:
     """Names of the joints of all couplings among closures."""
-    return frozenset(
-        name for item in couplings if item.polynomial is not None for name in (item.frame_a, item.frame_b)
-    )
+    return frozenset(name for item in couplings if item.polynomial is not None for name in (item.frame_a, item.frame_b))
 
 
 def linear(coupling: Closure) -> tuple[float, float] | None:
@@ -98,9 +96,9 @@ def with_mimics(closures: Closures, mimics: Sequence[Closure]) -> Closures:
             more.append(dataclasses.replace(mimic, name=name))
         for other in stated:
             numbers = linear(other)
-            if numbers is None or not np.allclose(numbers, linear(mimic), rtol=_SAME, atol=_SAME):  # type: ignore[arg-type]
+            if numbers is None or not np.allclose(numbers, mimic.polynomial or (), rtol=_SAME, atol=_SAME):
                 raise InvalidInput(
-                    f"joint {mimic.frame_b!r} mimics {mimic.frame_a!r} with offset and multiplier {mimic.polynomial} in "
-                    f"the URDF; closure {other.name!r} couples them otherwise: take one of the two out"
+                    f"joint {mimic.frame_b!r} mimics {mimic.frame_a!r} with offset and multiplier {mimic.polynomial} "
+                    f"in the URDF; closure {other.name!r} couples them otherwise: take one of the two out"
                 )
     return dataclasses.replace(closures, closures=(*closures.closures, *more)) if more else closures

@@ -15,8 +15,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ....core.validation import FloatArray
-from .urdf_elements import Element
-from .urdf_numbers import half_unit, number, vector
+from ..xml_elements import Element
+from ..xml_numbers import half_unit, number, vector
 
 __all__ = ["check_joint", "check_origin", "check_picture", "inertia_of", "unread_physics"]
 

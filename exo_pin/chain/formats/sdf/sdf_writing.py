@@ -15,11 +15,11 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
-from ..structure.chain_state import ChainState
-from .bodies import TreeBody, link_name, refuse_massless, tree_bodies
-from .joint_data import refuse_data
+from ....core.errors import InvalidInput
+from ....core.validation import FloatArray
+from ...structure.chain_state import ChainState
+from ..bodies import TreeBody, link_name, refuse_massless, tree_bodies
+from ..joint_data import refuse_data
 
 __all__ = ["sdf_text"]
 

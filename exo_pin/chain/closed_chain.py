@@ -138,13 +138,15 @@ class ClosedChain:
         return cls(*load_model(urdf, closures, root_joint))
 
     @classmethod
-    def from_parallel_robot(cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> ClosedChain:
+    def from_parallel_robot(
+        cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None, root_joint: str | None = None
+    ) -> ClosedChain:
         """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
 
         See :mod:`exo_pin.chain.formats.parallel_robots` for the layout, and :func:`read_parallel_robot` there for the
         arguments and for what is raised.
         """
-        return cls(*read_parallel_robot(path, urdf))
+        return cls(*read_parallel_robot(path, urdf, root_joint))
 
     @classmethod
     def from_mjcf(cls, path: str | PathLike[str]) -> ClosedChain:

@@ -261,7 +261,7 @@ def _read_coupling(table: Table, name: str) -> Closure:
     table.finish()
     given = {} if references is None else {"references": references}
     ends = ("universe" if joint_a is None else joint_a, str(joint_b))
-    return Closure(name, "coupling", *ends, polynomial=polynomial, **given)  # type: ignore[arg-type]
+    return Closure(name, "coupling", *ends, polynomial=polynomial, **given)
 
 
 def _read_joint(table: Table) -> JointProperties:

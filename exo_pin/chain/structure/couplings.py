@@ -31,13 +31,13 @@ class Couplings(NamedTuple):
 
     Attributes
     ----------
-    index : ndarray of int
+    indices : ndarray of int
         Shape (k, 5): the constraint row; joint a's index in q and in v, -1 where there is no joint a; joint b's.
     polynomial : ndarray
         Shape (k, 7): r_a, r_b, c_0 to c_4, m and rad.
     """
 
-    index: NDArray[np.int64]
+    indices: NDArray[np.int64]
     polynomial: FloatArray
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -144,7 +144,7 @@ def couple(q: Any, couplings: Any, gap: Any, jacobian: Any) -> None:
     jacobian : ndarray
         Shape (rows, nv), zero in the couplings' rows before; or shape (0, nv), which is not filled.
     """
-    index, polynomial = couplings.index, couplings.polynomial
+    index, polynomial = couplings.indices, couplings.polynomial
     for c in range(len(index)):
         row, q_a, v_a = index[c, 0], index[c, 1], index[c, 2]
         value, first, _ = powers(polynomial[c], q[q_a] if q_a >= 0 else polynomial[c, 0])
@@ -170,7 +170,7 @@ def couple_rates(q: Any, v: Any, couplings: Any, rate: Any, drift: Any) -> None:
     drift : ndarray
         Shape (rows,).
     """
-    index, polynomial = couplings.index, couplings.polynomial
+    index, polynomial = couplings.indices, couplings.polynomial
     for c in range(len(index)):
         row, q_a, v_a = index[c, 0], index[c, 1], index[c, 2]
         if q_a >= 0:

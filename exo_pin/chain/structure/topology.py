@@ -171,7 +171,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
     couplings = make_couplings(model, closures.closures, rows)
     metres = _metres(model)
-    kinds[np.searchsorted(rows, couplings.index[metres[couplings.index[:, 4]], 0])] = COUPLED_LENGTH
+    kinds[np.searchsorted(rows, couplings.indices[metres[couplings.indices[:, 4]], 0])] = COUPLED_LENGTH
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
     outward = _outward(model)
@@ -179,7 +179,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
-    row_metres[couplings.index[:, 0]] = metres[couplings.index[:, 4]]
+    row_metres[couplings.indices[:, 0]] = metres[couplings.indices[:, 4]]
     row_scale = np.where(row_metres, 1.0 / length, 1.0)
     distances = np.array([closure.distance or 0.0 for closure in closures.closures])
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):

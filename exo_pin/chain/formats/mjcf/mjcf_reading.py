@@ -36,7 +36,7 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
-from ...structure.closures import Closure, Placement
+from ...structure.closures import COEFFICIENTS, Closure, Placement
 from ...structure.description import Closures, Roles, Root
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
@@ -128,14 +128,15 @@ def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
 def _coupling(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
     """A joint equality: q_1 - q0_1 = a_0 + a_1 (q_2 - q0_2) + ... with q0 of the model's ``qpos0``."""
     theirs = source.model
-    joints, references = ["universe"], [0.0]
-    for joint in (int(theirs.eq_obj2id[index]), int(theirs.eq_obj1id[index])):
-        if joint >= 0:
-            joints.append(tree.model.names[tree.joints[joint]])
-            references.append(float(theirs.qpos0[theirs.jnt_qposadr[joint]]))
-    powers = theirs.eq_data[index, : 5 if len(joints) == 3 else 1]
-    places = (references[-2], references[-1])
-    return Closure(name, "coupling", *joints[-2:], polynomial=tuple(powers.tolist()), references=places)
+
+    def end(joint: int) -> tuple[str, float]:
+        if joint < 0:
+            return "universe", 0.0
+        return tree.model.names[tree.joints[joint]], float(theirs.qpos0[theirs.jnt_qposadr[joint]])
+
+    (joint_a, r_a), (joint_b, r_b) = end(int(theirs.eq_obj2id[index])), end(int(theirs.eq_obj1id[index]))
+    powers = tuple(theirs.eq_data[index, : 1 if joint_a == "universe" else COEFFICIENTS].tolist())
+    return Closure(name, "coupling", joint_a, joint_b, polynomial=powers, references=(r_a, r_b))
 
 
 def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:

@@ -174,8 +174,10 @@ def _write_closure(
     """Sites at the closure's frames, and what joins them; the joints of a coupling."""
     closure, sites = chain.closures[c], []
     if closure.polynomial is not None:
-        joints = {"joint1": closure.frame_b} | ({} if closure.frame_a == "universe" else {"joint2": closure.frame_a})
-        ET.SubElement(equalities, "joint", name=name, **joints, polycoef=as_numbers(_from_zero(closure)))
+        element = ET.SubElement(equalities, "joint", name=name, joint1=closure.frame_b)
+        if closure.frame_a != "universe":
+            element.set("joint2", closure.frame_a)
+        element.set("polycoef", as_numbers(_from_zero(closure)))
         return
     for end, letter in enumerate("ab"):
         if end == 1 and kind in _HELPED:

@@ -190,7 +190,8 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
     if ends["parent"] == ends["child"]:
         raise element.error(f"it joins link {ends['child']!r} with itself")
     place = scope.pose(name, element)
-    axes, damping = (), 0.0
+    axes: tuple[Axis, ...] = ()
+    damping = 0.0
     if kind == "ball":
         damping = _ball_damping(element)
     else:

@@ -66,9 +66,9 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
     tree.model.name = name
     more = [joint for joint in graph.closing if not (joint.is_bare and _is_closure(joint))]
     hanging: dict[str, list[tuple[SdfJoint, bool]]] = {}
-    for joint in graph.tree:
-        hanging.setdefault(graph.body[joint.parent], []).append((joint, True))
-        hanging.setdefault(graph.body[joint.child], []).append((joint, False))
+    for edge in graph.tree:
+        hanging.setdefault(graph.body[edge.parent], []).append((edge, True))
+        hanging.setdefault(graph.body[edge.child], []).append((edge, False))
     members: dict[str, list[SdfLink]] = {}
     for link in links:
         members.setdefault(graph.body[link.name], []).append(link)
@@ -91,8 +91,8 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
                 if other is not joint:
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
     places = {link.name: link.place for link in links} | {"world": pin.SE3.Identity()}
-    for joint in graph.closing:
-        tree.closures.append(_end_closure(joint, places) if joint in more else _closure(joint, places))
+    for loop in graph.closing:
+        tree.closures.append(_end_closure(loop, places) if loop in more else _closure(loop, places))
     _add_mimics(tree, [*graph.tree, *more])
     return tree
 
@@ -183,16 +183,17 @@ def _is_closure(joint: SdfJoint) -> bool:
 
 def _closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
     kinds = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical"}
-    place, axis = joint.place, None
+    place: pin.SE3 = joint.place
+    axis: tuple[float, ...] | None = None
     if len(joint.axes) == 2:
         # A universal closure turns about y of frame b, the parent's, and x of frame a, the child's.
         x, y = joint.axes[1].direction, joint.axes[0].direction
         place = place * pin.SE3(np.column_stack([x, y, np.cross(x, y)]), np.zeros(3))
     elif joint.axes:
         axis = tuple(joint.axes[0].direction.tolist())
-    ends = (_placement(places[end].actInv(place)) for end in (joint.child, joint.parent))
-    frames = ("universe" if end == "world" else end for end in (joint.child, joint.parent))
-    return Closure(joint.name, kinds.get(joint.kind, joint.kind), *frames, *ends, axis)  # type: ignore[arg-type, misc]
+    kind, parent = kinds.get(joint.kind, joint.kind), "universe" if joint.parent == "world" else joint.parent
+    at_child, at_parent = (_placement(places[end].actInv(place)) for end in (joint.child, joint.parent))
+    return Closure(joint.name, kind, joint.child, parent, at_child, at_parent, axis)  # type: ignore[arg-type]
 
 
 def _placement(place: pin.SE3) -> Placement:

@@ -10,6 +10,8 @@ frames with names of their own; ``inner::arm`` is ``arm`` in the nested model ``
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pinocchio as pin
 
@@ -104,29 +106,56 @@ class Scope:
         return scope, last
 
     def pose(self, name: str, element: Element) -> pin.SE3:
-        """Pose in the world of one of its own frames, resolved before; joints at zero.
+        """Pose in the world of one of its own parts; joints at zero.
 
         Raises
         ------
         FileFormatError
             If poses are relative to each other in a circle, or a pose is not valid.
         """
-        if name == "world":
-            return pin.SE3.Identity()
-        if name in self._poses:
-            found = self._poses[name]
-            if found is None:
-                raise element.error(f"the pose of {name!r} is relative to itself, through other frames")
-            return found
-        self._poses[name] = None
-        found = self._model_pose() if name == "__model__" else self._part_pose(self.parts[name])
-        self._poses[name] = found
-        return found
+        return self._place() * self._local(name, element)
 
     def placed(self, reference: str, element: Element) -> pin.SE3:
         """Pose in the world of a frame that is named in this scope."""
+        return self._place() * self._within(reference, element)
+
+    def _place(self) -> pin.SE3:
+        """Pose of its own frame in the world."""
+        if self.element.tag == "world":
+            return pin.SE3.Identity()
+        return self._in_outer() if self.outer is None else self.outer._place() * self._in_outer()
+
+    def _within(self, reference: str, element: Element) -> pin.SE3:
+        """Pose in its own frame of a frame that is named in this scope."""
         scope, name = self.resolved(reference, element)
-        return scope.pose(name, element)
+        if name == "world" and scope.element.tag != "world":
+            raise element.error("poses in a model are relative to its own frames, not to the world")
+        place = scope._local(name, element)
+        while scope is not self:
+            place = scope._in_outer() * place
+            assert scope.outer is not None
+            scope = scope.outer
+        return place
+
+    def _local(self, name: str, element: Element) -> pin.SE3:
+        """Pose of a part in its own frame."""
+        if name == self.own_frame:
+            return pin.SE3.Identity()
+        return self._once(name, element, lambda: self._part_pose(self.parts[name]))
+
+    def _once(self, name: str, element: Element, compute: Callable[[], pin.SE3]) -> pin.SE3:
+        if name not in self._poses:
+            self._poses[name] = None
+            self._poses[name] = compute()
+        found = self._poses[name]
+        if found is None:
+            shown = self.element.attributes["name"] if name == "__model__" else name
+            raise element.error(f"the pose of {shown!r} is relative to itself, through other frames")
+        return found
+
+    def _in_outer(self) -> pin.SE3:
+        """Pose of a model's frame in the frame around it."""
+        return self._once("__model__", self.element, self._model_pose)
 
     def link_of(self, name: str, element: Element, passed: tuple[object, ...] = ()) -> str:
         """The chain's name of the link that a frame named in this scope is attached to, "world" for the world.
@@ -162,26 +191,16 @@ class Scope:
         raise self.element.error("expected at least one link")
 
     def _model_pose(self) -> pin.SE3:
-        pose = self.element.first("pose")
-        around = pin.SE3.Identity()
+        pose, around = self.element.first("pose"), pin.SE3.Identity()
+        reference = "" if pose is None else _relative_to(pose)
         if self.outer is not None:
-            around = self.outer.placed((pose and _relative_to(pose)) or self.outer.own_frame, pose or self.element)
-        elif pose is not None and _relative_to(pose):
-            raise pose.error("the outermost model has nothing to be relative to", "relative_to")
-        place = around * place_of(pose)
+            around = self.outer._within(reference or self.outer.own_frame, pose or self.element)
+        elif reference:
+            raise self.element.error(f"the outermost model cannot be relative to {reference!r}", "pose")
         given = self.element.attributes.get("placement_frame")
-        if not given:
-            return place
-        # The pose is that of another frame of the model. Seen from the model itself, its frame stands at the origin.
-        self._poses["__model__"] = pin.SE3.Identity()
-        there = self.placed(given, self.element)
-        self._forget()
-        return place * there.inverse()
-
-    def _forget(self) -> None:
-        self._poses.clear()
-        for scope in self.inner.values():
-            scope._forget()
+        # The pose may be that of another frame of the model.
+        own = self._within(given, self.element) if given else pin.SE3.Identity()
+        return around * place_of(pose) * own.inverse()
 
     def _part_pose(self, part: Element) -> pin.SE3:
         pose = part.first("pose")
@@ -193,7 +212,7 @@ class Scope:
                 reference = part.attributes.get("attached_to") or self.own_frame
             else:
                 reference = self.own_frame
-        return self.placed(reference, part) * place_of(pose)
+        return self._within(reference, part) * place_of(pose)
 
 
 def _child(joint: Element) -> str:

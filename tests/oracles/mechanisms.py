@@ -157,7 +157,8 @@ def _coupled_arms(rng: np.random.Generator, document: Document, q: np.ndarray) -
         polynomial=(float(constant), *bend.tolist()),
         references=(r_a, r_b),
     )
-    roles = Roles(actuated=("left_0_joint", "left_1_joint", "left_2_joint", "left_3_joint", "right_0_joint"))
+    driven = [f"left_{k}_joint" for k in range(4)] + ["right_0_joint", "right_2_joint"]
+    roles = Roles(actuated=tuple(driven))
     return Named(document.text(), Closures(document.name, closures=(closure,), roles=roles), q)
 
 

@@ -88,7 +88,6 @@ def same_as_good(chain):
         ('<limit lower="-1" upper="1" effort="3" velocity="4"/>', "", "joint 'knee'", "<limit> is missing"),
         ("</joint>", '<mimic joint="knee"/></joint>', "joint 'knee': mimic joint", "cannot mimic itself"),
         ("</joint>", '<mimic joint="toe"/></joint>', "joint 'knee': mimic joint", "no joint 'toe'"),
-        ("</joint>", '<mimic joint="knee" multiplier="x"/></joint>', "joint 'knee': mimic", "itself|decimal"),
         ("</joint>", "<xacro:x/></joint>", "joint 'knee': xacro:x", "expand it"),
         ("<box size", "<bux size", "link 'b': visual: geometry: bux", "did you mean 'box'"),
         ('size="1 1 1"', 'size="1 1"', "link 'b': visual: geometry: box size", "3 numbers"),

@@ -101,3 +101,51 @@ def random_sdf(seed):
     place = pose_text(rng) if rng.random() < 0.5 else ""
     canonical = f' canonical_link="{links[0]}"' if rng.random() < 0.3 else ""
     return f'<sdf version="1.9"><model name="robot"{canonical}>{place}{"".join(lines)}</model></sdf>'
+
+
+def _link(name, place, mass=1.0):
+    moments = "<ixx>0.01</ixx><iyy>0.012</iyy><izz>0.008</izz><ixy>0.0005</ixy><ixz>0.0</ixz><iyz>0.0003</iyz>"
+    inertial = (
+        f"<inertial><pose>0.01 0.005 -0.05 0 0 0.1</pose><mass>{mass}</mass><inertia>{moments}</inertia></inertial>"
+    )
+    picture = "<visual name='v'><geometry><sphere><radius>0.1</radius></sphere></geometry></visual>"
+    return f"<link name='{name}'><pose>{place}</pose>{inertial}{picture}</link>"
+
+
+def _joint(name, kind, parent, child, more=""):
+    return f"<joint name='{name}' type='{kind}'>{more}<parent>{parent}</parent><child>{child}</child></joint>"
+
+
+def _hinge(rest="", xyz="0 1 0"):
+    return f"<axis><xyz>{xyz}</xyz>{rest}</axis>"
+
+
+_STOPPED = "<limit><lower>-1</lower><upper>1</upper></limit><dynamics><damping>0.2</damping></dynamics>"
+_SPRUNG = "<dynamics><spring_reference>0.1</spring_reference><spring_stiffness>40</spring_stiffness></dynamics>"
+
+#: A free pelvis with one leg in the plane y = 0. A crank turns the foot by a rod (hinge and ball); a strut that slides
+#: joins the pelvis (ball) to the shin (hinge). Drives and limits are where hinges have them.
+LEG = f"""<?xml version="1.0"?><!-- a leg --><sdf version="1.6"><model name="leg"><pose>0.3 0 0 0 0 0.4</pose>
+{_link("pelvis", "0 0 1 0 0 0", 5.0)}{_link("thigh", "0 0 1 0 0.2 0", 2.0)}{_link("shin", "0.1 0 0.6 0 -0.3 0")}
+{_link("foot", "0 0 0.2 0 0 0", 0.5)}{_link("crank", "0.05 0 0.45 0 0 0", 0.3)}{
+    _link("rod", "0.15 0 0.45 0 0.1 0", 0.2)
+}
+{_link("barrel", "-0.1 0 1 0 0 0", 0.4)}{_link("piston", "-0.07 0 0.9 0 0 0", 0.3)}
+{_joint("hip", "revolute", "pelvis", "thigh", _hinge(_STOPPED))}
+{_joint("knee", "revolute", "thigh", "shin", _hinge(_SPRUNG))}
+{_joint("ankle", "revolute", "shin", "foot", _hinge(_STOPPED))}
+{_joint("drive", "revolute", "shin", "crank", _hinge(_STOPPED))}
+{_joint("crank_rod", "revolute", "crank", "rod", _hinge())}
+{_joint("rod_foot", "ball", "rod", "foot", "<pose>0.12 0 -0.02 0 0 0</pose>")}
+{
+    _joint(
+        "strut_pelvis",
+        "ball",
+        "barrel",
+        "pelvis",
+        "<pose>-0.1 0 0 0 0 0</pose>" + _hinge("<dynamics><damping>0.01</damping></dynamics>"),
+    )
+}
+{_joint("slide", "prismatic", "barrel", "piston", _hinge(_STOPPED, "0.3 0 -1"))}
+{_joint("strut_shin", "revolute", "piston", "shin", "<pose>0.02 0 -0.05 0 0 0</pose>" + _hinge())}
+<plugin filename="x.so" name="x"/></model></sdf>"""

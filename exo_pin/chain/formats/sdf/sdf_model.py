@@ -198,9 +198,8 @@ def read_joint(scope: Scope, element: Element) -> SdfJoint:
         tags = ("axis", "axis2")[: _AXES[kind]]
         for tag in ("axis", "axis2"):
             if (element.first(tag) is None) == (tag in tags):
-                raise element.error(
-                    f"a {kind} joint has {_AXES[kind]} axes: <{tag}> is {'missing' if tag in tags else 'too much'}"
-                )
+                wrong = "is missing" if tag in tags else "is one too many"
+                raise element.error(f"a {kind} joint has {_AXES[kind]} axes: <{tag}> {wrong}")
         axes = tuple(_axis(scope, element.first(tag), place, kind) for tag in tags)  # type: ignore[arg-type]
     return SdfJoint(f"{scope.name}{name}", kind, ends["parent"], ends["child"], place, axes, damping, element)
 

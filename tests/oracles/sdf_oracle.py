@@ -70,7 +70,8 @@ class DrakeSdf:
     def _own(self, name):
         """The chain's joints of one of Drake's."""
         parts = (name, f"{name}_axis", f"{name}_axis2")
-        return [each for each in list(self.chain.model.names) if each.split("::")[-1] in parts]
+        names = {each.split("::")[-1]: each for each in list(self.chain.model.names)}
+        return [names[part] for part in parts if part in names]
 
     def put(self, q, v):
         """Take a state."""

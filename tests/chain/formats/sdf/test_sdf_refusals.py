@@ -192,6 +192,9 @@ def test_a_mutated_file_means_what_drake_reads_or_is_refused(seeds):
                 continue
         read += 1
         model = chain.model
+        names = [frame.name.split("::")[-1] for frame in model.frames]
+        if len(set(names)) < len(names):
+            continue  # Drake's names cannot be told apart
         if not model.nv or any(closure.name.endswith("_closure") for closure in chain.closures):
             continue
         try:

@@ -4,8 +4,8 @@ Masses are zero or more. A body's principal moments of inertia are zero or more,
 the other two; a link without mass has no inertia. Printed inertias violate this by their rounding, so each entry is
 taken to be known to half a unit of its last digit: with the matrix H of these half units, a principal moment may be
 negative by |H|, and larger than the sum of the others by 3 |H| (Weyl's inequality, |.| the spectral norm), but by no
-more than half of itself; an entry on the diagonal may be negative by its own half unit. Computer-aided design prints noise instead of zero as well:
-moments below the mass times a micrometre squared count as zero.
+more than half of itself; an entry on the diagonal may be negative by its own half unit. Computer-aided design prints
+noise instead of zero as well: moments below the mass times a micrometre squared count as zero.
 """
 
 from __future__ import annotations

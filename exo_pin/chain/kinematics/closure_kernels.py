@@ -50,8 +50,8 @@ def residual(
         Shape (m,), of the distance closures, m.
     q : ndarray
         Shape (nq,).
-    couplings : Couplings
-        Of joints' positions.
+    couplings : ndarray
+        Shape (k, 12), see :mod:`exo_pin.chain.structure.couplings`.
     out : ndarray
         Shape (rows,), m and rad.
     """

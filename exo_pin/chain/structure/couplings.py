@@ -7,11 +7,15 @@ A coupling joins hinges or slides a and b by a polynomial, as a gear, a rack or 
 Its rate is q_b' - p'(x) q_a'. A multiplier λ makes the generalised force λ on joint b and -p'(x) λ on joint a, as
 motors in the two joints would: between the two bodies of each joint. These are the rows of MuJoCo's joint equality,
 whose first joint is b.
+
+The kernels take the couplings as one array of doubles, shape (k, 12), because every further argument costs a call of a
+compiled function a fifth of a microsecond. Its columns: the constraint row; joint a's index in q and in v, -1 where
+there is no joint a; joint b's; r_a, r_b, c_0 to c_4, m and rad.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -19,32 +23,17 @@ from numpy.typing import NDArray
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput, UnknownName
-from ...core.records import reduced_tuple
 from ...core.validation import FloatArray, frozen
 from .closures import COEFFICIENTS, Closure
 
-__all__ = ["Couplings", "couple", "couple_rates", "coupling_forces", "make_couplings", "powers", "refuse_coupling"]
+__all__ = ["couple", "couple_rates", "coupling_forces", "make_couplings", "powers", "refuse_coupling"]
 
 
-class Couplings(NamedTuple):
-    """The couplings of a chain as arrays, k of them.
-
-    Attributes
-    ----------
-    indices : ndarray of int
-        Shape (k, 5): the constraint row; joint a's index in q and in v, -1 where there is no joint a; joint b's.
-    polynomial : ndarray
-        Shape (k, 7): r_a, r_b, c_0 to c_4, m and rad.
-    """
-
-    indices: NDArray[np.int64]
-    polynomial: FloatArray
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
+#: Columns of the indices and of the polynomial.
+_INDICES, _POLYNOMIAL = 5, 7
 
 
-def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArray[np.int64]) -> Couplings:
+def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArray[np.int64]) -> FloatArray:
     """Find the joints of the couplings among the closures.
 
     Parameters
@@ -56,6 +45,11 @@ def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArra
     rows : ndarray of int
         Shape (m + 1,), first row of each closure.
 
+    Returns
+    -------
+    ndarray
+        Shape (k, 12), see the module.
+
     Raises
     ------
     UnknownName
@@ -64,16 +58,13 @@ def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArra
         If a joint is no hinge or slide with one number for its position.
     """
     coupled = [(c, closure) for c, closure in enumerate(closures) if closure.polynomial is not None]
-    index = np.full((len(coupled), 5), -1, dtype=np.int64)
-    polynomial = np.zeros((len(coupled), 2 + COEFFICIENTS))
+    found = np.zeros((len(coupled), _INDICES + 2 + COEFFICIENTS))
     for k, (c, closure) in enumerate(coupled):
-        index[k, 0] = rows[c]
-        if closure.frame_a != "universe":
-            index[k, 1:3] = _position(model, closure, closure.frame_a)
-        index[k, 3:] = _position(model, closure, closure.frame_b)
+        a = (-1, -1) if closure.frame_a == "universe" else _position(model, closure, closure.frame_a)
+        found[k, :_POLYNOMIAL] = rows[c], *a, *_position(model, closure, closure.frame_b), *closure.references
         given = closure.polynomial or ()
-        polynomial[k, :2], polynomial[k, 2 : 2 + len(given)] = closure.references, given
-    return Couplings(frozen(index), frozen(polynomial))
+        found[k, _POLYNOMIAL : _POLYNOMIAL + len(given)] = given
+    return frozen(found)
 
 
 def _position(model: pin.Model, closure: Closure, joint: str) -> tuple[int, int]:
@@ -100,13 +91,13 @@ def refuse_coupling(closure: Closure) -> None:
         )
 
 
-def coupling_forces(couplings: Couplings, q: FloatArray, multipliers: FloatArray, size: int) -> FloatArray:
+def coupling_forces(couplings: FloatArray, q: FloatArray, multipliers: FloatArray, size: int) -> FloatArray:
     """Generalised forces that the couplings make in all joints, shape (nv,) with nv = ``size``, N and N m.
 
     Parameters
     ----------
-    couplings : Couplings
-        The couplings.
+    couplings : ndarray
+        Shape (k, 12), see the module.
     q : ndarray
         Shape (nq,).
     multipliers : ndarray
@@ -118,14 +109,14 @@ def coupling_forces(couplings: Couplings, q: FloatArray, multipliers: FloatArray
 
 
 @kernel
-def powers(polynomial: Any, position: float) -> Any:
-    """p, p' and p'' of one coupling at a position of joint a, m or rad; ``polynomial`` is a row of the arrays."""
-    x = position - polynomial[0]
+def powers(coupling: Any, position: float) -> Any:
+    """p, p' and p'' of one coupling, shape (12,), at a position of joint a, m or rad."""
+    x = position - coupling[5]
     value, first, second = 0.0, 0.0, 0.0
-    for k in range(6, 1, -1):
+    for k in range(11, 6, -1):
         second = second * x + 2.0 * first
         first = first * x + value
-        value = value * x + polynomial[k]
+        value = value * x + coupling[k]
     return value, first, second
 
 
@@ -137,20 +128,20 @@ def couple(q: Any, couplings: Any, gap: Any, jacobian: Any) -> None:
     ----------
     q : ndarray
         Shape (nq,).
-    couplings : Couplings
-        The couplings.
+    couplings : ndarray
+        Shape (k, 12), see the module.
     gap : ndarray
         Shape (rows,).
     jacobian : ndarray
         Shape (rows, nv), zero in the couplings' rows before; or shape (0, nv), which is not filled.
     """
-    index, polynomial = couplings.indices, couplings.polynomial
-    for c in range(len(index)):
-        row, q_a, v_a = index[c, 0], index[c, 1], index[c, 2]
-        value, first, _ = powers(polynomial[c], q[q_a] if q_a >= 0 else polynomial[c, 0])
-        gap[row] = q[index[c, 3]] - polynomial[c, 1] - value
+    for c in range(len(couplings)):
+        coupling = couplings[c]
+        row, q_a, v_a = int(coupling[0]), int(coupling[1]), int(coupling[2])
+        value, first, _ = powers(coupling, q[q_a] if q_a >= 0 else coupling[5])
+        gap[row] = q[int(coupling[3])] - coupling[6] - value
         if jacobian.shape[0] > 0:
-            jacobian[row, index[c, 4]] = 1.0
+            jacobian[row, int(coupling[4])] = 1.0
             if q_a >= 0:
                 jacobian[row, v_a] = -first
 
@@ -163,17 +154,17 @@ def couple_rates(q: Any, v: Any, couplings: Any, rate: Any, drift: Any) -> None:
     ----------
     q, v : ndarray
         Shapes (nq,) and (nv,).
-    couplings : Couplings
-        The couplings.
+    couplings : ndarray
+        Shape (k, 12), see the module.
     rate : ndarray
         Shape (rows, nv), zero in the couplings' rows before.
     drift : ndarray
         Shape (rows,).
     """
-    index, polynomial = couplings.indices, couplings.polynomial
-    for c in range(len(index)):
-        row, q_a, v_a = index[c, 0], index[c, 1], index[c, 2]
+    for c in range(len(couplings)):
+        coupling = couplings[c]
+        row, q_a, v_a = int(coupling[0]), int(coupling[1]), int(coupling[2])
         if q_a >= 0:
-            _, _, second = powers(polynomial[c], q[q_a])
+            _, _, second = powers(coupling, q[q_a])
             rate[row, v_a] = -second * v[v_a]
             drift[row] = rate[row, v_a] * v[v_a]

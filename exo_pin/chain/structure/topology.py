@@ -14,7 +14,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ..kinematics.projection import COUPLED_LENGTH
 from .closures import TYPES, Placement
-from .couplings import Couplings, make_couplings
+from .couplings import make_couplings
 from .description import Closures
 
 __all__ = ["Topology", "frame_table", "make_topology", "refuse_model", "se3"]
@@ -59,8 +59,8 @@ class Topology(Record):
         Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
     weight : ndarray
         Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
-    couplings : Couplings
-        The couplings' joints and polynomials.
+    couplings : ndarray
+        Shape (k, 12), the couplings' joints and polynomials, as in :mod:`exo_pin.chain.structure.couplings`.
     """
 
     joints: IntArray
@@ -78,7 +78,12 @@ class Topology(Record):
     column: FloatArray
     per_newton: FloatArray
     weight: FloatArray
-    couplings: Couplings
+    couplings: FloatArray
+
+    @property
+    def coupled_rows(self) -> IntArray:
+        """Constraint rows of the couplings, shape (k,)."""
+        return self.couplings[:, 0].astype(np.int64)
 
     @property
     def row_count(self) -> int:
@@ -171,7 +176,8 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
     couplings = make_couplings(model, closures.closures, rows)
     metres = _metres(model)
-    kinds[np.searchsorted(rows, couplings.indices[metres[couplings.indices[:, 4]], 0])] = COUPLED_LENGTH
+    coupled, sliding = couplings[:, 0].astype(np.int64), metres[couplings[:, 4].astype(np.int64)]
+    kinds[np.searchsorted(rows, coupled[sliding])] = COUPLED_LENGTH
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
     outward = _outward(model)
@@ -179,7 +185,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
-    row_metres[couplings.indices[:, 0]] = metres[couplings.indices[:, 4]]
+    row_metres[coupled] = sliding
     row_scale = np.where(row_metres, 1.0 / length, 1.0)
     distances = np.array([closure.distance or 0.0 for closure in closures.closures])
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):

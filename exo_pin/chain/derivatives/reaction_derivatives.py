@@ -71,7 +71,7 @@ def joint_change(
             q[freed.configuration_slice(name)] = pose if joint == index else here
     moved = Change(into @ change.q, into @ change.v, into @ change.a)
     # A joint's wrench contains what couplings do in it, as it contains its actuator's effort.
-    loops = np.setdiff1d(np.arange(state.row_count), state.topology.coupled_rows)
+    loops = np.setdiff1d(np.arange(state.row_count), state.topology.coupled[:, 0])
     multipliers = multipliers[loops]
     beyond = point._replace(state=freed, q=q, v=into @ point.v, a=into @ point.a, multipliers=point.multipliers[loops])
     found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), beyond.multipliers)

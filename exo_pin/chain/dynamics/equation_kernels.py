@@ -105,13 +105,14 @@ def equations(
     row_scale: Any,
     column: Any,
     q: Any,
-    couplings: Any,
+    coupled: Any,
+    polynomials: Any,
 ) -> Any:
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
     ----------
-    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports, q, couplings
+    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports, q, coupled, polynomials
         As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
     forces : ndarray
         Shape (njoints, 6), what RNEA leaves of the joints' wrenches.
@@ -130,7 +131,9 @@ def equations(
     """
     height, nv = len(row_scale), len(v)
     gap, jacobian, unit = np.empty(height), np.empty((height, nv)), np.empty((height, 6))
-    worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, q, couplings, gap, jacobian)
+    worst = residual_jacobian(
+        poses, J, joints, local, kinds, lengths, rows, signs, q, coupled, polynomials, gap, jacobian
+    )
     unit_wrenches(poses, joints, local, kinds, lengths, rows, unit)
     tree = np.empty(forces.shape)
     _tree_wrenches(poses, forces, tree)
@@ -140,7 +143,9 @@ def equations(
     speed, size, opening_v, opening_a = 0.0, 0.0, 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)
-        jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, couplings, rate, drift)
+        jacobian_rate(
+            poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, coupled, polynomials, rate, drift
+        )
         for k in range(nv):
             speed = max(speed, abs(v[k] / column[k]))
             size = max(size, abs(a[k] / column[k]))

@@ -208,7 +208,8 @@ def equations_of_motion(
         tau -= state.passive.force(q, v)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = equations(
         work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
-        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column, work.q, top.couplings,
+        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column, work.q, top.coupled,
+        top.polynomials,
     )  # fmt: skip
     if check_closed:
         if not worst <= CLOSED:

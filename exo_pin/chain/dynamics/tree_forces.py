@@ -193,6 +193,6 @@ def _rnea(
     tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
     if state.passive.act:
         tau -= state.passive.force(q, v)
-    if multipliers is not None and len(top.couplings):
-        tau -= coupling_forces(top.couplings, q, multipliers, model.nv)
+    if multipliers is not None and len(top.coupled):
+        tau -= coupling_forces(top.coupled, top.polynomials, q, multipliers, model.nv)
     return TreeForces(tau, state, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

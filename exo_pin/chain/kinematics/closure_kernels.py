@@ -32,7 +32,16 @@ def _largest(values: Any) -> float:
 
 @kernel
 def residual(
-    poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, q: Any, couplings: Any, out: Any
+    poses: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    q: Any,
+    coupled: Any,
+    polynomials: Any,
+    out: Any,
 ) -> float:
     """Fill the residual of all closures and return its largest entry.
 
@@ -50,8 +59,8 @@ def residual(
         Shape (m,), of the distance closures, m.
     q : ndarray
         Shape (nq,).
-    couplings : ndarray
-        Shape (k, 12), see :mod:`exo_pin.chain.structure.couplings`.
+    coupled, polynomials : ndarray
+        The couplings, see :mod:`exo_pin.chain.structure.couplings`.
     out : ndarray
         Shape (rows,), m and rad.
     """
@@ -60,7 +69,7 @@ def residual(
         relative_pose(poses, joints, local, c, a, b, d, Q)
         count = rows[c + 1] - rows[c]
         project(kinds[c], d, Q, lengths[c], out[rows[c] : rows[c + 1]], S[:count])
-    couple(q, couplings, out, S[:0])
+    couple(q, coupled, polynomials, out, S[:0])
     return _largest(out)
 
 
@@ -75,7 +84,8 @@ def residual_jacobian(
     rows: Any,
     signs: Any,
     q: Any,
-    couplings: Any,
+    coupled: Any,
+    polynomials: Any,
     out: Any,
     jacobian: Any,
 ) -> float:
@@ -83,7 +93,7 @@ def residual_jacobian(
 
     Parameters
     ----------
-    poses, joints, local, kinds, lengths, rows, q, couplings, out
+    poses, joints, local, kinds, lengths, rows, q, coupled, polynomials, out
         As for :func:`residual`.
     J : ndarray
         Shape (nv, 6), the joints' world Jacobian.
@@ -110,7 +120,7 @@ def residual_jacobian(
                 for j in range(6):
                     total += S[i, j] * V[j]
                 jacobian[first + i, k] = total
-    couple(q, couplings, out, jacobian)
+    couple(q, coupled, polynomials, out, jacobian)
     return _largest(out)
 
 
@@ -147,7 +157,8 @@ def jacobian_rate(
     rows: Any,
     supports: Any,
     q: Any,
-    couplings: Any,
+    coupled: Any,
+    polynomials: Any,
     out: Any,
     drift: Any,
 ) -> None:
@@ -155,7 +166,7 @@ def jacobian_rate(
 
     Parameters
     ----------
-    poses, J, joints, local, kinds, lengths, rows, q, couplings
+    poses, J, joints, local, kinds, lengths, rows, q, coupled, polynomials
         As for :func:`residual_jacobian`.
     dJ : ndarray
         Shape (nv, 6), time derivative of the world Jacobian.
@@ -210,4 +221,4 @@ def jacobian_rate(
                     total += S[i, j] * W[j] + dS[i, j] * V[j]
                 out[first + i, k] = total
                 drift[first + i] += total * v[k]
-    couple_rates(q, v, couplings, out, drift)
+    couple_rates(q, v, coupled, polynomials, out, drift)

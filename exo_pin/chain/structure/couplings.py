@@ -8,9 +8,8 @@ Its rate is q_b' - p'(x) q_a'. A multiplier λ makes the generalised force λ on
 motors in the two joints would: between the two bodies of each joint. These are the rows of MuJoCo's joint equality,
 whose first joint is b.
 
-The kernels take the couplings as one array of doubles, shape (k, 12), because every further argument costs a call of a
-compiled function a fifth of a microsecond. Its columns: the constraint row; joint a's index in q and in v, -1 where
-there is no joint a; joint b's; r_a, r_b, c_0 to c_4, m and rad.
+The kernels take k couplings as two arrays. ``coupled``, shape (k, 5): the constraint row; joint a's index in q and in
+v, -1 where there is no joint a; joint b's. ``polynomials``, shape (k, 7): r_a, r_b, c_0 to c_4, m and rad.
 """
 
 from __future__ import annotations
@@ -29,11 +28,9 @@ from .closures import COEFFICIENTS, Closure
 __all__ = ["couple", "couple_rates", "coupling_forces", "make_couplings", "powers", "refuse_coupling"]
 
 
-#: Columns of the indices and of the polynomial.
-_INDICES, _POLYNOMIAL = 5, 7
-
-
-def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArray[np.int64]) -> FloatArray:
+def make_couplings(
+    model: pin.Model, closures: tuple[Closure, ...], rows: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], FloatArray]:
     """Find the joints of the couplings among the closures.
 
     Parameters
@@ -47,8 +44,8 @@ def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArra
 
     Returns
     -------
-    ndarray
-        Shape (k, 12), see the module.
+    tuple of ndarray
+        Indices, shape (k, 5), and polynomials, shape (k, 7), see the module.
 
     Raises
     ------
@@ -57,14 +54,14 @@ def make_couplings(model: pin.Model, closures: tuple[Closure, ...], rows: NDArra
     InvalidInput
         If a joint is no hinge or slide with one number for its position.
     """
-    coupled = [(c, closure) for c, closure in enumerate(closures) if closure.polynomial is not None]
-    found = np.zeros((len(coupled), _INDICES + 2 + COEFFICIENTS))
-    for k, (c, closure) in enumerate(coupled):
+    given = [(c, closure) for c, closure in enumerate(closures) if closure.polynomial is not None]
+    coupled, polynomials = np.full((len(given), 5), -1, dtype=np.int64), np.zeros((len(given), 2 + COEFFICIENTS))
+    for k, (c, closure) in enumerate(given):
         a = (-1, -1) if closure.frame_a == "universe" else _position(model, closure, closure.frame_a)
-        found[k, :_POLYNOMIAL] = rows[c], *a, *_position(model, closure, closure.frame_b), *closure.references
-        given = closure.polynomial or ()
-        found[k, _POLYNOMIAL : _POLYNOMIAL + len(given)] = given
-    return frozen(found)
+        coupled[k] = rows[c], *a, *_position(model, closure, closure.frame_b)
+        numbers = closure.polynomial or ()
+        polynomials[k, : 2 + len(numbers)] = *closure.references, *numbers
+    return frozen(coupled), frozen(polynomials)
 
 
 def _position(model: pin.Model, closure: Closure, joint: str) -> tuple[int, int]:
@@ -91,80 +88,80 @@ def refuse_coupling(closure: Closure) -> None:
         )
 
 
-def coupling_forces(couplings: FloatArray, q: FloatArray, multipliers: FloatArray, size: int) -> FloatArray:
+def coupling_forces(
+    coupled: NDArray[np.int64], polynomials: FloatArray, q: FloatArray, multipliers: FloatArray, size: int
+) -> FloatArray:
     """Generalised forces that the couplings make in all joints, shape (nv,) with nv = ``size``, N and N m.
 
     Parameters
     ----------
-    couplings : ndarray
-        Shape (k, 12), see the module.
+    coupled, polynomials : ndarray
+        The couplings, see the module.
     q : ndarray
         Shape (nq,).
     multipliers : ndarray
         λ, shape (rows,).
     """
     jacobian = np.zeros((len(multipliers), size))
-    couple(np.array(q), couplings, np.zeros(len(multipliers)), jacobian)
+    couple(np.array(q), coupled, polynomials, np.zeros(len(multipliers)), jacobian)
     return np.asarray(jacobian.T @ multipliers)
 
 
 @kernel
-def powers(coupling: Any, position: float) -> Any:
-    """p, p' and p'' of one coupling, shape (12,), at a position of joint a, m or rad."""
-    x = position - coupling[5]
+def powers(polynomial: Any, position: float) -> Any:
+    """p, p' and p'' of one coupling, r_a to c_4, shape (7,), at a position of joint a, m or rad."""
+    x = position - polynomial[0]
     value, first, second = 0.0, 0.0, 0.0
-    for k in range(11, 6, -1):
+    for k in range(6, 1, -1):
         second = second * x + 2.0 * first
         first = first * x + value
-        value = value * x + coupling[k]
+        value = value * x + polynomial[k]
     return value, first, second
 
 
 @kernel
-def couple(q: Any, couplings: Any, gap: Any, jacobian: Any) -> None:
+def couple(q: Any, coupled: Any, polynomials: Any, gap: Any, jacobian: Any) -> None:
     """Fill the couplings' rows of the residual and of the Jacobian.
 
     Parameters
     ----------
     q : ndarray
         Shape (nq,).
-    couplings : ndarray
-        Shape (k, 12), see the module.
+    coupled, polynomials : ndarray
+        The couplings, see the module.
     gap : ndarray
         Shape (rows,).
     jacobian : ndarray
         Shape (rows, nv), zero in the couplings' rows before; or shape (0, nv), which is not filled.
     """
-    for c in range(len(couplings)):
-        coupling = couplings[c]
-        row, q_a, v_a = int(coupling[0]), int(coupling[1]), int(coupling[2])
-        value, first, _ = powers(coupling, q[q_a] if q_a >= 0 else coupling[5])
-        gap[row] = q[int(coupling[3])] - coupling[6] - value
+    for c in range(len(coupled)):
+        row, q_a, v_a = coupled[c, 0], coupled[c, 1], coupled[c, 2]
+        value, first, _ = powers(polynomials[c], q[q_a] if q_a >= 0 else polynomials[c, 0])
+        gap[row] = q[coupled[c, 3]] - polynomials[c, 1] - value
         if jacobian.shape[0] > 0:
-            jacobian[row, int(coupling[4])] = 1.0
+            jacobian[row, coupled[c, 4]] = 1.0
             if q_a >= 0:
                 jacobian[row, v_a] = -first
 
 
 @kernel
-def couple_rates(q: Any, v: Any, couplings: Any, rate: Any, drift: Any) -> None:
+def couple_rates(q: Any, v: Any, coupled: Any, polynomials: Any, rate: Any, drift: Any) -> None:
     """Fill the couplings' rows of the Jacobian's rate, and of its product with v.
 
     Parameters
     ----------
     q, v : ndarray
         Shapes (nq,) and (nv,).
-    couplings : ndarray
-        Shape (k, 12), see the module.
+    coupled, polynomials : ndarray
+        The couplings, see the module.
     rate : ndarray
         Shape (rows, nv), zero in the couplings' rows before.
     drift : ndarray
         Shape (rows,).
     """
-    for c in range(len(couplings)):
-        coupling = couplings[c]
-        row, q_a, v_a = int(coupling[0]), int(coupling[1]), int(coupling[2])
+    for c in range(len(coupled)):
+        row, q_a, v_a = coupled[c, 0], coupled[c, 1], coupled[c, 2]
         if q_a >= 0:
-            _, _, second = powers(coupling, q[q_a])
+            _, _, second = powers(polynomials[c], q[q_a])
             rate[row, v_a] = -second * v[v_a]
             drift[row] = rate[row, v_a] * v[v_a]

@@ -59,8 +59,8 @@ class Topology(Record):
         Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
     weight : ndarray
         Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
-    couplings : ndarray
-        Shape (k, 12), the couplings' joints and polynomials, as in :mod:`exo_pin.chain.structure.couplings`.
+    coupled, polynomials : ndarray
+        Shapes (k, 5), int, and (k, 7), the couplings as in :mod:`exo_pin.chain.structure.couplings`.
     """
 
     joints: IntArray
@@ -78,12 +78,8 @@ class Topology(Record):
     column: FloatArray
     per_newton: FloatArray
     weight: FloatArray
-    couplings: FloatArray
-
-    @property
-    def coupled_rows(self) -> IntArray:
-        """Constraint rows of the couplings, shape (k,)."""
-        return self.couplings[:, 0].astype(np.int64)
+    coupled: IntArray
+    polynomials: FloatArray
 
     @property
     def row_count(self) -> int:
@@ -174,10 +170,10 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
     heights = [closure.rows for closure in closures.closures]
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
-    couplings = make_couplings(model, closures.closures, rows)
+    coupled, polynomials = make_couplings(model, closures.closures, rows)
     metres = _metres(model)
-    coupled, sliding = couplings[:, 0].astype(np.int64), metres[couplings[:, 4].astype(np.int64)]
-    kinds[np.searchsorted(rows, coupled[sliding])] = COUPLED_LENGTH
+    sliding = metres[coupled[:, 4]]
+    kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
     outward = _outward(model)
@@ -185,7 +181,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
-    row_metres[coupled] = sliding
+    row_metres[coupled[:, 0]] = sliding
     row_scale = np.where(row_metres, 1.0 / length, 1.0)
     distances = np.array([closure.distance or 0.0 for closure in closures.closures])
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
@@ -210,7 +206,8 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
         column,
         per_newton,
         weight,
-        couplings,
+        coupled,
+        polynomials,
     )
 
 

@@ -74,7 +74,16 @@ class Workspace(OneProcess):
         pin.forwardKinematics(self._model, self.data, q)
         np.copyto(self.q, q)
         return kernels.residual(
-            self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.q, top.couplings, self.gap
+            self.poses,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.gap,
         )
 
     def linearise(self, q: FloatArray) -> float:
@@ -92,7 +101,8 @@ class Workspace(OneProcess):
             top.rows,
             top.signs,
             self.q,
-            top.couplings,
+            top.coupled,
+            top.polynomials,
             self.gap,
             self.jacobian,
         )
@@ -126,7 +136,8 @@ class Workspace(OneProcess):
             top.rows,
             top.supports,
             self.q,
-            top.couplings,
+            top.coupled,
+            top.polynomials,
             self.jacobian_rate,
             self.drift,
         )

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ..structure.couplings import couple, couple_rates
-from .projection import project, project_rate, relative_pose
+from .projection import COUPLED_ANGLE, project, project_rate, relative_pose
 
 __all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
 
@@ -98,7 +98,8 @@ def residual_jacobian(
     J : ndarray
         Shape (nv, 6), the joints' world Jacobian.
     signs : ndarray
-        Shape (m, nv): +1 for coordinates that move frame a only, -1 for frame b only, 0 otherwise.
+        Shape (m, nv): +1 for coordinates that move frame a only, -1 for frame b only, 0 otherwise. Of a
+        coupling not zero for its joints.
     jacobian : ndarray
         Shape (rows, nv), filled.
     """
@@ -110,7 +111,7 @@ def residual_jacobian(
         project(kinds[c], d, Q, lengths[c], out[first : first + count], S[:count])
         for k in range(J.shape[0]):
             sign = signs[c, k]
-            if sign == 0.0:
+            if sign == 0.0 or kinds[c] >= COUPLED_ANGLE:
                 for i in range(count):
                     jacobian[first + i, k] = 0.0
                 continue

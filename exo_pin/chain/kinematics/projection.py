@@ -37,7 +37,7 @@ from typing import Any
 
 from ...core.compiled import kernel
 
-__all__ = ["CODES", "COUPLED_LENGTH", "compose", "project", "project_rate", "relative_pose"]
+__all__ = ["CODES", "COUPLED_ANGLE", "COUPLED_LENGTH", "compose", "project", "project_rate", "relative_pose"]
 
 
 _RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6
@@ -54,8 +54,8 @@ CODES = {
     "distance": _DISTANCE,
     "coupling": _COUPLED_ANGLE,
 }
-#: The code of a coupling whose row is in metres.
-COUPLED_LENGTH = _COUPLED_LENGTH
+#: The codes of couplings, by the unit of their row; no other code is as large.
+COUPLED_ANGLE, COUPLED_LENGTH = _COUPLED_ANGLE, _COUPLED_LENGTH
 
 #: Below this distance the line between two points has no direction, m.
 _NO_DIRECTION = 1e-12

@@ -38,7 +38,8 @@ class Topology(Record):
     supports : ndarray
         Shape (m, 2, nv), 1 for coordinates that move frame a (b).
     signs : ndarray
-        Shape (m, nv), difference of the two.
+        Shape (m, nv), difference of the two; of a coupling 1 for joint b and -1 for joint a: not zero where a
+        coordinate moves a closure.
     carried : ndarray
         Shape (njoints, m): 1 where frame a is on the joint's own body or further out and frame b is not, -1 the other
         way round, else 0.
@@ -186,7 +187,8 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     distances = np.array([closure.distance or 0.0 for closure in closures.closures])
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
         array.setflags(write=False)
-    signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
+    signs = np.ascontiguousarray(supports[:, 0] - supports[:, 1])
+    _mark_coupled(signs, rows, coupled)
     column = frozen(np.where(metres, length, 1.0))
     per_newton = frozen(np.where(metres, 1.0, 1.0 / length))
     weight = frozen(column**2)
@@ -209,6 +211,15 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
         coupled,
         polynomials,
     )
+
+
+def _mark_coupled(signs: FloatArray, rows: IntArray, coupled: IntArray) -> None:
+    """Mark the coordinates that move couplings; then the array is read-only."""
+    own = np.searchsorted(rows, coupled[:, 0])
+    led = coupled[:, 2] >= 0
+    signs[own[led], coupled[led, 2]] = -1.0
+    signs[own, coupled[:, 4]] = 1.0
+    signs.setflags(write=False)
 
 
 def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:

@@ -19,6 +19,7 @@ from .dynamics import simulation, tree_forces
 from .formats import chain_writing
 from .formats.mjcf.mjcf_reading import read_mjcf
 from .formats.parallel_robots import read_parallel_robot
+from .formats.sdf.sdf_reading import read_sdf
 from .formats.urdf.urdf_loading import load_model
 from .kinematics import closing, loops, paths, reduced_kinematics
 from .kinematics import dependent_motion as dependent
@@ -90,9 +91,9 @@ class ClosedChain(ChainState):
         ------
         FileFormatError
             If the URDF or the closures file is not valid: an element or attribute is unknown, missing or given twice,
-            a number is not one or out of its range, an inertia is not physical, the links are not one tree, or there
-            are mimic joints (state them as closures). The message names the place and line; see
-            :mod:`exo_pin.chain.formats.urdf.urdf_checking`.
+            a number is not one or out of its range, an inertia is not physical, or the links are not one tree. The
+            message names the place and line; see :mod:`exo_pin.chain.formats.urdf.urdf_checking`. Mimic joints become
+            closures, see :mod:`exo_pin.chain.formats.urdf.urdf_mimic`.
         UnknownName
             If a root joint, frame, joint or closure type is not known.
         InvalidInput
@@ -101,13 +102,15 @@ class ClosedChain(ChainState):
         return cls(*load_model(urdf, closures, root_joint))
 
     @classmethod
-    def from_parallel_robot(cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None) -> ClosedChain:
+    def from_parallel_robot(
+        cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None, root_joint: str | None = None
+    ) -> ClosedChain:
         """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
 
         See :mod:`exo_pin.chain.formats.parallel_robots` for the layout, and :func:`read_parallel_robot` there for the
         arguments and for what is raised.
         """
-        return cls(*read_parallel_robot(path, urdf))
+        return cls(*read_parallel_robot(path, urdf, root_joint))
 
     @classmethod
     def from_mjcf(cls, path: str | PathLike[str]) -> ClosedChain:
@@ -117,6 +120,15 @@ class ClosedChain(ChainState):
         :func:`read_mjcf` there for what is raised. Contact is not read.
         """
         return cls(*read_mjcf(path))
+
+    @classmethod
+    def from_sdf(cls, path: str | PathLike[str], root_joint: str | None = None) -> ClosedChain:
+        """Load an SDF model, from a file or from the XML itself.
+
+        See :mod:`exo_pin.chain.formats.sdf.sdf_reading` for what is read and which joints close the loops, and
+        :func:`read_sdf` there for the arguments and for what is raised.
+        """
+        return cls(*read_sdf(path, root_joint))
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model."""

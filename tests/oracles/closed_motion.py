@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 from mechanisms import Named, five_bar, four_bar, parallelogram, planar_3rrr, random_loop, random_wrist
+from numpy.polynomial import Polynomial
 from spatial_mechanisms import agile_eye, delta, stewart
 
 from exo_pin.chain import TYPES, ClosedChain
@@ -56,6 +57,24 @@ def closed_motion(name, seed, spread=0.2):
     v = chain.project_velocity(q, rng.normal(size=chain.model.nv) * 2)
     a = chain.project_acceleration(q, v, rng.normal(size=chain.model.nv) * 10)
     return chain, q, v, a
+
+
+def loops(chain):
+    """The closures that join bodies: all but couplings."""
+    return [closure for closure in chain.closures if closure.type != "coupling"]
+
+
+def coupled(chain, q, multipliers):
+    """Generalised forces of the couplings, shape (nv,), from their polynomials."""
+    found = np.zeros(chain.model.nv)
+    for closure in chain.closures:
+        if closure.type == "coupling":
+            force = multipliers[chain.rows(closure.name)][0]
+            found[chain.velocity_slice(closure.frame_b)] += force
+            if closure.frame_a != "universe":
+                x = q[chain.configuration_slice(closure.frame_a)][0] - closure.references[0]
+                found[chain.velocity_slice(closure.frame_a)] -= Polynomial(closure.polynomial).deriv()(x) * force
+    return found
 
 
 def some_load(chain, seed):

@@ -15,7 +15,7 @@ from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.chain.formats import sdf_writing
+from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.numerics import least_forces
 from exo_pin.reaction import reaction_map
 from exo_pin.view import ChainScene, Scene, Sliders

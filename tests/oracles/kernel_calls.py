@@ -86,6 +86,9 @@ def _more_wrists(folder):
 
 
 def _more_chains(folder):
+    coupled, _, q, v, a = moving("coupling loop")
+    coupled.simulate(q, v, [0.0, 0.01])
+    coupled.inverse_dynamics(q, v, a, actuated=list(coupled.model.names)[1:])
     chain, _, q, v, a = moving("delta with rods")
     chain.rnea(q, v, a, np.random.default_rng(6).normal(size=chain.row_count))
     found = chain.inverse_dynamics_derivatives(q, v, a)

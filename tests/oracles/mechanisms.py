@@ -113,6 +113,8 @@ def random_loop(kind: str, seed: int = 6) -> Named:
     place = Placement(tuple(rng.normal(size=3) * 0.2), tuple(Rotation.random(rng=rng).as_quat()))
     bare = Closure("loop", "spherical", "left_3", "right_2", place)
     q = rng.uniform(-1.0, 1.0, 7)
+    if kind == "coupling":
+        return _coupled_arms(rng, document, q)
     open_chain = ClosedChain.from_urdf(document.text(), Closures(document.name, closures=(bare,)))
     poses = open_chain.placements(q)
     turned, moved = (Rotation.from_quat(place.quaternion), np.array(place.translation))
@@ -139,6 +141,24 @@ def random_loop(kind: str, seed: int = 6) -> Named:
     closure = Closure("loop", kind, "left_3", "right_2", place, at_b, axis, distance)
     names = [f"left_{k}_joint" for k in range(4)] + [f"right_{k}_joint" for k in range(3)]
     roles = Roles(actuated=tuple(names[: 7 - closure.rows]))
+    return Named(document.text(), Closures(document.name, closures=(closure,), roles=roles), q)
+
+
+def _coupled_arms(rng: np.random.Generator, document: Document, q: np.ndarray) -> Named:
+    """The two arms of :func:`random_loop` with a hinge that follows the slide of the other arm by a cubic."""
+    bend, r_a, r_b = rng.uniform(0.5, 1.5, 3), 0.2, -0.3
+    x = q[2] - r_a
+    constant = q[5] - r_b - (bend[0] * x + bend[1] * x**2 + bend[2] * x**3)
+    closure = Closure(
+        "loop",
+        "coupling",
+        "left_2_joint",
+        "right_1_joint",
+        polynomial=(float(constant), *bend.tolist()),
+        references=(r_a, r_b),
+    )
+    driven = [f"left_{k}_joint" for k in range(4)] + ["right_0_joint", "right_2_joint"]
+    roles = Roles(actuated=tuple(driven))
     return Named(document.text(), Closures(document.name, closures=(closure,), roles=roles), q)
 
 

@@ -1,4 +1,5 @@
-"""Random robots as MJCF: every kind of joint, one to three joints a body, springs, and loops that are closed somewhere.
+"""Random robots as MJCF: every kind of joint, one to three joints a body, springs, loops that are closed somewhere, and
+couplings of joints. Several bodies may stand on the world.
 
 The text is written here without exo_pin. MuJoCo computes where the bodies are, to place the equalities.
 """
@@ -42,7 +43,7 @@ def numbers(values):
 
 
 def random_robot(seed, passive=True):
-    """A robot with three to seven bodies and one or two equalities.
+    """A robot with three to seven bodies, one or two equalities, and up to two couplings of joints.
 
     Parameters
     ----------
@@ -66,7 +67,31 @@ def random_robot(seed, passive=True):
         pair = _pair(rng, open_model)
         if pair is not None:
             lines.append(_equality(rng, data, index, kind, pair, sites))
+    lines += _couplings(rng.spawn(1)[0], open_model, data.qpos)
     return Robot(_document(rng, tree, "\n".join(lines), sites), data.qpos.copy())
+
+
+def _couplings(rng, model, qpos):
+    """Joint equalities that hold at qpos: hinges and slides that follow others, or stay where they are."""
+    scalar = [k for k in range(model.njnt) if model.jnt_type[k] >= int(mujoco.mjtJoint.mjJNT_SLIDE)]
+    order = rng.permutation(scalar).tolist()
+    lines = []
+    for _ in range(int(rng.integers(0, 3))):
+        if len(order) < 2:
+            break
+        follower, leader = order.pop(), order[0]
+        y, x = (qpos[model.jnt_qposadr[k]] - model.qpos0[model.jnt_qposadr[k]] for k in (follower, leader))
+        powers = rng.uniform(-1.0, 1.0, int(rng.integers(1, 5)))
+        held = rng.random() < 0.2
+        constant = y if held else y - sum(c * x ** (k + 1) for k, c in enumerate(powers))
+        second = "" if held else f'joint2="{model.joint(leader).name}"'
+        polynomial = [constant] if held else [constant, *powers]
+        first = f'joint1="{model.joint(follower).name}"'
+        lines.append(f'<joint name="gear{len(lines)}" {first} {second} polycoef="{numbers(polynomial)}"/>')
+    if len(order) > 1 and rng.random() < 0.2:
+        first = f'joint1="{model.joint(order[0]).name}"'
+        lines.append(f'<joint name="idle" active="false" {first} polycoef="0.3"/>')
+    return lines
 
 
 def _pair(rng, model):

@@ -11,7 +11,7 @@ from exo_pin.chain import ClosedChain
 from exo_pin.design import preset
 from exo_pin.wrist_chain import mechanism_urdf
 
-LOOPS = ("rigid", "spherical", "revolute", "universal", "prismatic", "cylindrical", "distance")
+LOOPS = ("rigid", "spherical", "revolute", "universal", "prismatic", "cylindrical", "distance", "coupling")
 
 #: Chains whose links all have mass.
 WITH_MASS = {

@@ -215,7 +215,8 @@ def limitless(rng, root):
 
 
 def mimicking(rng, root):
-    pick(rng, list(root.iter("joint"))).append(ET.Element("mimic", joint="j0", multiplier="1"))
+    joint = pick(rng, list(root.iter("joint")))
+    joint.append(ET.Element("mimic", joint=pick(rng, ("nobody", joint.get("name"))), multiplier="1"))
 
 
 def in_xacro(rng, root):

@@ -70,8 +70,11 @@ def joint_change(
             here = point.q[state.configuration_slice(name)]
             q[freed.configuration_slice(name)] = pose if joint == index else here
     moved = Change(into @ change.q, into @ change.v, into @ change.a)
-    beyond = point._replace(state=freed, q=q, v=into @ point.v, a=into @ point.a)
-    found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), point.multipliers)
+    # A joint's wrench contains what couplings do in it, as it contains its actuator's effort.
+    loops = np.setdiff1d(np.arange(state.row_count), state.topology.coupled[:, 0])
+    multipliers = multipliers[loops]
+    beyond = point._replace(state=freed, q=q, v=into @ point.v, a=into @ point.a, multipliers=point.multipliers[loops])
+    found = open_change(beyond, moved) - np.einsum("kij,i->jk", rates_along(freed, q, moved.q), beyond.multipliers)
     freed.workspace.linearise(q)
     found -= freed.workspace.jacobian.T @ multipliers
     own = freed.velocity_slice(state.model.names[index])
@@ -117,8 +120,9 @@ def _set_free(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
         other.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
     for frame in list(model.frames)[1:]:
         other.addFrame(frame, False)
-    # Without springs: a free flight transmits the whole wrench.
-    freed = ChainState(other, replace(state.description, joints=()))
+    # Without springs and couplings: a free flight transmits the whole wrench.
+    loops = tuple(closure for closure in state.closures if closure.type != "coupling")
+    freed = ChainState(other, replace(state.description, joints=(), closures=loops))
     into = np.zeros((other.nv, model.nv))
     for name in list(model.names)[1:]:
         here, there = state.velocity_slice(name), freed.velocity_slice(name)

@@ -27,6 +27,9 @@ def moving_loops(
     rows: Any,
     signs: Any,
     supports: Any,
+    q: Any,
+    coupled: Any,
+    polynomials: Any,
     row_scale: Any,
     column: Any,
     blocks: Any,
@@ -39,7 +42,7 @@ def moving_loops(
 
     Parameters
     ----------
-    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports
+    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports, q, coupled, polynomials
         As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
     v : ndarray
         Shape (nv,).
@@ -56,8 +59,10 @@ def moving_loops(
         The largest residual; the same scaled; the largest opening by v, scaled; the scaled size of v; whether the
         configuration is certainly far enough from a singular one.
     """
-    worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, gap, jacobian)
-    jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, rate, drift)
+    worst = residual_jacobian(
+        poses, J, joints, local, kinds, lengths, rows, signs, q, coupled, polynomials, gap, jacobian
+    )
+    jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, coupled, polynomials, rate, drift)
     scaled, opening, speed = 0.0, 0.0, 0.0
     for i in range(len(gap)):
         along = 0.0
@@ -190,12 +195,15 @@ def equations(
     supports: Any,
     row_scale: Any,
     column: Any,
+    q: Any,
+    coupled: Any,
+    polynomials: Any,
 ) -> Any:
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
     ----------
-    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports
+    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports, q, coupled, polynomials
         As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
     forces : ndarray
         Shape (njoints, 6), what RNEA leaves of the joints' wrenches.
@@ -214,7 +222,9 @@ def equations(
     """
     height, nv = len(row_scale), len(v)
     gap, jacobian, unit = np.empty(height), np.empty((height, nv)), np.empty((height, 6))
-    worst = residual_jacobian(poses, J, joints, local, kinds, lengths, rows, signs, gap, jacobian)
+    worst = residual_jacobian(
+        poses, J, joints, local, kinds, lengths, rows, signs, q, coupled, polynomials, gap, jacobian
+    )
     unit_wrenches(poses, joints, local, kinds, lengths, rows, unit)
     tree = np.empty(forces.shape)
     _tree_wrenches(poses, forces, tree)
@@ -224,7 +234,9 @@ def equations(
     speed, size, opening_v, opening_a = 0.0, 0.0, 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)
-        jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, rate, drift)
+        jacobian_rate(
+            poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, coupled, polynomials, rate, drift
+        )
         for k in range(nv):
             speed = max(speed, abs(v[k] / column[k]))
             size = max(size, abs(a[k] / column[k]))

@@ -160,10 +160,12 @@ def equations_of_motion(
         work.jacobian_rates(q, v)
     else:
         pin.computeJointJacobians(model, work.data, q)
+        np.copyto(work.q, q)
     tau = open_tree(state, q, v, a, external)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = kernels.equations(
         work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
-        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column,
+        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column, work.q, top.coupled,
+        top.polynomials,
     )  # fmt: skip
     if check_closed:
         if not worst <= CLOSED:
@@ -199,7 +201,8 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     work.jacobian_rates(q, v)
     found: LoopMotion = kernels.moving_loops(
         work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
-        top.supports, top.row_scale, top.column, top.blocks, work.gap, work.jacobian, work.jacobian_rate, work.drift,
+        top.supports, work.q, top.coupled, top.polynomials, top.row_scale, top.column, top.blocks,
+        work.gap, work.jacobian, work.jacobian_rate, work.drift,
     )  # fmt: skip
     return found
 

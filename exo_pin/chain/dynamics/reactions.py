@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
+from ..structure.couplings import refuse_coupling
 from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
 from .wrenches import axes_and_point, own_frame, shifted, turned
@@ -159,6 +160,28 @@ class ClosedForces(Record):
         effect = -self._equations.jacobian[:, own].T
         return self._bounded(ranges, self._equations.tau[own] + effect @ self._start, effect @ self.self_stresses)
 
+    def coupling(self, name: str) -> dict[str, float]:
+        """Generalised force that a coupling makes in each of its joints, by joint, N or N m.
+
+        It acts as motors in the joints would, between the two bodies of each; the joint's reaction contains it.
+        ``self_stresses`` has zeros in the coupling's row where it is the same in every solution.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such closure.
+        InvalidInput
+            If the closure is no coupling.
+        """
+        state = self._equations.state
+        row = state.rows(name).start
+        closure = next(item for item in state.closures if item.name == name)
+        if closure.polynomial is None:
+            raise InvalidInput(f"closure {name!r} is no coupling but {closure.type}: see joint_reaction")
+        effect = self._equations.jacobian[row] * self.multipliers[row]
+        joints = [joint for joint in (closure.frame_a, closure.frame_b) if joint != "universe"]
+        return {joint: float(effect[state.velocity_slice(joint)][0]) for joint in joints}
+
     def joint_reaction(
         self,
         joint: str,
@@ -190,9 +213,12 @@ class ClosedForces(Record):
         UnknownName
             If there is no such joint, closure or frame.
         InvalidInput
-            If ``on`` is neither of the two bodies, or a joint and a closure share the name.
+            If ``on`` is neither of the two bodies, a joint and a closure share the name, or the closure is a coupling.
         """
-        part = self._equations.state.part(joint)
+        state = self._equations.state
+        part = state.part(joint)
+        if part.place >= state.model.njoints - 1:
+            refuse_coupling(state.closures[part.place - (state.model.njoints - 1)])
         bodies = part.receiver, part.other
         if on is None and isinstance(at, str) and at == "origin" and in_frame == "world":
             return self._reaction(joint, None, bodies[0], self._all, part.place, intervals)
@@ -220,7 +246,8 @@ class ClosedForces(Record):
         pose = self._equations.poses[index]
         total = np.zeros(self._all.columns.shape[1:])
         for part in state.all_parts:
-            if index in (part.receiver, part.other):
+            # A coupling joins no bodies.
+            if part.receiver != part.other and index in (part.receiver, part.other):
                 about_own, point = self._all.columns[part.place], own_frame(self._equations, part.place)[0]
                 total += (1.0 if index == part.receiver else -1.0) * shifted(about_own, pose[3] - point)
         own, bodies = (pose[3], pose[:3]), (index, index)

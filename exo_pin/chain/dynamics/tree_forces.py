@@ -14,6 +14,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_finite
 from ..kinematics.closure_wrench_kernels import closure_wrenches
 from ..structure.chain_state import ChainState
+from ..structure.couplings import coupling_forces, refuse_coupling
 from .equations_of_motion import put_on
 
 __all__ = ["TreeForces", "rnea"]
@@ -80,11 +81,17 @@ class TreeForces:
         -------
         ndarray
             Shape (6,), force then moment, N and N m.
+
+        Raises
+        ------
+        InvalidInput
+            If the closure is a coupling, which joins no bodies.
         """
         names = [item.name for item in self._state.closures]
         if closure not in names:
             raise UnknownName("closure", closure, names)
         index = names.index(closure)
+        refuse_coupling(self._state.closures[index])
         top = self._state.topology
         # The closure's point is frame b's, and its axes are frame a's: a sliding closure parts the two origins.
         carrier_a, carrier_b = self._poses[top.joints[index]]
@@ -143,7 +150,7 @@ def rnea(
     Returns
     -------
     TreeForces
-        With ``tau`` and the joints' wrenches; a wrench is the sum of bearing, actuator, spring and damper.
+        With ``tau`` and the joints' wrenches; a wrench is the sum of bearing, actuator, spring, damper and couplings.
 
     Raises
     ------
@@ -184,4 +191,6 @@ def _rnea(
     tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
     if state.passive.act:
         tau -= state.passive.force(q, v)
+    if multipliers is not None and len(top.coupled):
+        tau -= coupling_forces(top.coupled, top.polynomials, q, multipliers, model.nv)
     return TreeForces(tau, state, work.forces.copy(), work.wrenches.copy(), work.poses.copy())

@@ -14,7 +14,7 @@ from ..kinematics.loops import closed_configuration
 from ..structure.chain_state import ChainState
 from .closures_file import closures_text, write_files
 from .mjcf.mjcf_writing import mjcf_text
-from .sdf_writing import sdf_text
+from .sdf.sdf_writing import sdf_text
 from .urdf.urdf_writing import urdf_text
 
 __all__ = ["to_mjcf", "to_sdf", "to_urdf"]
@@ -70,7 +70,7 @@ def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None =
     Raises
     ------
     InvalidInput
-        See :func:`exo_pin.chain.formats.sdf_writing.sdf_text`.
+        See :func:`exo_pin.chain.formats.sdf.sdf_writing.sdf_text`.
     LoopNotClosed
         As for :meth:`ClosedChain.to_mjcf`.
     """

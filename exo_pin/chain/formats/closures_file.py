@@ -5,6 +5,8 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     schema = 1
     name = "robot"
 
+    left_out = []                        # optional: what the file that this one was made from had and the chain has not
+
     [root]                               # optional: how the URDF's root link hangs in the world
     joint = "fixed"                      # fixed (default) | spherical | free_flyer | planar | translation
     name = "root_joint"                  # of that joint, if it is not fixed
@@ -21,6 +23,14 @@ A URDF is a tree. Beside ``robot.urdf`` stands ``robot.closures.toml``::
     quaternion_b_xyzw = [0.0, 0.0, 0.0, 1.0]
     # axis = [0.0, 0.0, 1.0]             # optional, of revolute, prismatic, cylindrical: in the closure's frame
     # distance_m = 0.3                   # of distance, and only there
+
+    [[closures]]
+    name = "gear"
+    type = "coupling"
+    joint_a = "elbow"                    # left out: joint b is held
+    joint_b = "finger"                   # a hinge or slide of the URDF, as joint a
+    polynomial = [0.0, -0.5]             # up to five coefficients, m and rad
+    references = [0.0, 0.0]              # optional: positions r_a, r_b of the joints
 
     [[joints]]                           # optional: what a URDF cannot say about a joint
     name = "elbow"
@@ -49,7 +59,9 @@ The types, with the rows that they cost:
 * revolute (5): turning about the axis, by default the closure frame's z;
 * universal (4): turning about the y axis of frame b and the x axis of frame a, which stay at right angles;
 * prismatic (5): sliding along the axis; cylindrical (4): sliding along it and turning about it;
-* distance (1): the frames' origins keep their distance, as the ends of a rod between two ball joints.
+* distance (1): the frames' origins keep their distance, as the ends of a rod between two ball joints;
+* coupling (1): a position follows another one, q_b - r_b = c_0 + c_1 (q_a - r_a) + ... + c_4 (q_a - r_a)⁴, as of gears,
+  racks and mimic joints. It joins joints and not frames.
 
 Lengths may also be given in mm (``translation_b_mm``). Orientations are unit quaternions, because roll, pitch and
 yaw lose digits near their lock. A joint that both slides and turns, as a free flyer, has ``stiffness`` and
@@ -133,12 +145,18 @@ def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path
 def closures_text(closures: Closures, comment: str = "") -> str:
     """The text of a closures file."""
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name), "", "[root]"]
+    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name)]
+    lines += [_pair("left_out", closures.left_out)] if closures.left_out else []
+    lines += ["", "[root]"]
     root = closures.root
     lines += [_pair("joint", root.joint), _pair("name", root.name), _pair("gravity_m_s2", root.gravity)]
     for closure in closures.closures:
         lines += ["", "[[closures]]"]
-        lines += [_pair(key, getattr(closure, key)) for key in ("name", "type", "frame_a", "frame_b")]
+        lines += [_pair(key, getattr(closure, key)) for key in ("name", "type")]
+        if closure.polynomial is not None:
+            lines += _coupling_lines(closure)
+            continue
+        lines += [_pair(key, getattr(closure, key)) for key in ("frame_a", "frame_b")]
         for end, placement in (("a", closure.placement_a), ("b", closure.placement_b)):
             if placement != Placement():
                 lines.append(_pair(f"translation_{end}_m", placement.translation))
@@ -158,6 +176,12 @@ def closures_text(closures: Closures, comment: str = "") -> str:
         lines += ["", "[[roles.limbs]]"]
         lines += [_pair(key, getattr(limb, key)) for key in ("name", "kind", "slide", "platform_joint", "closure")]
     return "\n".join(lines) + "\n"
+
+
+def _coupling_lines(closure: Closure) -> list[str]:
+    lines = [] if closure.frame_a == "universe" else [_pair("joint_a", closure.frame_a)]
+    lines += [_pair("joint_b", closure.frame_b), _pair("polynomial", closure.polynomial)]
+    return [*lines, _pair("references", closure.references)] if any(closure.references) else lines
 
 
 #: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
@@ -186,7 +210,7 @@ def _pair(key: str, value: Any) -> str:
 
 
 def _read_root_table(table: Table) -> Closures:
-    name = table.text("name")
+    name, left_out = table.text("name"), table.texts("left_out")
     root_table, roles_table = table.table("root"), table.table("roles")
     closure_tables, joint_tables = table.tables("closures"), table.tables("joints")
     table.finish()
@@ -197,6 +221,7 @@ def _read_root_table(table: Table) -> Closures:
         tuple(_read_closure(item) for item in closure_tables),
         Roles() if roles_table is None else _read_roles(roles_table),
         tuple(_read_joint(item) for item in joint_tables),
+        left_out,
     )
 
 
@@ -209,7 +234,10 @@ def _read_root(table: Table) -> Root:
 
 
 def _read_closure(table: Table) -> Closure:
-    texts = [table.text(key) for key in ("name", "type", "frame_a", "frame_b")]
+    texts = [table.text(key) for key in ("name", "type")]
+    if texts[1] == "coupling":
+        return _read_coupling(table, str(texts[0]))
+    texts += [table.text(key) for key in ("frame_a", "frame_b")]
     placements = []
     for end in ("a", "b"):
         translation = table.quantity("length", f"translation_{end}", (3,), required=False)
@@ -224,6 +252,16 @@ def _read_closure(table: Table) -> Closure:
     table.finish()
     extra = {"axis": axis, "distance": distance}
     return Closure(*texts, *placements, **{key: value for key, value in extra.items() if value is not None})  # type: ignore[arg-type]
+
+
+def _read_coupling(table: Table, name: str) -> Closure:
+    joint_a, joint_b = table.text("joint_a", required=False), table.text("joint_b")
+    polynomial = table.quantity("number", "polynomial", (None,))
+    references = table.quantity("number", "references", (2,), required=False)
+    table.finish()
+    given = {} if references is None else {"references": references}
+    ends = ("universe" if joint_a is None else joint_a, str(joint_b))
+    return Closure(name, "coupling", *ends, polynomial=polynomial, **given)
 
 
 def _read_joint(table: Table) -> JointProperties:

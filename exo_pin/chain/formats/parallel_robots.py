@@ -8,10 +8,10 @@
     joint_name: ["ball1", "cross1", "weld1"]                        # optional: joints of the URDF that are others
     joint_type: ["SPHERICAL", "UJOINT_XY", "FIXED"]
 
-A joint that is changed to SPHERICAL turns about all its axes; UJOINT_XY (YZ, ZX) becomes two hinges, ``cross1_X`` and
-``cross1_Y``; FIXED does not move. A changed joint has no limits: those of the URDF are the hinge's that it was. Its
-damping and friction have to be zero in the URDF, because they are no longer about one axis. All other joints are as
-in the URDF.
+A joint that is changed to SPHERICAL turns about all its axes; UJOINT with any two different axes becomes two hinges,
+of UJOINT_XY ``cross1_X`` and then ``cross1_Y``; CARDAN, of older files, is UJOINT_XY; FIXED does not move. A changed
+joint has no limits: those of the URDF are the hinge's that it was. Its damping and friction have to be zero in the
+URDF, because they are no longer about one axis. All other joints are as in the URDF.
 """
 
 from __future__ import annotations
@@ -35,11 +35,13 @@ __all__ = ["read_parallel_robot"]
 _TYPES = {"6d": "rigid", "3d": "spherical"}
 _KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 _HINGES = {"X": pin.JointModelRX, "Y": pin.JointModelRY, "Z": pin.JointModelRZ}
-_JOINT_TYPES = ("SPHERICAL", "FIXED", "UJOINT_XY", "UJOINT_YZ", "UJOINT_ZX")
+_CROSSES = {f"UJOINT_{one}{other}": (one, other) for one in "XYZ" for other in "XYZ" if one != other}
+_CROSSES["CARDAN"] = ("X", "Y")
+_JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
 
 
 def read_parallel_robot(
-    path: str | PathLike[str], urdf: str | PathLike[str] | None = None
+    path: str | PathLike[str], urdf: str | PathLike[str] | None = None, root_joint: str | None = None
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -49,6 +51,9 @@ def read_parallel_robot(
         The YAML file, or the folder of a ``robot.yaml``.
     urdf : path-like, optional
         The URDF; by default the file beside it with the same stem.
+    root_joint : str, optional
+        How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`, which the layout does not say;
+        fixed if left out.
 
     Raises
     ------
@@ -96,7 +101,7 @@ def read_parallel_robot(
         if kind not in _JOINT_TYPES:
             raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
     described = Closures(file.parent.name or file.stem, closures=tuple(closures), roles=Roles(tuple(motors)))
-    model, _ = load_model(urdf if urdf is not None else file.with_suffix(".urdf"), described, None)
+    model, described = load_model(urdf if urdf is not None else file.with_suffix(".urdf"), described, root_joint)
     for name in changes:
         if name not in model.names:
             raise UnknownName("joint", name, list(model.names)[1:], where=str(file))
@@ -162,7 +167,7 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         elif kind == "SPHERICAL":
             added = new.addJoint(parent, pin.JointModelSpherical(), place, name)
         else:
-            first, second = kind[-2], kind[-1]
+            first, second = _CROSSES[kind]
             middle = new.addJoint(parent, _HINGES[first](), place, f"{name}_{first}")
             new.addJointFrame(middle, -1)
             added = new.addJoint(middle, _HINGES[second](), pin.SE3.Identity(), f"{name}_{second}")
@@ -170,7 +175,11 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
         new.appendBodyToJoint(added, model.inertias[joint], pin.SE3.Identity())
         carriers[joint] = added
     for frame in model.frames:
-        if frame.type != pin.FrameType.JOINT and frame.name != "universe":
+        # A joint that has become two hinges is still a frame, that loops may name.
+        gone = frame.type == pin.FrameType.JOINT and not new.existJointName(frame.name)
+        if gone:
+            new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, _OP), False)
+        elif frame.type != pin.FrameType.JOINT and frame.name != "universe":
             new.addFrame(pin.Frame(frame.name, carriers[frame.parentJoint], 0, frame.placement, frame.type), False)
     if welded:
         new = pin.buildReducedModel(new, welded, pin.neutral(new))
@@ -189,6 +198,7 @@ def _copy_data(model: pin.Model, joint: int, new: pin.Model, other: int) -> None
             getattr(new, name)[there : there + size] = getattr(model, name)[here : here + size]
 
 
+_OP = pin.FrameType.OP_FRAME
 _PER_V = (
     "lowerEffortLimit",
     "upperEffortLimit",

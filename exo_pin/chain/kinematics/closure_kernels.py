@@ -1,7 +1,8 @@
 """All closures of a chain at once, compiled: residual, Jacobian and its rate.
 
 What a closure type forbids is defined in :mod:`exo_pin.chain.kinematics.projection`; everything here goes through
-its projection.
+its projection, except couplings, which join positions of joints
+(:mod:`exo_pin.chain.structure.couplings`).
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from .projection import project, project_rate, relative_pose
+from ..structure.couplings import couple, couple_rates
+from .projection import COUPLED_ANGLE, project, project_rate, relative_pose
 
 __all__ = ["add_cross", "jacobian_rate", "residual", "residual_jacobian", "twist_at"]
 
@@ -29,7 +31,18 @@ def _largest(values: Any) -> float:
 
 
 @kernel
-def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> float:
+def residual(
+    poses: Any,
+    joints: Any,
+    local: Any,
+    kinds: Any,
+    lengths: Any,
+    rows: Any,
+    q: Any,
+    coupled: Any,
+    polynomials: Any,
+    out: Any,
+) -> float:
     """Fill the residual of all closures and return its largest entry.
 
     Parameters
@@ -44,6 +57,10 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows
         Shape (m,) type codes; shape (m + 1,) first row of each closure.
     lengths : ndarray
         Shape (m,), of the distance closures, m.
+    q : ndarray
+        Shape (nq,).
+    coupled, polynomials : ndarray
+        The couplings, see :mod:`exo_pin.chain.structure.couplings`.
     out : ndarray
         Shape (rows,), m and rad.
     """
@@ -52,6 +69,7 @@ def residual(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows
         relative_pose(poses, joints, local, c, a, b, d, Q)
         count = rows[c + 1] - rows[c]
         project(kinds[c], d, Q, lengths[c], out[rows[c] : rows[c + 1]], S[:count])
+    couple(q, coupled, polynomials, out, S[:0])
     return _largest(out)
 
 
@@ -65,6 +83,9 @@ def residual_jacobian(
     lengths: Any,
     rows: Any,
     signs: Any,
+    q: Any,
+    coupled: Any,
+    polynomials: Any,
     out: Any,
     jacobian: Any,
 ) -> float:
@@ -72,12 +93,13 @@ def residual_jacobian(
 
     Parameters
     ----------
-    poses, joints, local, kinds, lengths, rows, out
+    poses, joints, local, kinds, lengths, rows, q, coupled, polynomials, out
         As for :func:`residual`.
     J : ndarray
         Shape (nv, 6), the joints' world Jacobian.
     signs : ndarray
-        Shape (m, nv): +1 for coordinates that move frame a only, -1 for frame b only, 0 otherwise.
+        Shape (m, nv): +1 for coordinates that move frame a only, -1 for frame b only, 0 otherwise. Of a
+        coupling not zero for its joints.
     jacobian : ndarray
         Shape (rows, nv), filled.
     """
@@ -89,7 +111,7 @@ def residual_jacobian(
         project(kinds[c], d, Q, lengths[c], out[first : first + count], S[:count])
         for k in range(J.shape[0]):
             sign = signs[c, k]
-            if sign == 0.0:
+            if sign == 0.0 or kinds[c] >= COUPLED_ANGLE:
                 for i in range(count):
                     jacobian[first + i, k] = 0.0
                 continue
@@ -99,6 +121,7 @@ def residual_jacobian(
                 for j in range(6):
                     total += S[i, j] * V[j]
                 jacobian[first + i, k] = total
+    couple(q, coupled, polynomials, out, jacobian)
     return _largest(out)
 
 
@@ -134,6 +157,9 @@ def jacobian_rate(
     lengths: Any,
     rows: Any,
     supports: Any,
+    q: Any,
+    coupled: Any,
+    polynomials: Any,
     out: Any,
     drift: Any,
 ) -> None:
@@ -141,7 +167,7 @@ def jacobian_rate(
 
     Parameters
     ----------
-    poses, J, joints, local, kinds, lengths, rows
+    poses, J, joints, local, kinds, lengths, rows, q, coupled, polynomials
         As for :func:`residual_jacobian`.
     dJ : ndarray
         Shape (nv, 6), time derivative of the world Jacobian.
@@ -201,3 +227,4 @@ def jacobian_rate(
                     total += S[i, j] * W[j] + dS[i, j] * V[j]
                 out[first + i, k] = total
                 drift[first + i] += total * v[k]
+    couple_rates(q, v, coupled, polynomials, out, drift)

@@ -20,6 +20,7 @@ universal   4     d, asin(x_a · y_b)           linear part; angular part along 
 prismatic   5     d_x, d_y, θ                  linear x, y; angular part
 cylindrical 4     d_x, d_y, t                  linear x, y; angular x, y
 distance    1     abs(d) - length              linear part along d
+coupling    1     of joints' positions         none, see :mod:`exo_pin.chain.kinematics.coupling_kernels`
 =========== ===== ============================ =================================================================
 
 S is constant in the axes of a except for universal and distance, whose rate enters the drift. Since θ and t are their
@@ -36,10 +37,11 @@ from typing import Any
 
 from ...core.compiled import kernel
 
-__all__ = ["CODES", "compose", "project", "project_rate", "relative_pose"]
+__all__ = ["CODES", "COUPLED_ANGLE", "COUPLED_LENGTH", "compose", "project", "project_rate", "relative_pose"]
 
 
 _RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6
+_COUPLED_ANGLE, _COUPLED_LENGTH = 7, 8
 
 #: Number by which the compiled functions know a closure type.
 CODES = {
@@ -50,7 +52,10 @@ CODES = {
     "prismatic": _PRISMATIC,
     "cylindrical": _CYLINDRICAL,
     "distance": _DISTANCE,
+    "coupling": _COUPLED_ANGLE,
 }
+#: The codes of couplings, by the unit of their row; no other code is as large.
+COUPLED_ANGLE, COUPLED_LENGTH = _COUPLED_ANGLE, _COUPLED_LENGTH
 
 #: Below this distance the line between two points has no direction, m.
 _NO_DIRECTION = 1e-12
@@ -128,6 +133,11 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
     """Residual rows of one closure and the projection S, shape (rows, 6), that its Jacobian takes of the twist."""
     S[:] = 0.0
     count = out.shape[0]
+    if kind >= _COUPLED_ANGLE:
+        # The wrench of a multiplier of one, on no body: it gives the multiplier its size among the forces.
+        out[0] = 0.0
+        S[0, 2 if kind == _COUPLED_LENGTH else 5] = 1.0
+        return
     if kind == _DISTANCE:
         size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
         out[0] = size - length

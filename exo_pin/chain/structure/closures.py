@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import as_finite, as_positive, as_unit_vector
 from ..kinematics.projection import CODES
 
-__all__ = ["TYPES", "Closure", "ClosureType", "Placement", "require_name"]
+__all__ = ["COEFFICIENTS", "TYPES", "Closure", "ClosureType", "Placement", "require_name"]
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,15 @@ _ALL_TYPES = (
     ClosureType("prismatic", 2, 3, has_axis=True),
     ClosureType("cylindrical", 2, 2, has_axis=True),
     ClosureType("distance", 1, 0),
+    # Its row is in metres where joint b slides.
+    ClosureType("coupling", 0, 1),
 )
 
 #: The closure types by name; "point" is another name for "spherical".
 TYPES: dict[str, ClosureType] = {kind.name: kind for kind in _ALL_TYPES} | {"point": _ALL_TYPES[1]}
+
+#: Most coefficients of a coupling's polynomial: up to the fourth power, as in MuJoCo.
+COEFFICIENTS = 5
 
 #: Swaps x and y, and turns z around: the frames of a universal closure with its bodies exchanged.
 _SWAP = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])
@@ -104,7 +109,8 @@ class Closure:
     type : str
         Name in :data:`TYPES`; an alias is stored under its own name.
     frame_a, frame_b : str
-        Frames (links or joints) of the URDF, or "universe".
+        Frames (links or joints) of the URDF, or "universe". Of a coupling the joints a and b, hinges or slides whose
+        coordinate is one number; with "universe" as joint a, joint b is held at a constant position.
     placement_a, placement_b : Placement
         Of the closure's frame in ``frame_a`` and ``frame_b``.
     axis : tuple of float or None
@@ -113,13 +119,19 @@ class Closure:
         axis of frame a.
     distance : float or None
         Constant distance between the origins of the two frames of a distance closure, m; None for other types.
+    polynomial : tuple of float or None
+        Coefficients c_0 to c_n, n <= 4, of a coupling, q_b - r_b = Σ c_k (q_a - r_a)^k, m and rad; None for other
+        types.
+    references : tuple of float
+        Positions r_a and r_b of the joints of a coupling, m or rad; zero for other types.
 
     Raises
     ------
     UnknownName
         If there is no such closure type.
     InvalidInput
-        If an axis or a distance is given to a type that has none, or a distance closure has no distance.
+        If an axis, a distance or a polynomial is given to a type that has none, or a type that has one lacks it; if
+        a coupling has placements, couples a joint with itself, or holds a joint at more than a constant.
     """
 
     name: str
@@ -130,6 +142,8 @@ class Closure:
     placement_b: Placement = field(default_factory=Placement)
     axis: tuple[float, float, float] | None = None
     distance: float | None = None
+    polynomial: tuple[float, ...] | None = None
+    references: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         for key in ("name", "type", "frame_a", "frame_b"):
@@ -157,13 +171,65 @@ class Closure:
             )
         if self.distance is not None:
             object.__setattr__(self, "distance", as_positive(f"distance of closure {self.name!r}", self.distance))
+        self._check_coupling()
+
+    def _check_coupling(self) -> None:
+        where = f"closure {self.name!r}"
+        references = as_finite(f"references of {where}", self.references, (2,))
+        object.__setattr__(self, "references", tuple(references.tolist()))
+        if (self.polynomial is None) != (self.type != "coupling"):
+            raise InvalidInput(
+                f"{where}: expected a polynomial for a coupling and for no other type, got {self.polynomial} for type "
+                f"{self.type!r}"
+            )
+        if self.polynomial is None:
+            if references.any():
+                raise InvalidInput(f"{where}: only a coupling has references, got {self.references}: leave them out")
+            return
+        polynomial = as_finite(f"polynomial of {where}", self.polynomial, (None,))
+        if not 1 <= len(polynomial) <= COEFFICIENTS:
+            raise InvalidInput(
+                f"{where}: expected a polynomial of 1 to {COEFFICIENTS} coefficients, got {len(polynomial)}"
+            )
+        object.__setattr__(self, "polynomial", tuple(polynomial.tolist()))
+        if self.placement_a != Placement() or self.placement_b != Placement():
+            raise InvalidInput(f"{where}: a coupling joins positions of joints and has no placements: leave them out")
+        if self.frame_a == self.frame_b:
+            raise InvalidInput(f"{where} couples joint {self.frame_a!r} with itself: expected two joints")
+        if self.frame_b == "universe":
+            raise InvalidInput(f"{where}: expected a joint as joint b, got the world")
+        if self.frame_a == "universe" and polynomial[1:].any():
+            raise InvalidInput(
+                f"{where}: without a joint a, joint b is held at a constant: expected one coefficient, got "
+                f"{self.polynomial}"
+            )
 
     def reversed(self) -> Closure:
-        """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body."""
+        """The same closure with a and b exchanged: the same motion, with rows in the axes of the other body.
+
+        Raises
+        ------
+        InvalidInput
+            If it is a coupling that is no linear function of joint a, so that joint b does not determine joint a.
+        """
+        if self.polynomial is not None:
+            return self._reversed_coupling()
         a, b = self.placement_a, self.placement_b
         if self.type == "universal":
             a, b = a.turned(_SWAP), b.turned(_SWAP)
         return Closure(self.name, self.type, self.frame_b, self.frame_a, b, a, self.axis, self.distance)
+
+    def _reversed_coupling(self) -> Closure:
+        constant, slope, *higher = (*(self.polynomial or ()), 0.0, 0.0)
+        if slope == 0.0 or any(higher):
+            raise InvalidInput(
+                f"closure {self.name!r} cannot be reversed, because joint b does not determine joint a: expected a "
+                f"linear coupling, got {self.polynomial}"
+            )
+        back = (-constant / slope, 1.0 / slope)
+        return Closure(
+            self.name, self.type, self.frame_b, self.frame_a, polynomial=back, references=self.references[::-1]
+        )
 
     @property
     def rows(self) -> int:

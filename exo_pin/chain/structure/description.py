@@ -163,6 +163,8 @@ class Closures:
         Roles of the parts.
     joints : tuple of JointProperties
         Springs and armatures of joints, which a URDF cannot hold.
+    left_out : tuple of str
+        What the file that was read has and the chain has not, in words, such as equalities that are not active.
 
     Raises
     ------
@@ -175,9 +177,11 @@ class Closures:
     closures: tuple[Closure, ...] = ()
     roles: Roles = field(default_factory=Roles)
     joints: tuple[JointProperties, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         require_name("name", self.name)
+        object.__setattr__(self, "left_out", tuple(self.left_out))
         object.__setattr__(self, "closures", tuple(self.closures))
         object.__setattr__(self, "joints", tuple(self.joints))
         _require_distinct("joint", [properties.joint for properties in self.joints])

@@ -13,8 +13,10 @@ from scipy.spatial.distance import pdist
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
+from ..kinematics.projection import COUPLED_LENGTH
 from .blocks import Blocks, blocks_of
 from .closures import TYPES, Placement
+from .couplings import make_couplings
 from .description import Closures
 from .motion_axes import motion_axes
 
@@ -30,7 +32,8 @@ class Topology(Record):
     Attributes
     ----------
     joints : ndarray of int
-        Shape (m, 2), the joints that carry frames a and b.
+        Shape (m, 2), the joints that carry frames a and b; both the world's, 0, for a coupling, which joins positions
+        of joints and no bodies.
     local : ndarray
         Shape (m, 2, 4, 3), the closure's frames in those joints; rows 0 to 2 are the columns of R, row 3 is p.
     kinds, rows : ndarray of int
@@ -38,7 +41,8 @@ class Topology(Record):
     supports : ndarray
         Shape (m, 2, nv), 1 for coordinates that move frame a (b).
     signs : ndarray
-        Shape (m, nv), difference of the two.
+        Shape (m, nv), difference of the two; of a coupling 1 for joint b and -1 for joint a: not zero where a
+        coordinate moves a closure.
     carried : ndarray
         Shape (njoints, m): 1 where frame a is on the joint's own body or further out and frame b is not, -1 the other
         way round, else 0.
@@ -61,6 +65,8 @@ class Topology(Record):
         Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
     blocks : tuple of ndarray
         As in :mod:`~exo_pin.chain.structure.blocks`: the loops that share no coordinate with others.
+    coupled, polynomials : ndarray
+        Shapes (k, 5), int, and (k, 7), the couplings as in :mod:`exo_pin.chain.structure.couplings`.
     """
 
     joints: IntArray
@@ -79,6 +85,8 @@ class Topology(Record):
     per_newton: FloatArray
     weight: FloatArray
     blocks: Blocks
+    coupled: IntArray
+    polynomials: FloatArray
 
     @property
     def row_count(self) -> int:
@@ -170,11 +178,14 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     UnknownName
         If a frame is not in the model.
     InvalidInput
-        If a closure joins a body with itself.
+        If a closure joins a body with itself, or a coupling's joint is no hinge or slide.
     """
     count = len(closures.closures)
     joints, local = np.zeros((count, 2), dtype=np.int64), np.zeros((count, 2, 4, 3))
     for c, closure in enumerate(closures.closures):
+        if closure.type == "coupling":
+            local[c, :, :3] = np.eye(3)
+            continue
         ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
         for end, (name, placement) in enumerate(ends):
             if name not in frames:
@@ -190,6 +201,10 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
     heights = [closure.rows for closure in closures.closures]
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
+    coupled, polynomials = make_couplings(model, closures.closures, rows)
+    metres = _metres(model)
+    sliding = metres[coupled[:, 4]]
+    kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
     moved = _supports(model)
     supports = moved[joints].reshape(count, 2, model.nv)
     outward = _outward(model)
@@ -197,12 +212,13 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
+    row_metres[coupled[:, 0]] = sliding
     row_scale = np.where(row_metres, 1.0 / length, 1.0)
     distances = np.array([closure.distance or 0.0 for closure in closures.closures])
     for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
         array.setflags(write=False)
-    signs = frozen(np.ascontiguousarray(supports[:, 0] - supports[:, 1]))
-    metres = _metres(model)
+    signs = np.ascontiguousarray(supports[:, 0] - supports[:, 1])
+    _mark_coupled(signs, rows, coupled)
     column = frozen(np.where(metres, length, 1.0))
     per_newton = frozen(np.where(metres, 1.0, 1.0 / length))
     weight = frozen(column**2)
@@ -223,7 +239,18 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
         per_newton,
         weight,
         blocks_of(signs, rows),
+        coupled,
+        polynomials,
     )
+
+
+def _mark_coupled(signs: FloatArray, rows: IntArray, coupled: IntArray) -> None:
+    """Mark the coordinates that move couplings; then the array is read-only."""
+    own = np.searchsorted(rows, coupled[:, 0])
+    led = coupled[:, 2] >= 0
+    signs[own[led], coupled[led, 2]] = -1.0
+    signs[own, coupled[:, 4]] = 1.0
+    signs.setflags(write=False)
 
 
 def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:
@@ -260,7 +287,8 @@ def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray
         if model.nvs[joint] < 6:
             points[joint].append(np.zeros(3))
             points[model.parents[joint]].append(model.jointPlacements[joint].translation)
-    for bodies, places in zip(joints, local, strict=True):
+    joined = joints[:, 0] != joints[:, 1]  # not those of couplings
+    for bodies, places in zip(joints[joined], local[joined], strict=True):
         for body, place in zip(bodies, places, strict=True):
             points[body].append(place[3])
     pairs = [pdist(np.array(group)) for group in points if len(group) > 1]

@@ -44,6 +44,8 @@ class Workspace(OneProcess):
         Shape (nv, 6), windows on ``data.J`` and ``rate_data.dJ``, transposed.
     gap, jacobian, jacobian_rate, drift, move, unit
         Buffers of shapes (rows,), (rows, nv), (rows, nv), (rows,), (nv,), (rows, 6).
+    q : ndarray
+        Shape (nq,), the configuration of the last call, a buffer of one layout for the kernels.
     still : ndarray
         Shape (nv,), zeros.
     """
@@ -69,6 +71,7 @@ class Workspace(OneProcess):
         self.gap, self.drift = np.zeros(rows), np.zeros(rows)
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
+        self.q = np.zeros(model.nq)
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
 
@@ -76,16 +79,40 @@ class Workspace(OneProcess):
         """Fill ``gap`` and return its largest entry."""
         top = self._topology
         pin.forwardKinematics(self._model, self.data, q)
-        return kernels.residual(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.gap)
+        np.copyto(self.q, q)
+        return kernels.residual(
+            self.poses,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.gap,
+        )
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
         top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
+        np.copyto(self.q, q)
         return kernels.residual_jacobian(
-            self.poses, self.J, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
-            self.gap, self.jacobian,
-        )  # fmt: skip
+            self.poses,
+            self.J,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.signs,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.gap,
+            self.jacobian,
+        )
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
@@ -94,7 +121,8 @@ class Workspace(OneProcess):
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
-        """Fill the poses, ``J`` and ``dJ``."""
+        """Fill the poses, ``J``, ``dJ`` and ``q``."""
+        np.copyto(self.q, q)
         self._axes.jacobian_rate(self.rate_data, q, v)
         if self._axes.differs:
             pin.computeJointJacobians(self._model, self.data, q)
@@ -104,9 +132,22 @@ class Workspace(OneProcess):
         top = self._topology
         self.jacobian_rates(q, v)
         kernels.jacobian_rate(
-            self.poses, self.J, self.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.supports,
-            self.jacobian_rate, self.drift,
-        )  # fmt: skip
+            self.poses,
+            self.J,
+            self.dJ,
+            v,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.supports,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.jacobian_rate,
+            self.drift,
+        )
         return self.drift
 
 

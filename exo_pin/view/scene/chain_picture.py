@@ -53,6 +53,8 @@ class ChainPicture(OneProcess):
     ----------
     notes : list of str
         What could not be drawn, and why.
+    loops : list of Closure
+        The closures that are drawn: all but couplings, which are nowhere.
     size : float
         Diagonal of the box about all of it at ``q``, m.
     """
@@ -67,6 +69,7 @@ class ChainPicture(OneProcess):
     ) -> None:
         self._stage, self._chain, self._root = stage, chain, root
         self.notes: list[str] = []
+        self.loops = [closure for closure in chain.closures if closure.type != "coupling"]
         shapes = self._visuals(urdf)
         self._looks = shapes
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
@@ -81,7 +84,7 @@ class ChainPicture(OneProcess):
     def show(self, q: FloatArray) -> None:
         """Draw it at q, shape (nq,), closed or not."""
         self._picture.display(q)
-        for closure, (a, b) in zip(self._chain.closures, self.closure_frames(q), strict=True):
+        for closure, (a, b) in zip(self.loops, self.closure_frames(q), strict=True):
             path = self._mark(closure)
             size = _MARK * self.size
             for end, frame in (("a", a), ("b", b)):
@@ -95,9 +98,9 @@ class ChainPicture(OneProcess):
             self._stage.set_transform(f"{path}/gap", segment(a.translation, b.translation, wide))
 
     def closure_frames(self, q: FloatArray) -> Iterator[tuple[pin.SE3, pin.SE3]]:
-        """Both frames of every closure in the world."""
+        """Both frames of every closure in the world, without couplings, which have none."""
         frames = self._chain.placements(q)
-        for closure in self._chain.closures:
+        for closure in self.loops:
             yield (
                 frames[closure.frame_a] * se3(closure.placement_a),
                 frames[closure.frame_b] * se3(closure.placement_b),
@@ -148,7 +151,7 @@ class ChainPicture(OneProcess):
         model = self._chain.model
         found = [model.jointPlacements[k].translation for k in range(1, model.njoints) if model.parents[k] == joint]
         frames = {frame.name: frame for frame in reversed(list(model.frames))}
-        for closure in self._chain.closures:
+        for closure in self.loops:
             ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
             for name, placement in ends:
                 if frames[name].parentJoint == joint:
@@ -165,7 +168,7 @@ class ChainPicture(OneProcess):
         return [np.array(point) for point in np.unique(np.round(far, 9), axis=0)] if far else []
 
     def _load_closures(self) -> None:
-        for closure in self._chain.closures:
+        for closure in self.loops:
             node = self._stage.viewer[self._mark(closure).removeprefix("/meshcat/")]
             bar = frustum(0.35, 0.35) if closure.axis is not None else None
             for end in "ab":
@@ -177,7 +180,7 @@ class ChainPicture(OneProcess):
             node["gap"].set_object(frustum(1.0, 1.0), flat_material(ORANGE, on_top=True))
 
     def _mark(self, closure: Closure) -> str:
-        index = [item.name for item in self._chain.closures].index(closure.name)
+        index = [item.name for item in self.loops].index(closure.name)
         return f"/meshcat/closures/{self._root}_{index}"
 
 

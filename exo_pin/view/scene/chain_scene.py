@@ -195,7 +195,7 @@ class ChainScene(Additions, Pages):
             for name in self._chain.roles.actuated
             if name in joints
         ]
-        for closure, (a, _) in zip(self._chain.closures, self._picture.closure_frames(q), strict=True):
+        for closure, (a, _) in zip(self._picture.loops, self._picture.closure_frames(q), strict=True):
             labels.append({"text": closure_words(closure), "at": a.translation.tolist(), "colour": PURPLE})
         return labels
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from closed_motion import loops
 from moving_chains import ALL, drivers, moving
 
 from exo_pin.core.errors import InvalidInput, UnknownName
@@ -29,7 +30,7 @@ def test_efforts_multipliers_motions_and_reactions_against_differences(name):
     found = chain.inverse_dynamics_derivatives(q, case.v, case.a, independent=joints, **problem)
     np.testing.assert_array_equal(found.independent, own)
     G = chain.reduced_jacobian(q, joints)
-    names = [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]
+    names = [*list(chain.model.names)[1:], *(closure.name for closure in loops(chain))]
     reactions = [found.joint_reaction(joint, frame) for joint in names for frame in ("world", "local")]
 
     def everything(q, velocity, acceleration):

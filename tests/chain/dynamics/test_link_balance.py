@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pinocchio as pin
 import pytest
-from closed_motion import MAKERS, closed_motion, some_load
+from closed_motion import MAKERS, closed_motion, loops, some_load
 
 #: Central differences of tenth order: weights of f(k h), k = -5 .. 5, for h² f''.
 _ORDER, _STEP = 5, 0.03
@@ -65,7 +65,7 @@ def summed(chain, forces):
         wrench = forces.joint_reaction(chain.model.names[index], at=np.zeros(3), intervals=False).wrench
         book[index] += wrench
         book[chain.model.parents[index]] -= wrench
-    for closure in chain.closures:
+    for closure in loops(chain):
         expressed = forces.joint_reaction(closure.name, on=closure.frame_a, at=np.zeros(3), intervals=False)
         back = forces.joint_reaction(closure.name, on=closure.frame_b, at=np.zeros(3), intervals=False)
         np.testing.assert_array_equal(expressed.wrench, -back.wrench)

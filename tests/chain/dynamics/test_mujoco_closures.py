@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closed_motion import MAKERS, closed_motion, named, some_load
+from closed_motion import MAKERS, closed_motion, coupled, loops, named, some_load
 from mujoco_tree import MujocoLoops, MujocoTree
 
 #: Not the wrists without shoulder, whose limbs hold the arm's centre by couples alone: MuJoCo's springs, the stiffest
@@ -111,9 +111,10 @@ def test_forward_dynamics_agree_with_mujocos_open_tree_under_the_closures_wrench
     tree.put(chain, q, v, motion.a)
     for link, wrench in load.items():
         tree.push(link, wrench, chain.placement(q, link).translation)
-    for closure in chain.closures:
+    for closure in loops(chain):
         expressed = motion.forces.joint_reaction(closure.name, at=(0.0, 0.0, 0.0), intervals=False).wrench
         tree.push(closure.frame_a, expressed, np.zeros(3))
         tree.push(closure.frame_b, -expressed, np.zeros(3))
     size = max(np.abs(motion.forces.joint_reaction(joint, intervals=False).wrench).max() for joint in joints(chain))
+    tau = tau + coupled(chain, q, motion.forces.multipliers)
     np.testing.assert_allclose(tree.inverse(chain), tau, rtol=0, atol=1e-9 * size)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from closed_motion import MAKERS, closed_motion, named, some_load
+from closed_motion import MAKERS, closed_motion, loops, named, some_load
 from mechanisms import four_bar, random_wrist
 from self_stress import Open, vertices
 from skeletons import four_bar_skeleton
@@ -17,7 +17,7 @@ OUT_OF_PLANE = [2, 3, 4]
 
 
 def names_of(chain):
-    return [*list(chain.model.names)[1:], *(closure.name for closure in chain.closures)]
+    return [*list(chain.model.names)[1:], *(closure.name for closure in loops(chain))]
 
 
 def wrist_at(mechanism, part="whole", pose=(40, -20, -30)):

@@ -1,6 +1,7 @@
 """The robot.yaml layout: joints, closures, and refusals."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from mechanisms import five_bar
 from scipy.spatial.transform import Rotation
@@ -91,3 +92,124 @@ def test_robot_yaml_changes_joints(tmp_path):
     assert masses[0] == pytest.approx(masses[1])
     welded = YAML + 'joint_name: ["left_forearm_hinge"]\njoint_type: ["FIXED"]\n'
     assert ClosedChain.from_parallel_robot(parallel_robot(tmp_path, welded)).model.nv == 3
+
+
+@pytest.mark.parametrize(
+    "kind", ["CARDAN", *(f"UJOINT_{one}{other}" for one in "XYZ" for other in "XYZ" if one != other)]
+)
+def test_a_cross_of_any_two_axes(kind, tmp_path):
+    changed = YAML + f'joint_name: ["left_forearm_hinge"]\njoint_type: ["{kind}"]\n'
+    chain = ClosedChain.from_parallel_robot(parallel_robot(tmp_path, changed))
+    first, second = "XY" if kind == "CARDAN" else kind[-2:]
+    names = [f"left_forearm_hinge_{letter}" for letter in (first, second)]
+    assert list(chain.model.names)[2:4] == names
+    # Where the hinge was; first about one axis, then about the other, of the joint's own frame.
+    q, still = chain.neutral(), chain.neutral()
+    angles = dict(zip(names, (0.3, -0.5), strict=True))
+    for name, angle in angles.items():
+        q[chain.configuration_slice(name)] = angle
+    turned = Rotation.from_euler(f"{first}{second}", list(angles.values())).as_matrix()
+    # The joint that was is still a frame, which loops may name.
+    for frame in ("left_forearm", "left_forearm_hinge"):
+        start, there = chain.placement(still, frame), chain.placement(q, frame)
+        np.testing.assert_allclose(there.translation, start.translation, atol=1e-15)
+        np.testing.assert_allclose(there.rotation, start.rotation @ turned, atol=1e-15)
+
+
+def test_a_cross_of_one_axis_is_refused(tmp_path):
+    changed = YAML + 'joint_name: ["left_forearm_hinge"]\njoint_type: ["UJOINT_XX"]\n'
+    with pytest.raises(UnknownName, match="UJOINT_XY"):
+        ClosedChain.from_parallel_robot(parallel_robot(tmp_path, changed))
+
+
+@pytest.mark.parametrize("root", [None, "fixed", "free_flyer", "planar"])
+def test_the_root_joint_of_a_robot_yaml(root, tmp_path):
+    # Walking robots in this layout are loaded on a free base; the layout does not say so.
+    chain = ClosedChain.from_parallel_robot(parallel_robot(tmp_path), root_joint=root)
+    assert chain.model.nv == 4 + {None: 0, "fixed": 0, "free_flyer": 6, "planar": 3}[root]
+    changed = YAML + 'joint_name: ["left_forearm_hinge"]\njoint_type: ["SPHERICAL"]\n'
+    chain = ClosedChain.from_parallel_robot(parallel_robot(tmp_path, changed), root_joint=root)
+    assert chain.model.nv == 6 + {None: 0, "fixed": 0, "free_flyer": 6, "planar": 3}[root]
+    if root == "planar":
+        with pytest.raises(UnknownName, match="free_flyer"):
+            ClosedChain.from_parallel_robot(parallel_robot(tmp_path), root_joint="rolling")
+
+
+def exported(tmp_path, loops, more=""):
+    """A leg as CAD exporters write it: joints name the loop's ends, friction beside them, no stated limits."""
+
+    def link(name, mass="1.5"):
+        inertia = '<inertia ixx="0.02" ixy="0" ixz="1e-55" iyy="0.01" iyz="0" izz="0.02"/>'
+        if mass == "1e-9":
+            inertia = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+        return (
+            f'<link name="{name}"><visual><origin xyz="0 0 0" rpy="0 -0 0"/><geometry><mesh filename="package:///{name}'
+            f'.stl"/></geometry><material name="{name}_material"><color rgba="0.6 0.6 0.6 1.0"/></material></visual>'
+            f'<collision><origin xyz="0 0 0" rpy="0 -0 0"/><geometry><mesh filename="package:///{name}.stl"/></geometry>'
+            f'<material name="{name}_material"><color rgba="0.6 0.6 0.6 1.0"/></material></collision><inertial>'
+            f'<origin xyz="0.1 1e-17 0" rpy="0 0 0"/><mass value="{mass}"/>{inertia}</inertial></link>'
+        )
+
+    def joint(name, parent, child, x, y):
+        return (
+            f'<joint name="{name}" type="revolute"><origin xyz="{x} {y} 0" rpy="1e-40 -3e-40 0"/>'
+            f'<parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/><limit effort="1" velocity="20"/>'
+            '<joint_properties friction="0.0"/></joint>'
+        )
+
+    def weld(name, parent, x):
+        place = (
+            f'<origin xyz="{x} 0 0" rpy="0 -0 0"/><parent link="{parent}"/><child link="{name}"/><axis xyz="0 0 0"/>'
+        )
+        return f'{link(name, "1e-9")}<joint name="{name}_frame" type="fixed">{place}</joint>'
+
+    text = "".join(
+        [
+            '<robot name="onshape">',
+            *(link(name) for name in ("base", "rod", "rod_2", "rod_3", "end", "ball", "ball_2")),
+            *(joint("mot1", "base", "rod", 0, 0), joint("free1", "rod", "rod_2", 0.3, 0.4)),
+            *(joint("mot2", "base", "rod_3", 1, 0), joint("free2", "rod_3", "end", -0.3, 0.4)),
+            *(joint("loop1_A", "rod_2", "ball", 0.2, 0.1), joint("loop1_B", "end", "ball_2", -0.2, 0.1)),
+            *(weld("tip_A", "rod_2", 0.2), weld("tip_B", "end", -0.2)),
+            "</robot>",
+        ]
+    )
+    (tmp_path / "robot.urdf").write_text(text)
+    (tmp_path / "robot.yaml").write_text(loops + "name_mot: ['mot1', 'mot2']\n" + more)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("loops", "more", "rows", "freedoms"),
+    [
+        # The loop's ends are joints: two hinges in a row with a rigid closure between them.
+        ("closed_loop: [['loop1_A', 'loop1_B']]\ntype: ['6d']\n", "joint_name: []\njoint_type: []\n", 6, 3),
+        ("closed_loop: [['loop1_B', 'loop1_A']]\ntype: ['3D']\n", "", 3, 4),
+        ("closed_loop: [['tip_A', 'tip_B']]\ntype: ['3d']\n", "joint_name:\njoint_type:\n", 3, None),
+        ("closed_loop: []\ntype: []\n", "joint_name: ['free1']\njoint_type: ['SPHERICAL']\n", 0, 8),
+        (
+            "closed_loop: [['loop1_A', 'loop1_B']]\ntype: ['6d']\n",
+            "joint_name: ['loop1_A', 'free2', 'free1']\njoint_type: ['SPHERICAL', 'UJOINT_ZY', 'CARDAN']\n",
+            6,
+            4,
+        ),
+    ],
+)
+def test_robots_as_exporters_write_them_load_and_close(loops, more, rows, freedoms, tmp_path):
+    chain = ClosedChain.from_parallel_robot(exported(tmp_path, loops, more))
+    assert chain.row_count == rows
+    assert chain.roles.actuated == ("mot1", "mot2")
+    # Limits that are not stated are 0 to 0 in URDF; closing does not look at them.
+    rng = np.random.default_rng(0)
+    q = chain.close(pin.integrate(chain.model, chain.neutral(), rng.uniform(-0.1, 0.1, chain.model.nv)))
+    assert np.abs(chain.residual(q)).max(initial=0.0) < 1e-12
+    if freedoms is not None:
+        assert chain.mobility(q, actuated=()).degrees_of_freedom == freedoms
+
+
+def test_friction_beside_a_joint_is_not_read_silently(tmp_path):
+    folder = exported(tmp_path, "closed_loop: [['loop1_A', 'loop1_B']]\ntype: ['6d']\n")
+    text = (folder / "robot.urdf").read_text()
+    (folder / "robot.urdf").write_text(text.replace('friction="0.0"', 'friction="0.3"', 1))
+    with pytest.warns(RuntimeWarning, match='friction="0.3" is not read'):
+        ClosedChain.from_parallel_robot(folder)

@@ -29,6 +29,8 @@ NAMED = {
 FRAMES = {"four_bar": "rocker", "four_bar_link": "lower", "five_bar": "tip"} | {
     f"loop-{kind}": "left_3" for kind in KINDS
 }
+#: Those whose closures have frames.
+WITH_FRAMES = [name for name in NAMED if name != "loop-coupling"]
 
 
 def results(chain, q, name):
@@ -52,7 +54,7 @@ def rewritten(named, change):
     return ClosedChain.from_urdf(named.urdf, dataclasses.replace(named.closures, closures=closures))
 
 
-@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize("name", WITH_FRAMES)
 def test_exchanging_the_ends_of_a_closure_changes_nothing(name):
     named = NAMED[name]
     other = rewritten(named, lambda closure: closure.reversed())
@@ -73,7 +75,7 @@ def test_the_order_of_closures_changes_nothing(name):
     assert_same(results(named.chain(), named.q, name), results(other, named.q, name))
 
 
-@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize("name", WITH_FRAMES)
 def test_turning_both_frames_of_a_closure_changes_nothing(name):
     named = NAMED[name]
     rng = np.random.default_rng(5)

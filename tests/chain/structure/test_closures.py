@@ -180,7 +180,7 @@ def test_a_urdf_that_is_none_is_refused(tmp_path):
         ClosedChain.from_urdf(named.urdf)
     with pytest.raises(UnknownName, match="spherical"):
         ClosedChain.from_urdf(named.urdf, named.closures, root_joint="hinge")
-    mimic = named.urdf.replace("</joint>", '<mimic joint="crank_hinge"/></joint>', 1)
+    mimic = named.urdf.replace("</joint>", '<mimic joint="coupler"/></joint>', 1)
     with pytest.raises(FileFormatError, match="mimic"):
         ClosedChain.from_urdf(mimic, named.closures)
 

@@ -9,7 +9,7 @@ from changing_axes import KINDS, motion
 from exo_pin.chain import TYPES, ClosedChain, Closures
 from exo_pin.core.errors import InvalidInput
 
-CLOSURES = [kind for kind in TYPES if kind != "point"]
+CLOSURES = [kind for kind in TYPES if kind not in ("point", "coupling")]
 #: Central differences of fourth order: step⁴ of the formula, rounding over the step.
 STEP, TOLERANCE = 3e-4, 2e-9
 

@@ -2,7 +2,7 @@
 
 Read are: bodies, also several on the world; hinges, slides, balls and free joints, several on one body too; inertias,
 armature, gravity; position limits; springs, damping and dry friction of joints; limits of effort; sites, as frames;
-the equalities connect and weld. Friction, springs and damping of the file count with MuJoCo's flags:
+the equalities connect, weld and joint. Friction, springs and damping of the file count with MuJoCo's flags:
 a flag that is disabled takes its forces away.
 
 **Contact is not read**: geoms give bodies their masses, as in MuJoCo, and nothing else. The softness of MuJoCo's
@@ -10,7 +10,8 @@ constraints, its solver and its time step are not read: closures are exact here.
 read either; efforts are given as forces.
 
 Anything else that changes the motion is an error that names it (:mod:`exo_pin.chain.formats.mjcf.mjcf_refusals`).
-What was built is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned.
+What was built is compared with MuJoCo's own mass matrix, bias and passive forces before it is returned. An equality
+with ``active="false"`` is no closure, as MuJoCo starts without it; its name is in the ``left_out`` of the closures.
 
 =================== ===========================================================================================
 name                of what
@@ -35,7 +36,7 @@ import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
-from ...structure.closures import Closure, Placement
+from ...structure.closures import COEFFICIENTS, Closure, Placement
 from ...structure.description import Closures, Roles, Root
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
@@ -63,7 +64,8 @@ def read_mjcf(path: str | PathLike[str]) -> tuple[pin.Model, Closures]:
         without a name, or called "qpos0", is "key_0" and so on.
     Closures
         A connect is a spherical closure, a weld a rigid one at its anchor; a weld with ``torquescale="0"`` holds a
-        point only and is spherical. Springs are in ``joints``. Joints with an actuator are actuated.
+        point only and is spherical. A joint equality is a coupling: its first joint is joint b. Springs are in
+        ``joints``. Joints with an actuator are actuated.
 
     Warns
     -----
@@ -99,11 +101,15 @@ def _built(source: Compiled) -> tuple[pin.Model, Closures]:
     refuse_disagreement(source, tree)
     root = Root(gravity=tuple(np.asarray(tree.model.gravity.linear).tolist()))
     roles = Roles(tuple(tree.model.names[joint] for joint in actuated))
-    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties)
+    idle = tuple(
+        f"equality {source.called('EQUALITY', index)}, which is not active"
+        for index in np.flatnonzero(source.model.eq_active0 == 0).tolist()
+    )
+    return tree.model, Closures(tree.model.name, root, closures, roles, tree.properties, idle)
 
 
 def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
-    """The equalities under names of their own."""
+    """The active equalities under names of their own."""
     count = source.model.neq
     joints = set(tree.model.names)
     taken = {*joints, *(source.name("EQUALITY", index) for index in range(count))}
@@ -113,8 +119,24 @@ def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
         if not name or name in joints:
             name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
             taken.add(name)
-        found.append(_closure(source, tree, index, name))
+        if source.model.eq_active0[index]:
+            couples = int(source.model.eq_type[index]) == int(source.mujoco.mjtEq.mjEQ_JOINT)
+            found.append((_coupling if couples else _closure)(source, tree, index, name))
     return tuple(found)
+
+
+def _coupling(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
+    """A joint equality: q_1 - q0_1 = a_0 + a_1 (q_2 - q0_2) + ... with q0 of the model's ``qpos0``."""
+    theirs = source.model
+
+    def end(joint: int) -> tuple[str, float]:
+        if joint < 0:
+            return "universe", 0.0
+        return tree.model.names[tree.joints[joint]], float(theirs.qpos0[theirs.jnt_qposadr[joint]])
+
+    (joint_a, r_a), (joint_b, r_b) = end(int(theirs.eq_obj2id[index])), end(int(theirs.eq_obj1id[index]))
+    powers = tuple(theirs.eq_data[index, : 1 if joint_a == "universe" else COEFFICIENTS].tolist())
+    return Closure(name, "coupling", joint_a, joint_b, polynomial=powers, references=(r_a, r_b))
 
 
 def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:

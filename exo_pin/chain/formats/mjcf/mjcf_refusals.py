@@ -178,11 +178,9 @@ def _equalities(source: Compiled) -> Iterator[str]:
     model, kinds = source.model, source.mujoco.mjtEq
     for index in range(model.neq):
         name, kind = source.called("EQUALITY", index), int(model.eq_type[index])
-        if kind not in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
+        if kind not in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD), int(kinds.mjEQ_JOINT)):
             what = kinds(kind).name.removeprefix("mjEQ_").lower()
-            yield f"equality {name} is a {what} coupling: only connect and weld are read"
-        if not model.eq_active0[index]:
-            yield f"equality {name} is not active: remove it, or make it active"
+            yield f"equality {name} is a {what} coupling: only connect, weld and joint are read"
 
 
 def _actuators(source: Compiled) -> Iterator[str]:

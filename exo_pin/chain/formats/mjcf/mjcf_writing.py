@@ -7,6 +7,7 @@ rigid       weld of two sites
 spherical   connect of two sites
 revolute    two connects, on the axis
 distance    the length of a tendon between two sites
+coupling    joint equality
 universal,  a small body on the body of frame b that moves as the closure allows, welded to frame a. Its mass, a
 prismatic,  millionth of the robot's, is the price of a format that has no such equality.
 cylindrical
@@ -26,6 +27,7 @@ import pinocchio as pin
 from ....core.validation import FloatArray
 from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
+from ...structure.closures import COEFFICIENTS, Closure
 from ..bodies import TreeBody, refuse_massless, tree_bodies, world_link
 from .mjcf_joints import as_numbers, write_joints
 
@@ -169,8 +171,14 @@ def _write_closure(
     equalities: ET.Element,
     tendons: ET.Element,
 ) -> None:
-    """Sites at the closure's frames, and what joins them."""
-    sites = []
+    """Sites at the closure's frames, and what joins them; the joints of a coupling."""
+    closure, sites = chain.closures[c], []
+    if closure.polynomial is not None:
+        element = ET.SubElement(equalities, "joint", name=name, joint1=closure.frame_b)
+        if closure.frame_a != "universe":
+            element.set("joint2", closure.frame_a)
+        element.set("polycoef", as_numbers(_from_zero(closure)))
+        return
     for end, letter in enumerate("ab"):
         if end == 1 and kind in _HELPED:
             sites.append(f"{name}_helper_site")
@@ -196,6 +204,13 @@ def _write_closure(
         # The equality counts from the length that the tendon has with all joints at zero.
         rest = float(residual(chain, chain.neutral())[chain.rows(name)][0])
         ET.SubElement(equalities, "tendon", name=name, tendon1=name, polycoef=as_numbers([-rest, 1, 0, 0, 0]))
+
+
+def _from_zero(closure: Closure) -> FloatArray:
+    """A coupling's coefficients, shape (5,), for positions that count from zero, as in the file that is written."""
+    shift = np.polynomial.Polynomial([-closure.references[0], 1.0])
+    moved = np.polynomial.Polynomial(closure.polynomial or (0.0,))(shift) + closure.references[1]
+    return np.pad(moved.coef, (0, COEFFICIENTS - len(moved.coef)))
 
 
 def _pose(place: pin.SE3) -> dict[str, str]:

@@ -7,17 +7,22 @@ Pinocchio's reader reads it correctly, whatever the file's encoding, line ends a
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
+from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from ....core.validation import FloatArray
-from .urdf_elements import Element, parse_xml
+from ...structure.closures import Closure
+from ..joint_data import NO_LIMIT
+from ..xml_elements import Element, parse_xml
+from ..xml_numbers import number, vector
 from .urdf_grammar import check_grammar, is_extension
-from .urdf_numbers import number, vector
+from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
-__all__ = ["DEEPEST", "checked_urdf"]
+__all__ = ["DEEPEST", "CheckedUrdf", "checked_urdf"]
 
 #: Longest chain of links that is read. Pinocchio's reader calls itself once a link, and the stack of a thread
 #: (8 MiB) ends between 3,000 and 4,000 links.
@@ -26,18 +31,30 @@ DEEPEST = 1000
 _VERSIONS = {None: (1, 0), "1.0": (1, 0), "1": (1, 0), "1.1": (1, 1), "1.2": (1, 2)}
 
 
-def checked_urdf(source: str | bytes) -> str:
+class CheckedUrdf(NamedTuple):
+    """A URDF that Pinocchio reads as it is meant.
+
+    Attributes
+    ----------
+    text : str
+        The same links, inertias and joints, in the same order, and nothing else.
+    mimics : tuple of Closure
+        The mimic joints as couplings.
+    """
+
+    text: str
+    mimics: tuple[Closure, ...]
+
+
+def checked_urdf(source: str | bytes, closures: Sequence[Closure] = ()) -> CheckedUrdf:
     """The URDF that Pinocchio is to read.
 
     Parameters
     ----------
     source : str or bytes
         The XML.
-
-    Returns
-    -------
-    str
-        A URDF with the same links, inertias and joints, in the same order, and nothing else.
+    closures : sequence of Closure
+        Those of the closures file: continuous joints that they couple count turns.
 
     Warns
     -----
@@ -49,7 +66,8 @@ def checked_urdf(source: str | bytes) -> str:
     FileFormatError
         If the XML is not well-formed; an element or attribute is unknown, missing or twice there; a number is no
         decimal number or out of range; a name is empty or given twice; a joint's link does not exist; the links are
-        not one tree, or a tree that is too deep; or a joint mimics another. The message and ``key`` name the place.
+        not one tree, or a tree that is too deep; or a joint mimics what it cannot. The message and ``key`` name the
+        place.
     """
     root = parse_xml(source)
     check_grammar(root)
@@ -61,14 +79,15 @@ def checked_urdf(source: str | bytes) -> str:
     for link in links.values():
         lines += _link_lines(link, version)
     for joint in joints.values():
-        if (mimic := joint.first("mimic")) is not None:
-            raise mimic.error("mimic joints are not read; state what couples the joints as a closure")
         check_joint(joint, version)
-        lines += _joint_lines(joint)
+    mimics = mimic_couplings(joints)
+    counted = coupled_joints((*closures, *mimics))
+    for name, joint in joints.items():
+        lines += _joint_lines(joint, name in counted)
     _check_tree(root, links, joints)
     for element, name in unread_physics(root):
         warnings.warn(f"line {element.line}: {element.place}: {name} is not read", RuntimeWarning, stacklevel=2)
-    return "\n".join([*lines, "</robot>"])
+    return CheckedUrdf("\n".join([*lines, "</robot>"]), mimics)
 
 
 def _version(root: Element) -> tuple[int, int]:
@@ -120,8 +139,11 @@ def _link_lines(link: Element, version: tuple[int, int]) -> list[str]:
     ]
 
 
-def _joint_lines(joint: Element) -> list[str]:
-    lines = [_opening("joint", name=joint.attributes["name"], type=joint.attributes["type"])]
+def _joint_lines(joint: Element, counted: bool) -> list[str]:
+    """A joint; an endless one that counts turns as a hinge without limits."""
+    endless = counted and joint.attributes["type"] == "continuous"
+    kind = "revolute" if endless else joint.attributes["type"]
+    lines = [_opening("joint", name=joint.attributes["name"], type=kind)]
     lines += [_element(tag, link=joint.first(tag).attributes["link"]) for tag in ("parent", "child")]  # type: ignore[union-attr]
     lines += _origin_lines(joint.first("origin"))
     axis = joint.first("axis")
@@ -135,10 +157,14 @@ def _joint_lines(joint: Element) -> list[str]:
         keys = _READ[tag]
         if element is not None:
             given = {key: _spelt(number(element, key)) for key in keys if key in element.attributes}
+            given |= _ENDLESS if endless and tag == "limit" else {}
             lines += [_element(tag, **given)] if given else []
+    if endless and joint.first("limit") is None:
+        lines.append(_element("limit", **_ENDLESS, effort=_spelt(NO_LIMIT), velocity=_spelt(NO_LIMIT)))
     return [*lines, "</joint>"]
 
 
+_ENDLESS = {"lower": repr(-NO_LIMIT), "upper": repr(NO_LIMIT)}
 _READ = {"limit": ("lower", "upper", "effort", "velocity"), "dynamics": ("damping", "friction")}
 
 

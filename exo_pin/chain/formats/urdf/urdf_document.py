@@ -128,8 +128,11 @@ class Document:
         limits: ArrayLike | None = None,
         rotation: FloatArray | None = None,
         strength: JointStrength | None = None,
+        mimic: tuple[str, float, float] | None = None,
     ) -> None:
         """Add a joint; its frame is parallel to its parent's unless a rotation, shape (3, 3), is given.
+
+        A mimic joint has the joint that it follows, multiplier and offset.
 
         Limits are in rad or m. URDF requires limits of effort and velocity: without a strength they are placeholders.
         """
@@ -142,6 +145,9 @@ class Document:
         ET.SubElement(joint, "axis", xyz=_numbers(axis))
         if kind not in ("fixed", "floating"):
             _limit_and_dynamics(joint, kind, limits, strength)
+        if mimic is not None:
+            leader, multiplier, offset = mimic
+            ET.SubElement(joint, "mimic", joint=leader, multiplier=_number(multiplier), offset=_number(offset))
 
     def text(self) -> str:
         """The XML."""

@@ -15,7 +15,7 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from ....core.errors import FileFormatError
-from .urdf_elements import Element
+from ..xml_elements import Element
 
 __all__ = ["check_grammar", "is_extension"]
 
@@ -65,7 +65,18 @@ _RULES = {
     "joint": _Rule(
         ("name", "type"),
         others=("dont_collapse",),
-        once=("origin", "parent", "child", "axis", "calibration", "dynamics", "limit", "mimic", "safety_controller"),
+        once=(
+            "origin",
+            "parent",
+            "child",
+            "axis",
+            "calibration",
+            "dynamics",
+            "limit",
+            "mimic",
+            "safety_controller",
+            "joint_properties",
+        ),
         needed=("parent", "child"),
     ),
     "parent": _Rule(("link",)),
@@ -78,6 +89,7 @@ _RULES = {
         others=("command_effort", "current", "gear_velocity"),
     ),
     "mimic": _Rule(("joint",), ("multiplier", "offset")),
+    "joint_properties": _Rule(others=("damping", "friction")),  # of onshape-to-robot
     "safety_controller": _Rule(("k_velocity",), ("k_position", "soft_lower_limit", "soft_upper_limit")),
 }
 

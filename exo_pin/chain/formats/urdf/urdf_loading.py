@@ -14,13 +14,15 @@ from ...structure.description import Closures
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
 from .urdf_checking import checked_urdf
+from .urdf_mimic import with_mimics
 
-__all__ = ["load_model"]
+__all__ = ["ROOT_MODELS", "load_model"]
 
 #: Most degrees of freedom: Pinocchio's Data takes 64 bytes times their cube, 4 GB for these.
 _MOST_FREEDOMS = 400
 
-_ROOT_MODELS = {
+#: Joints of roots by name; "fixed" needs none.
+ROOT_MODELS = {
     "spherical": pin.JointModelSpherical,
     "free_flyer": pin.JointModelFreeFlyer,
     "planar": pin.JointModelPlanar,
@@ -41,10 +43,12 @@ def load_model(
         closures = read_closures(closures)
     root = closures.root
     hangs = root.joint if root_joint is None else root_joint
-    if hangs != "fixed" and hangs not in _ROOT_MODELS:
-        raise UnknownName("root joint", hangs, ("fixed", *_ROOT_MODELS))
+    if hangs != "fixed" and hangs not in ROOT_MODELS:
+        raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
     try:
-        model = _built(checked_urdf(source), None if hangs == "fixed" else _ROOT_MODELS[hangs](), root.name)
+        checked = checked_urdf(source, closures.closures)
+        closures = with_mimics(closures, checked.mimics)
+        model = _built(checked.text, None if hangs == "fixed" else ROOT_MODELS[hangs](), root.name)
     except FileFormatError as error:
         raise FileFormatError(str(error), path, error.key) from error
     model.gravity.linear = np.array(root.gravity)

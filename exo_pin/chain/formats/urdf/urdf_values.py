@@ -3,9 +3,9 @@
 Masses are zero or more. A body's principal moments of inertia are zero or more, and none is larger than the sum of
 the other two; a link without mass has no inertia. Printed inertias violate this by their rounding, so each entry is
 taken to be known to half a unit of its last digit: with the matrix H of these half units, a principal moment may be
-negative by |H|, and larger than the sum of the others by 3 |H| (Weyl's inequality, |.| the spectral norm); an entry
-on the diagonal may be negative by its own half unit. Computer-aided design prints noise instead of zero as well:
-moments below the mass times a micrometre squared count as zero.
+negative by |H|, and larger than the sum of the others by 3 |H| (Weyl's inequality, |.| the spectral norm), but by no
+more than half of itself; an entry on the diagonal may be negative by its own half unit. Computer-aided design prints
+noise instead of zero as well: moments below the mass times a micrometre squared count as zero.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ....core.validation import FloatArray
-from .urdf_elements import Element
-from .urdf_numbers import half_unit, number, vector
+from ..xml_elements import Element
+from ..xml_numbers import half_unit, number, vector
 
 __all__ = ["check_joint", "check_origin", "check_picture", "inertia_of", "unread_physics"]
 
@@ -81,7 +81,9 @@ def inertia_of(inertial: Element) -> tuple[float, FloatArray]:
     own = np.diag(matrix) + np.diag(half) + 1e-14 * scale + mass * _NOISE**2
     if moments[0] < -slack or own.min() < 0.0:
         raise inertia.error(f"no body has a negative principal moment of inertia; they are {shown} kg m²")
-    if moments[2] - moments[1] - moments[0] > 3.0 * slack:
+    # Numbers of one digit only: even then rounding makes no more than half of the largest moment.
+    coarsest = 0.5 * moments[2] + 3.0 * (1e-14 * scale + mass * _NOISE**2)
+    if moments[2] - moments[1] - moments[0] > min(3.0 * slack, coarsest):
         raise inertia.error(
             "no body has a principal moment of inertia that is larger than the sum of the other two; "
             f"they are {shown} kg m²"
@@ -134,6 +136,10 @@ def unread_physics(root: Element) -> Iterator[tuple[Element, str]]:
             if element is not None:
                 yield element, f"<{tag}>{element.text}</{tag}>"
     for joint in root.all("joint"):
+        properties = joint.first("joint_properties")
+        for key, value in () if properties is None else properties.attributes.items():
+            if value.strip() not in ("0", "0.0"):
+                yield properties, f'{key}="{value}"'  # type: ignore[misc]
         dynamics = joint.first("dynamics")
         for key, value in () if dynamics is None else dynamics.attributes.items():
             if key not in ("damping", "friction") and ":" not in key and value.strip() not in ("0", "0.0"):

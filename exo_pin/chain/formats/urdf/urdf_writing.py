@@ -2,6 +2,9 @@
 
 Damping, friction and limits of a joint go into the URDF, its spring and armature into the closures file. No limit is
 written as the largest double, because URDF needs a number; reading it gives no limit again.
+
+A linear coupling is written twice: into the closures file, as every closure, and for other programs as ``<mimic>``, of
+which a joint can have one. The reader knows the two as one.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from ...structure.description import Closures, JointProperties, Root
 from ..bodies import TreeBody, tree_bodies, world_link
 from ..joint_data import NO_LIMIT, refuse_data
 from .urdf_document import Body, Document, JointStrength
+from .urdf_mimic import linear
 
 __all__ = ["urdf_text"]
 
@@ -44,6 +48,7 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
     hung = first[0] if alone else None
     gravity = tuple(np.asarray(model.gravity.linear).tolist())
     links, root = {body.index: body.name for body in bodies}, Root(gravity=gravity)
+    mimics = _mimics(chain)
     if hung is not None:
         root = Root(_ROOTS[hung.kind], hung.joint, gravity)
     else:
@@ -74,7 +79,8 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
             float(body.data.friction[0]),
         )
         parent = links[body.parent]
-        document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength)
+        mimic = mimics.get(body.joint)
+        document.joint(body.joint, kind, parent, body.name, place[0], body.axis, limits, place[1], strength, mimic)
     _more_frames(chain, document, links)
     return document.text(), dataclasses.replace(given, root=root, joints=_properties(bodies, given.joints))
 
@@ -82,6 +88,16 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
 def _body(inertia: pin.Inertia) -> Body | None:
     """Mass properties as the document wants them; none without mass."""
     return None if inertia.mass <= 0.0 else Body(inertia.mass, np.array(inertia.lever), np.array(inertia.inertia))
+
+
+def _mimics(chain: ChainState) -> dict[str, tuple[str, float, float]]:
+    """The first linear coupling of every joint b: joint a, multiplier and offset."""
+    found: dict[str, tuple[str, float, float]] = {}
+    for closure in chain.closures:
+        numbers = None if closure.polynomial is None else linear(closure)
+        if numbers is not None:
+            found.setdefault(closure.frame_b, (closure.frame_a, numbers[1], numbers[0]))
+    return found
 
 
 def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> tuple[JointProperties, ...]:

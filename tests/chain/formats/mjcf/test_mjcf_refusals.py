@@ -70,12 +70,10 @@ REFUSALS = [
         )
         for key in ("armature", "frictionloss")
     ),
-    ({"more": '<equality><joint name="e" joint1="ja"/></equality>'}, "equality 'e' is a joint coupling"),
     (
         {"more": fixed_tendon() + '<equality><tendon tendon1="t"/></equality>'},
         "number 0 .unnamed. is a tendon coupling",
     ),
-    ({"more": '<equality><weld name="w" body1="a" body2="c" active="false"/></equality>'}, "'w' is not active"),
     (
         {"more": '<equality><weld name="w" body1="a" body2="c"/></equality>', "option": flag("equality")},
         "flag equality",

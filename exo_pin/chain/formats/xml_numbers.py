@@ -1,4 +1,4 @@
-"""Numbers in a URDF: a strict reading, and how far a printed number may be from the one that was meant."""
+"""Numbers in the XML of a robot: a strict reading, and how far a printed number may be from the one that was meant."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import re
 
 import numpy as np
 
-from ....core.validation import FloatArray
-from .urdf_elements import Element
+from ...core.validation import FloatArray
+from .xml_elements import Element
 
-__all__ = ["half_unit", "number", "numbers", "vector"]
+__all__ = ["half_unit", "number", "numbers", "numbers_of", "vector"]
 
 #: What C and Python both read, and read alike: no hexadecimal, no underscores, no digits but 0 to 9, no "nan", "inf".
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -25,11 +25,22 @@ def numbers(element: Element, attribute: str, count: int) -> list[float]:
     FileFormatError
         If there are more or fewer, or one is not a finite decimal number.
     """
-    words = re.split(f"[{_BLANKS}]+", element.attributes[attribute].strip(_BLANKS))
+    return numbers_of(element, element.attributes[attribute], count, attribute)
+
+
+def numbers_of(element: Element, text: str, count: int, attribute: str = "") -> list[float]:
+    """The numbers of a text in an element, of which there have to be ``count``; the attribute is for messages.
+
+    Raises
+    ------
+    FileFormatError
+        As for :func:`numbers`.
+    """
+    words = re.split(f"[{_BLANKS}]+", text.strip(_BLANKS))
     words = [] if words == [""] else words
     if len(words) != count:
         expected = "a number" if count == 1 else f"{count} numbers"
-        raise element.error(f"expected {expected}, got {element.attributes[attribute]!r:.80}", attribute)
+        raise element.error(f"expected {expected}, got {text!r:.80}", attribute)
     return [_finite(element, attribute, word) for word in words]
 
 

@@ -11,7 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from exo_pin.core.errors import InvalidInput, LoopNotClosed
 
-WRITTEN = {"cylindrical", "distance"}
+WRITTEN = {"cylindrical", "distance", "coupling"}
 
 
 @pytest.fixture(params=MASSIVE)

@@ -1,4 +1,4 @@
-"""Writing a chain as SDF: every closure is one more joint.
+"""Writing a chain as SDF: every closure is one more joint, a linear coupling a <mimic> of joint b.
 
 SDF holds poses of links, not positions of joints: all joints are zero in the file's configuration, which is closed.
 Root joints: a free robot is not joined to the world, a ball root is a ball joint on it.
@@ -15,15 +15,16 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
-from ..structure.chain_state import ChainState
-from .bodies import TreeBody, link_name, refuse_massless, tree_bodies
-from .joint_data import refuse_data
+from ....core.errors import InvalidInput
+from ....core.validation import FloatArray
+from ...structure.chain_state import ChainState
+from ..bodies import TreeBody, link_name, refuse_massless, tree_bodies
+from ..joint_data import refuse_data
+from ..urdf.urdf_mimic import linear
 
 __all__ = ["sdf_text"]
 
-_VERSION = "1.9"
+_VERSION, _VERSION_WITH_MIMICS = "1.9", "1.11"
 #: Data of a hinge or slide that SDF has a place for.
 _HELD = ("damping", "friction", "spring", "effort limits", "velocity limits", "position limits")
 _TREE = {"hinge": "revolute", "slide": "prismatic", "ball": "ball"}
@@ -49,14 +50,15 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     Raises
     ------
     InvalidInput
-        If a body has no mass, a joint or closure is of a kind that SDF does not have (cylindrical, distance), or a
-        joint has data that SDF cannot hold.
+        If a body has no mass, a joint or closure is of a kind that SDF does not have (cylindrical, distance, a
+        coupling that is not linear, or a second one of the same joint b), or a joint has data that SDF cannot hold.
     """
     bodies = tree_bodies(chain)
     refuse_massless(bodies, "SDF")
     data = chain.model.createData()
     pin.forwardKinematics(chain.model, data, q)
-    root = ET.Element("sdf", version=_VERSION)
+    mimics = _mimics(chain)
+    root = ET.Element("sdf", version=_VERSION_WITH_MIMICS if mimics else _VERSION)
     model = ET.SubElement(root, "model", name=chain.description.name)
     taken = {body.name for body in bodies}
     for body in bodies:
@@ -68,9 +70,13 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
         moments = ET.SubElement(inertial, "inertia")
         for entry, (row, column) in _MOMENTS.items():
             ET.SubElement(moments, entry).text = _number(body.inertia.inertia[row, column])
+    names: dict[str, str] = {}
     for body in bodies:
-        _tree_joint(chain, model, body, link_name(bodies, body.parent), q, taken)
+        _tree_joint(chain, model, body, link_name(bodies, body.parent), q, taken, names)
+    _add_mimics(model, mimics, names)
     for c, closure in enumerate(chain.closures):
+        if closure.type == "coupling":
+            continue
         if closure.type not in _CLOSURES:
             raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
         ends = [link_name(bodies, int(joint)) for joint in chain.topology.joints[c]]
@@ -93,16 +99,49 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
 _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 
 
+def _mimics(chain: ChainState) -> dict[str, tuple[str, float]]:
+    """Of joints b of couplings joint a and the multiplier; positions count from the closed configuration."""
+    found: dict[str, tuple[str, float]] = {}
+    for closure in chain.closures:
+        if closure.type == "coupling":
+            numbers = linear(closure)
+            if numbers is None or closure.frame_b in found:
+                raise InvalidInput(
+                    f"SDF has no joint for the coupling closure {closure.name!r}: expected a linear coupling of two "
+                    "joints, one for each joint b"
+                )
+            found[closure.frame_b] = (closure.frame_a, numbers[1])
+    return found
+
+
+def _add_mimics(model: ET.Element, mimics: dict[str, tuple[str, float]], names: dict[str, str]) -> None:
+    axes = {element.get("name"): element.find("axis") for element in model.findall("joint")}
+    for follower, (leader, multiplier) in mimics.items():
+        axis = axes[names[follower]]
+        assert axis is not None
+        mimic = ET.SubElement(axis, "mimic", joint=names[leader], axis="axis")
+        for key, value in (("multiplier", multiplier), ("offset", 0.0), ("reference", 0.0)):
+            ET.SubElement(mimic, key).text = _number(value)
+
+
 def _tree_joint(
-    chain: ChainState, model: ET.Element, body: TreeBody, parent: str, q: FloatArray, taken: set[str]
+    chain: ChainState,
+    model: ET.Element,
+    body: TreeBody,
+    parent: str,
+    q: FloatArray,
+    taken: set[str],
+    names: dict[str, str],
 ) -> None:
+    """A joint of the tree; ``names`` gets its name in the file."""
     held = _HELD if body.axis is not None else ()
     refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
     if body.kind == "free" and body.parent == 0:
         return
     if body.kind not in _TREE:
         raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
-    element = _joint(model, _free_name(body.joint, "joint", taken), _TREE[body.kind])
+    names[body.joint] = _free_name(body.joint, "joint", taken)
+    element = _joint(model, names[body.joint], _TREE[body.kind])
     ET.SubElement(element, "parent").text = parent
     ET.SubElement(element, "child").text = body.name
     if body.axis is not None:

@@ -1,15 +1,15 @@
-"""The elements of a URDF's XML, each with its line and a name for messages."""
+"""The elements of a robot's XML, each with its line and a name for messages."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from ....core.errors import FileFormatError
+from ...core.errors import FileFormatError
 
 __all__ = ["Element", "parse_xml"]
 
-#: Elements within elements that no URDF has; it bounds the work on a hostile file.
+#: Elements within elements that no robot's file has; it bounds the work on a hostile file.
 _DEEPEST = 200
 
 
@@ -54,7 +54,7 @@ class Element:
         return FileFormatError(f"line {self.line}: {key}: {message}", None, key)
 
 
-def parse_xml(source: str | bytes) -> Element:
+def parse_xml(source: str | bytes, what: str = "a URDF") -> Element:
     """The root element of an XML document.
 
     Parameters
@@ -62,6 +62,8 @@ def parse_xml(source: str | bytes) -> Element:
     source : str or bytes
         Text, whose encoding declaration is ignored, or bytes in the encoding that they declare (UTF-8, UTF-16
         with its byte-order mark, ISO-8859-1, ...).
+    what : str
+        What the document has to be, for messages.
 
     Raises
     ------
@@ -74,13 +76,13 @@ def parse_xml(source: str | bytes) -> Element:
     else:
         encoding = None
     parser = expat.ParserCreate(encoding)
-    builder = _Builder(parser)
+    builder = _Builder(parser, what)
     try:
         parser.Parse(source, True)
     except (expat.ExpatError, LookupError, ValueError) as error:
         if isinstance(error, FileFormatError):
             raise
-        raise FileFormatError(f"not a URDF: its XML is not well-formed: {error}") from error
+        raise FileFormatError(f"not {what}: its XML is not well-formed: {error}") from error
     assert builder.root is not None
     return builder.root
 
@@ -88,7 +90,8 @@ def parse_xml(source: str | bytes) -> Element:
 class _Builder:
     """Makes elements of the parser's events."""
 
-    def __init__(self, parser: expat.XMLParserType) -> None:
+    def __init__(self, parser: expat.XMLParserType, what: str) -> None:
+        self._what = what
         self.root: Element | None = None
         self._parser, self._open = parser, list[Element]()
         parser.StartElementHandler = self._start
@@ -124,4 +127,6 @@ class _Builder:
 
     def _doctype(self, name: str, *_: object) -> None:
         line = self._parser.CurrentLineNumber
-        raise FileFormatError(f"line {line}: <!DOCTYPE {name}>: a URDF has no document type; take the declaration out")
+        raise FileFormatError(
+            f"line {line}: <!DOCTYPE {name}>: {self._what} has no document type; take the declaration out"
+        )

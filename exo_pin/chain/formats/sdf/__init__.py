@@ -1,0 +1,1 @@
+"""SDF: a strict check of the file, reading, writing."""

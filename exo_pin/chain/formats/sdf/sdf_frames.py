@@ -1,0 +1,264 @@
+"""Frames of an SDF: names, poses relative to each other, and the link that each is attached to.
+
+A model has a frame ``__model__``, a world the frame ``world``. Links, joints, frames and nested models of a model are
+frames with names of their own; ``inner::arm`` is ``arm`` in the nested model ``inner``. A pose is relative to
+
+* the frame that it names with ``relative_to``, or else
+* of a link or a nested model: the frame of the model around it; of a joint: its child; of a frame: the frame that it is
+  attached to, which is the model's if none is named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+
+from ..xml_elements import Element
+from ..xml_numbers import numbers_of
+from .sdf_grammar import flag
+
+__all__ = ["Scope", "place_of"]
+
+_RESERVED = ("__model__", "__root__", "world", "universe")
+
+
+class Scope:
+    """The frames of a model or a world.
+
+    Parameters
+    ----------
+    element : Element
+        The ``<model>`` or ``<world>``.
+    outer : Scope or None
+        The model or world around it.
+
+    Attributes
+    ----------
+    name : str
+        Prefix of its names in the chain: empty for the world and the outermost model.
+    inner : dict of str to Scope
+        Models directly in it.
+    parts : dict of str to Element
+        Its links, joints and frames.
+    """
+
+    def __init__(self, element: Element, outer: Scope | None = None, name: str = "") -> None:
+        self.element, self.outer, self.name = element, outer, name
+        self.inner: dict[str, Scope] = {}
+        self.parts: dict[str, Element] = {}
+        self._poses: dict[str, pin.SE3 | None] = {}
+        for child in element.children:
+            if child.tag not in ("link", "joint", "frame", "model"):
+                continue
+            own = child.attributes["name"]
+            if own in _RESERVED or "::" in own or own.startswith("__"):
+                raise child.error(f"{own!r} is a reserved name, choose another one", "name")
+            before = self.parts.get(own) or (self.inner[own].element if own in self.inner else None)
+            if before is not None:
+                raise child.error(f"line {before.line} has a {before.tag} of this name, too: names have to differ")
+            if child.tag == "model":
+                self.inner[own] = Scope(child, self, f"{name}{own}::")
+            else:
+                self.parts[own] = child
+
+    @property
+    def own_frame(self) -> str:
+        """Name of its own frame."""
+        return "__model__" if self.element.tag == "model" else "world"
+
+    def all(self, tag: str) -> list[tuple[Scope, Element]]:
+        """Links, joints or frames of it and of the models in it, in the order of the file."""
+        found = []
+        for child in self.element.children:
+            if child.tag == "model":
+                found += self.inner[child.attributes["name"]].all(tag)
+            elif child.tag == tag:
+                found.append((self, child))
+        return found
+
+    def resolved(self, name: str, element: Element) -> tuple[Scope, str]:
+        """The scope that has a name, with the part after the last ``::``.
+
+        Raises
+        ------
+        FileFormatError
+            If there is none; ``element`` is named.
+        """
+        *around, last = name.split("::")
+        scope = self
+        for piece in around:
+            if piece not in scope.inner:
+                raise element.error(f"there is no model {piece!r} in {name!r}")
+            scope = scope.inner[piece]
+        if last in scope.inner:
+            return scope.inner[last], "__model__"
+        if last == "world" and scope is self:
+            outermost = self
+            while outermost.outer is not None:
+                outermost = outermost.outer
+            # Without a <world> the outermost model stands in one.
+            return outermost, "world"
+        if last not in scope.parts and last != scope.own_frame:
+            there = ", ".join((*scope.parts, *scope.inner))
+            raise element.error(f"there is no link, joint, frame or model {name!r}; there are: {there}")
+        return scope, last
+
+    def pose(self, name: str, element: Element) -> pin.SE3:
+        """Pose in the world of one of its own parts; joints at zero.
+
+        Raises
+        ------
+        FileFormatError
+            If poses are relative to each other in a circle, or a pose is not valid.
+        """
+        return self._place() * self._local(name, element)
+
+    def placed(self, reference: str, element: Element) -> pin.SE3:
+        """Pose in the world of a frame that is named in this scope."""
+        return self._place() * self._within(reference, element)
+
+    def _place(self) -> pin.SE3:
+        """Pose of its own frame in the world."""
+        if self.element.tag == "world":
+            return pin.SE3.Identity()
+        return self._in_outer() if self.outer is None else self.outer._place() * self._in_outer()
+
+    def _within(self, reference: str, element: Element) -> pin.SE3:
+        """Pose in its own frame of a frame that is named in this scope."""
+        scope, name = self.resolved(reference, element)
+        if name == "world" and scope.element.tag != "world":
+            raise element.error("poses in a model are relative to its own frames, not to the world")
+        place = scope._local(name, element)
+        while scope is not self:
+            place = scope._in_outer() * place
+            assert scope.outer is not None
+            scope = scope.outer
+        return place
+
+    def _local(self, name: str, element: Element) -> pin.SE3:
+        """Pose of a part in its own frame."""
+        if name == self.own_frame:
+            return pin.SE3.Identity()
+        return self._once(name, element, lambda: self._part_pose(self.parts[name]))
+
+    def _once(self, name: str, element: Element, compute: Callable[[], pin.SE3]) -> pin.SE3:
+        if name not in self._poses:
+            self._poses[name] = None
+            self._poses[name] = compute()
+        found = self._poses[name]
+        if found is None:
+            shown = self.element.attributes["name"] if name == "__model__" else name
+            raise element.error(f"the pose of {shown!r} is relative to itself, through other frames")
+        return found
+
+    def _in_outer(self) -> pin.SE3:
+        """Pose of a model's frame in the frame around it."""
+        return self._once("__model__", self.element, self._model_pose)
+
+    def link_of(self, name: str, element: Element, passed: tuple[object, ...] = ()) -> str:
+        """The chain's name of the link that a frame named in this scope is attached to, "world" for the world.
+
+        Raises
+        ------
+        FileFormatError
+            If there is no such frame, or frames are attached to each other in a circle.
+        """
+        scope, own = self.resolved(name, element)
+        if own == "world":
+            return "world"
+        if (scope, own) in passed:
+            raise element.error(f"{name!r} is attached to itself, through other frames")
+        passed = (*passed, (scope, own))
+        if own == "__model__":
+            return scope._canonical_link(element, passed)
+        part = scope.parts[own]
+        if part.tag == "link":
+            return f"{scope.name}{own}"
+        target = _child(part) if part.tag == "joint" else part.attributes.get("attached_to") or scope.own_frame
+        return scope.link_of(target, part, passed)
+
+    def _canonical_link(self, element: Element, passed: tuple[object, ...] = ()) -> str:
+        given = self.element.attributes.get("canonical_link")
+        if given:
+            return self.link_of(given, self.element, passed)
+        links = self.element.all("link")
+        if links:
+            return f"{self.name}{links[0].attributes['name']}"
+        for scope in self.inner.values():
+            return scope._canonical_link(element, passed)
+        raise self.element.error("expected at least one link")
+
+    def _model_pose(self) -> pin.SE3:
+        pose, around = self.element.first("pose"), pin.SE3.Identity()
+        reference = "" if pose is None else _relative_to(pose)
+        if self.outer is not None:
+            around = self.outer._within(reference or self.outer.own_frame, pose or self.element)
+        elif reference:
+            raise self.element.error(f"the outermost model cannot be relative to {reference!r}", "pose")
+        given = self.element.attributes.get("placement_frame")
+        # The pose may be that of another frame of the model.
+        own = self._within(given, self.element) if given else pin.SE3.Identity()
+        return around * place_of(pose) * own.inverse()
+
+    def _part_pose(self, part: Element) -> pin.SE3:
+        pose = part.first("pose")
+        reference = _relative_to(pose) if pose is not None else ""
+        if not reference:
+            if part.tag == "joint":
+                reference = _child(part)
+            elif part.tag == "frame":
+                reference = part.attributes.get("attached_to") or self.own_frame
+            else:
+                reference = self.own_frame
+        return self._within(reference, part) * place_of(pose)
+
+
+def _child(joint: Element) -> str:
+    child = joint.first("child")
+    if child is None or not child.text:
+        raise joint.error("<child> is missing or empty")
+    return child.text
+
+
+def _relative_to(pose: Element) -> str:
+    if pose.attributes.get("frame"):
+        raise pose.error(
+            "expected no frame: up to version 1.6 of SDF it has no meaning, use relative_to of 1.7", "frame"
+        )
+    return pose.attributes.get("relative_to", "")
+
+
+def place_of(pose: Element | None) -> pin.SE3:
+    """The placement that a ``<pose>`` states, whatever it is relative to; the identity without one.
+
+    Raises
+    ------
+    FileFormatError
+        If it is not x, y, z and three angles, or, with ``rotation_format="quat_xyzw"``, a quaternion of length 1.
+    """
+    if pose is None:
+        return pin.SE3.Identity()
+    written = pose.attributes.get("rotation_format", "euler_rpy")
+    if written not in ("euler_rpy", "quat_xyzw"):
+        raise pose.error(f"expected euler_rpy or quat_xyzw, got {written!r}", "rotation_format")
+    in_degrees = pose.attributes.get("degrees", "false")
+    degrees = flag(Element("degrees", {}, pose.line, pose.place, text=in_degrees))
+    is_quaternion = written == "quat_xyzw"
+    if degrees and is_quaternion:
+        raise pose.error("a quaternion has no degrees", "degrees")
+    if not pose.text:
+        return pin.SE3.Identity()
+    values = numbers_of(pose, pose.text, 7 if is_quaternion else 6)
+    return pin.SE3(_rotation(pose, values[3:], degrees), np.array(values[:3]))
+
+
+def _rotation(pose: Element, values: list[float], degrees: bool) -> np.ndarray:
+    if len(values) == 3:
+        roll, pitch, yaw = np.radians(values) if degrees else values
+        return np.asarray(pin.rpy.rpyToMatrix(roll, pitch, yaw))
+    if abs(float(np.linalg.norm(values)) - 1.0) > 1e-6:
+        length = float(np.linalg.norm(values))
+        raise pose.error(f"expected a quaternion of length 1, got length {length:.9g}")
+    return np.asarray(pin.Quaternion(np.array(values)).normalized().toRotationMatrix())

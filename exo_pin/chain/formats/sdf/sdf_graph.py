@@ -1,0 +1,106 @@
+"""Which joints of an SDF make the tree, and which close its loops.
+
+Links that fixed joints join are one body. The other joints are taken into the tree one by one, as long as they close no
+loop: first those with limits, dynamics or a mimic, because a closure has none of them, and among these hinges and
+slides before universal and ball joints, in the order of the file. What remains closes the loops. So a joint may be
+gone through from its child to its parent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from .sdf_model import SdfJoint, SdfLink
+
+__all__ = ["Graph", "make_graph"]
+
+_FREEDOMS = {"revolute": 1, "continuous": 1, "prismatic": 1, "universal": 2, "revolute2": 2, "ball": 3}
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Bodies, tree joints and closing joints.
+
+    Attributes
+    ----------
+    body : dict of str to str
+        Of every link, "world" included, the first link of its body.
+    bases : list of str
+        Bodies that no joint carries, the world first; each carries a tree.
+    tree, closing : list of SdfJoint
+        In the order of the file.
+    """
+
+    body: dict[str, str]
+    bases: list[str]
+    tree: list[SdfJoint]
+    closing: list[SdfJoint]
+
+
+class _Groups:
+    """Sets of names that are joined step by step."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._above = {name: name for name in names}
+        self._order = {name: k for k, name in enumerate(self._above)}
+
+    def first(self, name: str) -> str:
+        """The name that stands for the set, the first one of it."""
+        while self._above[name] != name:
+            name = self._above[name]
+        return name
+
+    def join(self, one: str, other: str) -> bool:
+        """Join the sets of two names; False if they are the same one."""
+        one, other = sorted((self.first(one), self.first(other)), key=self._order.__getitem__)
+        self._above[other] = one
+        return one != other
+
+
+def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint]) -> Graph:
+    """Choose the tree.
+
+    Raises
+    ------
+    FileFormatError
+        If fixed joints alone make a loop.
+    """
+    names = ["world", *(link.name for link in links)]
+    welds = _Groups(names)
+    for joint in joints:
+        if joint.kind == "fixed" and not welds.join(joint.parent, joint.child):
+            raise joint.element.error(
+                f"links {joint.parent!r} and {joint.child!r} are fixed to each other already, by other fixed joints: "
+                "remove one"
+            )
+    body = {name: welds.first(name) for name in names}
+    reached, tree = _Groups(names), []
+    for joint in sorted((item for item in joints if item.kind != "fixed"), key=_rank):
+        if body[joint.parent] != body[joint.child] and reached.join(body[joint.parent], body[joint.child]):
+            tree.append(joint)
+        elif body[joint.parent] == body[joint.child]:
+            raise joint.element.error(
+                f"links {joint.parent!r} and {joint.child!r} are one rigid body, by fixed joints: it cannot move"
+            )
+    carried = {body[joint.child] for joint in tree}
+    bases = ["world"]
+    for link in links:
+        own = body[link.name]
+        group = reached.first(own)
+        if own == link.name and not any(reached.first(base) == group for base in bases):
+            members = [name for name in dict.fromkeys(body.values()) if reached.first(name) == group]
+            # A body that is no joint's child, as its maker thought of it; there is none if all joints go in a circle.
+            bases.append(next((name for name in members if name not in carried), members[0]))
+    chosen = {id(joint) for joint in tree}
+    moving = [joint for joint in joints if joint.kind != "fixed"]
+    return Graph(
+        body,
+        bases,
+        [joint for joint in moving if id(joint) in chosen],
+        [joint for joint in moving if id(joint) not in chosen],
+    )
+
+
+def _rank(joint: SdfJoint) -> tuple[bool, int]:
+    return joint.is_bare, _FREEDOMS[joint.kind]

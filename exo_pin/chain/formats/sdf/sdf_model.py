@@ -1,0 +1,291 @@
+"""Links and joints of an SDF, in the world's frame, as data; joints stand at zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from ....core.validation import FloatArray
+from ..urdf.urdf_values import inertia_of
+from ..xml_elements import Element
+from ..xml_numbers import numbers_of
+from .sdf_frames import Scope, place_of
+from .sdf_grammar import flag
+
+__all__ = ["Axis", "SdfJoint", "SdfLink", "read_joint", "read_link"]
+
+#: Number of axes by joint type; a ball joint has none, and may still have an <axis>.
+_AXES = {
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "universal": 2,
+    "revolute2": 2,
+    "ball": 0,
+    "fixed": 0,
+}
+_NOT_READ = ("screw", "gearbox")
+_ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+#: From this size on a limit is none, as in the specification.
+_NO_LIMIT = 1e16
+_SHORTEST_AXIS = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class SdfLink:
+    """A link.
+
+    Attributes
+    ----------
+    name : str
+        In the chain.
+    place : pinocchio.SE3
+        In the world.
+    inertia : pinocchio.Inertia
+        In the link's frame.
+    element : Element
+        For messages.
+    """
+
+    name: str
+    place: pin.SE3
+    inertia: pin.Inertia
+    element: Element
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One axis of a joint.
+
+    Attributes
+    ----------
+    direction : ndarray
+        Shape (3,), of length 1, in the joint's frame.
+    lower, upper, effort, velocity : float
+        Limits, m or rad, N or N m, m/s or rad/s; infinite for none.
+    damping, friction, stiffness, reference : float
+        N s/m or N m s/rad; N or N m; N/m or N m/rad; m or rad.
+    mimic : tuple or None
+        Joint and number of the axis that it follows, multiplier, offset and reference.
+    """
+
+    direction: FloatArray
+    lower: float = -np.inf
+    upper: float = np.inf
+    effort: float = np.inf
+    velocity: float = np.inf
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    reference: float = 0.0
+    mimic: tuple[str, int, float, float, float] | None = None
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether the axis only allows a motion: no closure holds anything else."""
+        limits = np.isfinite([self.lower, self.upper, self.velocity]).any() or 0.0 < self.effort < np.inf
+        return not (limits or self.damping or self.friction or self.stiffness or self.mimic)
+
+
+@dataclass(frozen=True, eq=False)
+class SdfJoint:
+    """A joint.
+
+    Attributes
+    ----------
+    name, kind : str
+        In the chain; type in the file.
+    parent, child : str
+        Links in the chain, "world" for the world.
+    place : pinocchio.SE3
+        In the world.
+    axes : tuple of Axis
+        One for hinges and slides, two for universal joints.
+    damping : float
+        Of a ball joint, N m s/rad.
+    element : Element
+        For messages.
+    """
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    place: pin.SE3
+    axes: tuple[Axis, ...]
+    damping: float
+    element: Element
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether it only allows a motion."""
+        return not self.damping and all(axis.is_bare for axis in self.axes)
+
+
+def read_link(scope: Scope, element: Element) -> SdfLink:
+    """A link of a scope. Without mass or inertia it has those of the specification: 1 kg and 1 kg m².
+
+    Raises
+    ------
+    FileFormatError
+        If a number is none, or the inertia is one that no body has.
+    """
+    name = element.attributes["name"]
+    inertial = element.first("inertial")
+    place = scope.pose(name, element)
+    if inertial is None:
+        return SdfLink(f"{scope.name}{name}", place, pin.Inertia(1.0, np.zeros(3), np.eye(3)), element)
+    if inertial.attributes.get("auto", "false") not in ("false", "0"):
+        raise inertial.error("an inertia from the collision shapes is not read: state mass and inertia", "auto")
+    pose = inertial.first("pose")
+    if pose is not None and pose.attributes.get("relative_to"):
+        raise pose.error("the pose of an inertial is relative to its link", "relative_to")
+    mass, tensor = inertia_of(_as_urdf(inertial))
+    centre = place_of(pose)
+    if mass == 0.0:
+        return SdfLink(f"{scope.name}{name}", place, pin.Inertia.Zero(), element)
+    turned = centre.rotation @ tensor @ centre.rotation.T
+    return SdfLink(f"{scope.name}{name}", place, pin.Inertia(mass, centre.translation, turned), element)
+
+
+def _as_urdf(inertial: Element) -> Element:
+    """Mass and inertia as attributes, with the specification's defaults, for the check that URDF has, too."""
+    mass, inertia = inertial.first("mass"), inertial.first("inertia")
+    entries = {"ixx": "1", "ixy": "0", "ixz": "0", "iyy": "1", "iyz": "0", "izz": "1"}
+    found = []
+    if inertia is not None:
+        for child in inertia.children:
+            entries[child.tag] = child.text
+    for tag, given, attributes in (
+        ("mass", mass, {"value": "1" if mass is None else mass.text}),
+        ("inertia", inertia, entries),
+    ):
+        where = inertial if given is None else given
+        found.append(Element(tag, attributes, where.line, where.place))
+    return Element("inertial", {}, inertial.line, inertial.place, found)
+
+
+def read_joint(scope: Scope, element: Element) -> SdfJoint:
+    """A joint of a scope.
+
+    Raises
+    ------
+    FileFormatError
+        If its type is not read, a link or frame is not there, or a value is out of its range.
+    """
+    name, kind = element.attributes["name"], element.attributes["type"]
+    if kind not in _AXES:
+        why = "joints of this type are not read" if kind in _NOT_READ else "there is no such type"
+        raise element.error(f"{why}: expected one of {', '.join(_AXES)}, got {kind!r}", "type")
+    ends = {}
+    for tag in ("parent", "child"):
+        end = element.first(tag)
+        if end is None or not end.text:
+            raise element.error(f"<{tag}> is missing or empty")
+        ends[tag] = scope.link_of(end.text, end)
+    if ends["child"] == "world":
+        raise element.error("the world cannot be a joint's child: exchange parent and child")
+    if ends["parent"] == ends["child"]:
+        raise element.error(f"it joins link {ends['child']!r} with itself")
+    place = scope.pose(name, element)
+    axes: tuple[Axis, ...] = ()
+    damping = 0.0
+    if kind == "ball":
+        damping = _ball_damping(element)
+    else:
+        tags = ("axis", "axis2")[: _AXES[kind]]
+        for tag in ("axis", "axis2"):
+            if (element.first(tag) is None) == (tag in tags):
+                wrong = "is missing" if tag in tags else "is one too many"
+                raise element.error(f"a {kind} joint has {_AXES[kind]} axes: <{tag}> {wrong}")
+        axes = tuple(_axis(scope, element.first(tag), place, kind) for tag in tags)  # type: ignore[arg-type]
+    return SdfJoint(f"{scope.name}{name}", kind, ends["parent"], ends["child"], place, axes, damping, element)
+
+
+def _ball_damping(element: Element) -> float:
+    """Damping of a ball joint: simulators take it from <axis>, whose direction has no meaning then."""
+    axis = element.first("axis")
+    if element.first("axis2") is not None:
+        raise element.error("a ball joint has no second axis")
+    for part, read in (("limit", ()), ("dynamics", ("damping",)), ("mimic", ())):
+        found = None if axis is None else axis.first(part)
+        for child in [] if found is None else found.children:
+            if child.tag not in read and _harmful(child):
+                raise child.error(f"a ball joint has no {child.tag}: remove it")
+    dynamics = None if axis is None else axis.first("dynamics")
+    return 0.0 if dynamics is None else _at_least_zero(dynamics, "damping")
+
+
+def _harmful(element: Element) -> bool:
+    """Whether a value of a ball joint's axis has an effect in the specification."""
+    value = _limit(element)
+    if element.tag in ("effort", "velocity"):
+        return 0.0 <= value < np.inf
+    return bool(np.isfinite(value)) if element.tag in ("lower", "upper") else value != 0.0
+
+
+def _axis(scope: Scope, element: Element, place: pin.SE3, kind: str) -> Axis:
+    xyz = element.first("xyz")
+    direction = np.array([0.0, 0.0, 1.0] if xyz is None else numbers_of(xyz, xyz.text, 3))
+    largest = float(np.abs(direction).max())
+    if largest < _SHORTEST_AXIS:
+        raise (xyz or element).error(f"expected a direction, got {direction.tolist()}")
+    direction = direction / largest
+    expressed = "" if xyz is None else xyz.attributes.get("expressed_in", "")
+    parents = element.first("use_parent_model_frame")
+    if parents is not None and flag(parents):
+        expressed = "__model__"
+    if expressed:
+        direction = place.rotation.T @ scope.placed(expressed, xyz or element).rotation @ direction
+    limit, dynamics, mimic = (element.first(tag) for tag in ("limit", "dynamics", "mimic"))
+    values: dict[str, float] = {}
+    if limit is not None:
+        values = {child.tag: _limit(child) for child in limit.children if child.tag in ("lower", "upper")}
+        if values.get("lower", -np.inf) > values.get("upper", np.inf):
+            raise limit.error(f"expected lower <= upper, got {values['lower']:g} and {values['upper']:g}")
+        if kind == "continuous" and np.isfinite(list(values.values())).any():
+            raise limit.error("a continuous joint has no limits: make it revolute, or leave them out")
+        for child in limit.children:
+            if child.tag in ("effort", "velocity"):
+                # Below zero means none.
+                value = _limit(child)
+                values[child.tag] = value if value >= 0.0 else np.inf
+    if dynamics is not None:
+        values |= {tag: _at_least_zero(dynamics, tag) for tag in ("damping", "friction")}
+        values["stiffness"] = _one(dynamics, "spring_stiffness", 0.0)
+        values["reference"] = _one(dynamics, "spring_reference", 0.0)
+    return Axis(direction / np.linalg.norm(direction), **values, mimic=None if mimic is None else _mimic(scope, mimic))
+
+
+def _mimic(scope: Scope, element: Element) -> tuple[str, int, float, float, float]:
+    around, leader = scope.resolved(element.attributes["joint"], element)
+    if leader not in around.parts or around.parts[leader].tag != "joint":
+        raise element.error(f"there is no joint {element.attributes['joint']!r}", "joint")
+    axis = element.attributes.get("axis", "axis")
+    if axis not in ("axis", "axis2"):
+        raise element.error(f"expected axis or axis2, got {axis!r}", "axis")
+    values = (_one(element, "multiplier", 1.0), _one(element, "offset", 0.0), _one(element, "reference", 0.0))
+    return (f"{around.name}{leader}", ("axis", "axis2").index(axis), *values)
+
+
+def _one(element: Element, tag: str, default: float) -> float:
+    child = element.first(tag)
+    return default if child is None else numbers_of(child, child.text, 1)[0]
+
+
+def _at_least_zero(element: Element, tag: str) -> float:
+    value = _one(element, tag, 0.0)
+    if value < 0.0:
+        raise element.error(f"expected a {tag} of zero or more, got {value:g}")
+    return value
+
+
+def _limit(element: Element) -> float:
+    """A limit, which may be infinite: ``inf``, ``-inf``, or 1e16 and more."""
+    words = {"inf": np.inf, "+inf": np.inf, "-inf": -np.inf}
+    value = words.get(element.text.lower())
+    if value is None:
+        value = numbers_of(element, element.text, 1)[0]
+    return float(np.copysign(np.inf, value)) if abs(value) >= _NO_LIMIT else float(value)

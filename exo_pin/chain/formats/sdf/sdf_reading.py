@@ -1,0 +1,120 @@
+"""Reading SDF, which describes loops: a link may be the child of several joints.
+
+Read are, of versions 1.5 to 1.12: one model, or a world with models; nested models in the same file; links with pose,
+mass and inertia; joints revolute, continuous, prismatic, universal, revolute2, ball and fixed, with their axes, limits,
+damping, friction, springs and mimics; frames; poses relative to any of them; the world's gravity. Links without an
+inertial have the specification's mass of 1 kg and inertia of 1 kg m².
+
+* All joints are zero in the file's configuration, in which the loops are closed.
+* Joints count turns: hinges have one number for their position, endless ones too. A universal joint becomes two
+  hinges, ``knee_axis`` and ``knee_axis2``.
+* Which joints close the loops: :mod:`exo_pin.chain.formats.sdf.sdf_graph`. How: as closures with their names, or, with
+  limits or dynamics, as joints of the tree whose massless end is held by a rigid closure ``knee_closure``
+  (:mod:`exo_pin.chain.formats.sdf.sdf_tree`).
+* A body that no joint joins to the world is free, and so is every tree of a file without a joint to the world.
+* Hinges and slides are actuated unless their effort is limited to zero, as in other readers of SDF; there is no
+  element for motors.
+* A ball joint's damping is that of its <axis>, which simulators read, too.
+
+Left out, and listed in the closures' ``left_out``: pictures, collision shapes, sensors, plugins, lights, settings of
+simulators. Anything else is an error that names it.
+"""
+
+from __future__ import annotations
+
+import os
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from ....core.conventions import GRAVITY
+from ....core.errors import FileFormatError, InvalidInput, UnknownName
+from ....core.files.text_files import read_file
+from ....core.validation import FloatArray
+from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
+from ..xml_elements import Element, parse_xml
+from ..xml_numbers import numbers_of
+from .sdf_frames import Scope
+from .sdf_grammar import check_grammar
+from .sdf_graph import make_graph
+from .sdf_model import read_joint, read_link
+from .sdf_tree import Tree, build_tree
+
+__all__ = ["read_sdf"]
+
+#: The specification's gravity of a world that states none, m/s².
+_WORLD_GRAVITY = (0.0, 0.0, -9.8)
+
+
+def read_sdf(source: str | PathLike[str], root_joint: str | None = None) -> tuple[pin.Model, Closures]:
+    """Read a robot.
+
+    Parameters
+    ----------
+    source : path-like or str
+        The file, or the XML itself.
+    root_joint : str, optional
+        How bodies that the file does not join to the world hang on it, one of :data:`exo_pin.chain.ROOT_JOINTS`; free
+        if left out. The joint is called "root_joint", or, if there are several, after the body.
+
+    Raises
+    ------
+    FileFormatError
+        If there is no such file, or it is not SDF, or has something that is not read. The message names place and line.
+    UnknownName
+        If the root joint is not known.
+    """
+    if root_joint is not None and root_joint not in ROOT_JOINTS:
+        raise UnknownName("root joint", root_joint, ROOT_JOINTS)
+    is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
+    path = None if is_text else Path(os.fspath(source))
+    try:
+        content = str(source).lstrip("\ufeff \t\r\n") if is_text else read_file(source)
+        return _read(parse_xml(content, "an SDF"), root_joint)
+    except FileFormatError as error:
+        raise error if error.path is not None else FileFormatError(str(error), path, error.key) from error
+    except InvalidInput as error:
+        raise FileFormatError(str(error), path) from error
+
+
+def _read(root: Element, root_joint: str | None) -> tuple[pin.Model, Closures]:
+    left_out = check_grammar(root)
+    worlds, models = root.all("world"), root.all("model")
+    if len(worlds) + len(models) != 1:
+        raise root.error(f"expected one <world> or one <model>, got {len(worlds) + len(models)}")
+    outermost = (worlds + models)[0]
+    scope = Scope(outermost)
+    links = [read_link(*item) for item in scope.all("link")]
+    if not links:
+        raise outermost.error("expected at least one link")
+    joints = [read_joint(*item) for item in scope.all("joint")]
+    tree = build_tree(outermost.attributes["name"], links, make_graph(links, joints), root_joint)
+    _add_frames(scope, tree, {link.name: link.place for link in links})
+    gravity = _gravity(outermost) if worlds else GRAVITY
+    tree.model.gravity.linear = np.array(gravity)
+    root_data = Root(gravity=tuple(np.asarray(gravity).tolist()))
+    roles = Roles(tuple(tree.actuated))
+    name = outermost.attributes["name"]
+    return tree.model, Closures(name, root_data, tuple(tree.closures), roles, tuple(tree.springs), left_out)
+
+
+def _add_frames(scope: Scope, tree: Tree, places: dict[str, pin.SE3]) -> None:
+    """The file's frames, on the bodies that they are attached to."""
+    model = tree.model
+    for own, element in scope.all("frame"):
+        name = element.attributes["name"]
+        link = own.link_of(name, element)
+        place, body = own.pose(name, element), model.frames[model.getFrameId(link)] if link != "world" else None
+        carrier = 0 if body is None else body.parentJoint
+        local = place if body is None else body.placement * places[link].actInv(place)
+        model.addFrame(pin.Frame(f"{own.name}{name}", carrier, local, pin.FrameType.OP_FRAME), False)
+
+
+def _gravity(world: Element) -> FloatArray:
+    gravity = world.first("gravity")
+    physics = world.first("physics")
+    if physics is not None and physics.first("gravity") is not None:
+        raise physics.error("<gravity> of <physics> is of an old version: state it in <world>")
+    return np.array(_WORLD_GRAVITY if gravity is None else numbers_of(gravity, gravity.text, 3))

@@ -1,0 +1,221 @@
+"""The Pinocchio model and the closures of an SDF's links and joints.
+
+A closing joint that only allows a motion is a closure between its links. One with limits, dynamics or a mimic is a
+joint of the tree with a body of its own that has no mass, fixed to the child link by a rigid closure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from ...structure.closures import Closure, Placement
+from ...structure.description import JointProperties
+from ..urdf.urdf_loading import ROOT_MODELS
+from .sdf_graph import Graph
+from .sdf_model import Axis, SdfJoint, SdfLink
+
+__all__ = ["Tree", "build_tree"]
+
+#: Largest cosine of the angle between the axes of a universal joint that a closure can be.
+_SQUARE = 1e-12
+
+
+@dataclass(eq=False)
+class Tree:
+    """A model under construction.
+
+    Attributes
+    ----------
+    model : pinocchio.Model
+        The tree.
+    closures : list of Closure
+        Its loops, couplings last.
+    springs : list of JointProperties
+        Springs of its joints.
+    actuated : list of str
+        Hinges and slides whose effort is not limited to zero.
+    carriers : dict of str to (int, pinocchio.SE3)
+        Of every body the joint that carries it, and that joint's pose in the world at zero.
+    """
+
+    model: pin.Model
+    closures: list[Closure] = field(default_factory=list)
+    springs: list[JointProperties] = field(default_factory=list)
+    actuated: list[str] = field(default_factory=list)
+    carriers: dict[str, tuple[int, pin.SE3]] = field(default_factory=dict)
+
+
+def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | None) -> Tree:
+    """Build the model: bases on the world, each with its tree, depth first.
+
+    Parameters
+    ----------
+    name : str
+        Of the model.
+    links : list of SdfLink
+        In the order of the file.
+    graph : Graph
+        The tree.
+    root_joint : str or None
+        How bases hang on the world; free for None.
+    """
+    tree = Tree(pin.Model())
+    tree.model.name = name
+    more = [joint for joint in graph.closing if not (joint.is_bare and _is_closure(joint))]
+    hanging: dict[str, list[tuple[SdfJoint, bool]]] = {}
+    for edge in graph.tree:
+        hanging.setdefault(graph.body[edge.parent], []).append((edge, True))
+        hanging.setdefault(graph.body[edge.child], []).append((edge, False))
+    members: dict[str, list[SdfLink]] = {}
+    for link in links:
+        members.setdefault(graph.body[link.name], []).append(link)
+    for base in graph.bases:
+        if base == "world":
+            tree.carriers[base] = (0, pin.SE3.Identity())
+        else:
+            _hang(tree, base, members[base][0], root_joint or "free_flyer", alone=len(graph.bases) == 2)
+        waiting: list[tuple[str, SdfJoint | None, bool]] = [(base, None, True)]
+        while waiting:
+            body, joint, forward = waiting.pop()
+            if joint is not None:
+                source = graph.body[joint.parent if forward else joint.child]
+                tree.carriers[body] = _add_joint(tree, joint, tree.carriers[source], forward)
+            _add_links(tree, members.get(body, []), tree.carriers[body])
+            for closing in more:
+                if graph.body[closing.parent] == body:
+                    _add_end(tree, closing, tree.carriers[body])
+            for other, ahead in reversed(hanging.get(body, [])):
+                if other is not joint:
+                    waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
+    places = {link.name: link.place for link in links} | {"world": pin.SE3.Identity()}
+    for loop in graph.closing:
+        tree.closures.append(_end_closure(loop, places) if loop in more else _closure(loop, places))
+    _add_mimics(tree, [*graph.tree, *more])
+    return tree
+
+
+def _hang(tree: Tree, base: str, link: SdfLink, kind: str, alone: bool) -> None:
+    """A base on the world; its joint is zero where the file puts it."""
+    if kind == "fixed":
+        tree.carriers[base] = (0, pin.SE3.Identity())
+        return
+    name = "root_joint" if alone else f"{base}_root_joint"
+    index = tree.model.addJoint(0, ROOT_MODELS[kind](), link.place, name)
+    tree.model.addJointFrame(index, -1)
+    tree.carriers[base] = (index, link.place)
+
+
+def _add_links(tree: Tree, links: list[SdfLink], carrier: tuple[int, pin.SE3]) -> None:
+    index, place = carrier
+    for link in links:
+        local = place.actInv(link.place)
+        tree.model.appendBodyToJoint(index, link.inertia, local)
+        tree.model.addBodyFrame(link.name, index, local, -1)
+
+
+def _add_joint(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forward: bool) -> tuple[int, pin.SE3]:
+    """A joint on the body that it is gone through from; backwards its axes are turned round."""
+    index, place = carrier
+    local, model = place.actInv(joint.place), tree.model
+    if joint.kind == "ball":
+        index = model.addJoint(index, pin.JointModelSpherical(), local, joint.name)
+        model.addJointFrame(index, -1)
+        model.damping[model.idx_vs[index] : model.idx_vs[index] + 3] = joint.damping
+        return index, joint.place
+    names = axis_names(joint)
+    order = list(zip(names, joint.axes, strict=True))
+    for name, axis in order if forward else reversed(order):
+        direction = axis.direction if forward else -axis.direction
+        index = model.addJoint(index, _moving(joint.kind, direction), local, name)
+        model.addJointFrame(index, -1)
+        local = pin.SE3.Identity()
+        _fill(tree, index, name, axis)
+        if len(names) == 1 and axis.effort > 0.0:
+            tree.actuated.append(name)
+    return index, joint.place
+
+
+def axis_names(joint: SdfJoint) -> tuple[str, ...]:
+    """The hinges and slides that a joint is made of: itself, one for each of two axes, none for a ball."""
+    return ((), (joint.name,), (f"{joint.name}_axis", f"{joint.name}_axis2"))[len(joint.axes)]
+
+
+def _moving(kind: str, direction: np.ndarray) -> pin.JointModel:
+    along = np.flatnonzero(direction == 1.0)
+    letter = "XYZ"[int(along[0])] if along.size and np.count_nonzero(direction) == 1 else ""
+    sort = "P" if kind == "prismatic" else "R"
+    if letter:
+        return getattr(pin, f"JointModel{sort}{letter}")()
+    return pin.JointModelPrismaticUnaligned(direction) if sort == "P" else pin.JointModelRevoluteUnaligned(direction)
+
+
+def _fill(tree: Tree, index: int, name: str, axis: Axis) -> None:
+    model = tree.model
+    q, v = model.idx_qs[index], model.idx_vs[index]
+    model.lowerPositionLimit[q], model.upperPositionLimit[q] = axis.lower, axis.upper
+    model.lowerEffortLimit[v], model.upperEffortLimit[v] = -axis.effort, axis.effort
+    model.lowerVelocityLimit[v], model.upperVelocityLimit[v] = -axis.velocity, axis.velocity
+    model.damping[v] = axis.damping
+    model.lowerDryFrictionLimit[v], model.upperDryFrictionLimit[v] = -axis.friction, axis.friction
+    if axis.stiffness:
+        unit = "m" if "P" in model.joints[index].shortname().removeprefix("JointModel")[:1] else "rad"
+        tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit))
+
+
+def _add_end(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3]) -> None:
+    """A closing joint in the tree, with a massless body after it."""
+    index, _ = _add_joint(tree, joint, carrier, True)
+    tree.model.addBodyFrame(f"{joint.name}_end", index, pin.SE3.Identity(), -1)
+
+
+def _end_closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
+    place = _placement(places[joint.child].actInv(joint.place))
+    return Closure(f"{joint.name}_closure", "rigid", joint.child, f"{joint.name}_end", place)
+
+
+def _is_closure(joint: SdfJoint) -> bool:
+    """Whether a closure type allows just the joint's motion: two axes have to be at right angles."""
+    return len(joint.axes) < 2 or abs(float(joint.axes[0].direction @ joint.axes[1].direction)) < _SQUARE
+
+
+def _closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
+    kinds = {"continuous": "revolute", "revolute2": "universal", "ball": "spherical"}
+    place: pin.SE3 = joint.place
+    axis: tuple[float, ...] | None = None
+    if len(joint.axes) == 2:
+        # A universal closure turns about y of frame b, the parent's, and x of frame a, the child's.
+        x, y = joint.axes[1].direction, joint.axes[0].direction
+        place = place * pin.SE3(np.column_stack([x, y, np.cross(x, y)]), np.zeros(3))
+    elif joint.axes:
+        axis = tuple(joint.axes[0].direction.tolist())
+    kind, parent = kinds.get(joint.kind, joint.kind), "universe" if joint.parent == "world" else joint.parent
+    at_child, at_parent = (_placement(places[end].actInv(place)) for end in (joint.child, joint.parent))
+    return Closure(joint.name, kind, joint.child, parent, at_child, at_parent, axis)  # type: ignore[arg-type]
+
+
+def _placement(place: pin.SE3) -> Placement:
+    quaternion = pin.Quaternion(place.rotation).normalized().coeffs()
+    return Placement(tuple(place.translation.tolist()), tuple(np.asarray(quaternion).tolist()))
+
+
+def _add_mimics(tree: Tree, joints: list[SdfJoint]) -> None:
+    """Couplings: position = multiplier (position of the other axis - reference) + offset."""
+    named = {joint.name: joint for joint in joints}
+    for joint in joints:
+        for name, axis in zip(axis_names(joint), joint.axes, strict=True):
+            if axis.mimic is None:
+                continue
+            leader, number, multiplier, offset, reference = axis.mimic
+            if leader not in named or number >= len(named[leader].axes):
+                raise joint.element.error(f"it mimics joint {leader!r}, which has no such axis in the tree")
+            one = axis_names(named[leader])[number]
+            if one == name:
+                raise joint.element.error("a joint cannot mimic itself")
+            tree.closures.append(
+                Closure(
+                    f"{name}_mimic", "coupling", one, name, polynomial=(offset, multiplier), references=(reference, 0.0)
+                )
+            )

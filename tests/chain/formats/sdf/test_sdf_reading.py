@@ -1,0 +1,200 @@
+"""Chains that were read from SDF against Drake's reading, and robots with loops.
+
+A part runs in every run of the tests, all of it with ``pytest -m "full or not full"``.
+"""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from massive_chains import MASSIVE
+from scenes import human_urdf, needs_human
+from sdf_oracle import DrakeSdf
+from sdf_robots import LEG, random_sdf
+
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import NearSingularConfiguration
+
+SEEDS = [pytest.param(seed, marks=() if seed < 25 else pytest.mark.full) for seed in range(400)]
+#: The joints of Cassie's motors.
+MOTORS = [f"{side}-{name}-op" for side in ("left", "right") for name in ("roll", "yaw", "pitch", "knee", "foot")]
+
+
+def cassie(variant="cassie_v2"):
+    return human_urdf().parents[2] / "cassie_description" / "robots" / f"{variant}.sdf"
+
+
+def mass_matrix(model, q):
+    upper = np.triu(np.reshape(pin.crba(model, model.createData(), q), (model.nv, model.nv)))
+    return upper + np.triu(upper, 1).T
+
+
+def assert_is_drakes(text, seed):
+    """Places of all links, mass matrix and weight at a random state of the tree."""
+    chain = ClosedChain.from_sdf(text)
+    model = chain.model
+    if model.nv == 0:
+        return chain
+    drake = DrakeSdf(text, chain)
+    q = pin.integrate(model, chain.neutral(), np.random.default_rng(seed).uniform(-1.0, 1.0, model.nv))
+    M, weight = drake.mass_and_gravity(q)
+    np.testing.assert_allclose(mass_matrix(model, q), M, rtol=0, atol=1e-9 * np.abs(M).max())
+    ours = pin.computeGeneralizedGravity(model, model.createData(), q)
+    np.testing.assert_allclose(ours, -weight, rtol=0, atol=1e-9 * max(1.0, np.abs(weight).max()))
+    for placement in (chain.placements(q), chain.placements(chain.neutral())):
+        places = {name.split("::")[-1]: place for name, place in placement.items()}
+        found = drake.poses()
+        for name, place in found.items():
+            np.testing.assert_allclose(places[name].homogeneous, place.homogeneous, atol=1e-9)
+        drake.put(chain.neutral(), np.zeros(model.nv))
+    for name, joint in drake.joints.items():
+        own = [each for each in list(model.names) if each.split("::")[-1] == name]
+        if own and joint.num_velocities() == 1:
+            (span,) = range(*chain.velocity_slice(own[0]).indices(model.nv))
+            at = chain.configuration_slice(own[0]).start
+            assert joint.default_damping_vector()[0] == model.damping[span]
+            assert joint.position_lower_limits()[0] == model.lowerPositionLimit[at]
+            assert joint.position_upper_limits()[0] == model.upperPositionLimit[at]
+    return chain
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_random_robots_are_drakes(seed):
+    assert_is_drakes(random_sdf(seed), seed)
+
+
+@needs_human
+@pytest.mark.parametrize("variant", ["cassie_v2", "cassie_reduced", "cassie_simple", "cassie_wo_gearbox_spring"])
+def test_cassie_is_drakes(variant):
+    chain = assert_is_drakes(cassie(variant).read_text(), 0)
+    assert len(chain.closures) == 4
+    assert np.abs(chain.residual(chain.neutral())).max() < 1e-12
+
+
+@needs_human
+def test_cassies_mobility_is_that_by_hand():
+    # 23 links, 22 hinges and 4 balls: 6 23 - 5 22 - 3 4 = 16 by Grübler's count. The crank, the rod and the foot of
+    # each leg turn about parallel axes: their loop lies in a plane, across which the rod's ball is redundant: 18.
+    chain = ClosedChain.from_sdf(cassie())
+    assert chain.model.nv == 32
+    q = chain.close(pin.integrate(chain.model, chain.neutral(), np.random.default_rng(0).uniform(-0.05, 0.05, 32)))
+    for there in (chain.neutral(), q):
+        found = chain.mobility(there, actuated=())
+        assert (found.rows, found.rank, found.degrees_of_freedom, found.redundant) == (16, 14, 18, 2)
+        assert dict(found.redundant_closures) == {"left-plantar-foot-joint": 1, "right-plantar-foot-joint": 1}
+        assert found.kinds == ()
+
+
+def assert_moves(chain, motors, size):
+    """Inverse after forward dynamics gives the efforts back, and a motion keeps its energy but for the damping."""
+    rng = np.random.default_rng(0)
+    q = chain.close(pin.integrate(chain.model, chain.neutral(), rng.uniform(-size, size, chain.model.nv)))
+    v = chain.project_velocity(q, 0.3 * rng.normal(size=chain.model.nv))
+    tau = np.zeros(chain.model.nv)
+    tau[chain.velocity_indices(motors)] = rng.normal(size=len(motors))
+    motion = chain.forward_dynamics(q, v, tau)
+    forces = chain.inverse_dynamics(q, v, motion.a, actuated=motors)
+    unique = forces.effort_is_unique
+    np.testing.assert_allclose(forces.tau[unique], tau[unique], rtol=0, atol=1e-8)
+    assert forces.residual < 1e-8
+    assert unique.all() or forces.undetermined
+    # Where there are more motors than the loops leave freedoms for, other efforts make the same motion.
+    again = chain.forward_dynamics(q, v, forces.tau).a
+    np.testing.assert_allclose(again, motion.a, rtol=0, atol=1e-8 * np.abs(motion.a).max())
+    found = chain.simulate(q, v, [0.0, 0.02, 0.04])
+    assert found.dissipated[-1] > 0.0
+    total = found.energy + found.dissipated
+    np.testing.assert_allclose(total, total[0], rtol=0, atol=1e-7 * np.abs(found.energy).max())
+    assert found.opening.max() < 1e-9
+
+
+def aligned(text):
+    """Cassie with right angles in full, as 1.5708 in the file tilts the axes of a plane loop by 7e-8 rad."""
+    assert "1.5708" in text
+    return text.replace("1.5708", repr(np.pi / 2))
+
+
+@needs_human
+@pytest.mark.parametrize("variant", ["cassie_v2", "cassie_reduced", "cassie_simple", "cassie_wo_gearbox_spring"])
+def test_cassie_moves(variant):
+    text = cassie(variant).read_text()
+    chain = ClosedChain.from_sdf(aligned(text) if variant == "cassie_v2" else text)
+    assert_moves(chain, [name for name in MOTORS if name in list(chain.model.names)], 0.02)
+
+
+@needs_human
+def test_a_plane_loop_that_is_not_quite_plane_is_refused_in_dynamics():
+    chain = ClosedChain.from_sdf(cassie())
+    with pytest.raises(NearSingularConfiguration):
+        chain.forward_dynamics(chain.neutral())
+
+
+def test_a_leg_with_loops():
+    chain = assert_is_drakes(LEG, 3)
+    assert {closure.name: closure.type for closure in chain.closures} == {
+        "rod_foot": "spherical",
+        "strut_shin": "revolute",
+    }
+    assert np.abs(chain.residual(chain.neutral())).max() < 1e-14
+    # 8 links, 6 hinges, 2 balls, a slide: 48 - 30 - 6 - 5 = 7, and both loops are plane: 9.
+    assert chain.mobility(chain.neutral(), actuated=()).degrees_of_freedom == 9
+    assert chain.description.left_out == ("<plugin> in <model>", "<visual> in <link>, 8 times")
+    assert chain.model.damping[chain.velocity_slice("strut_pelvis")].tolist() == [0.01] * 3
+    (spring,) = chain.description.joints
+    assert (spring.joint, spring.stiffness, spring.spring_reference) == ("knee", 40.0, (0.1,))
+    assert_moves(chain, ["hip", "knee", "drive"], 0.05)
+
+
+def test_the_choice_of_the_closing_joints_changes_no_motion():
+    ball = "<dynamics><damping>0.01</damping></dynamics>"
+    hinge = "<pose>0.02 0 -0.05 0 0 0</pose><axis><xyz>0 1 0</xyz>"
+    assert ball in LEG
+    assert hinge in LEG
+    # Bare, both balls close. With a damper in one of them and a limit on the hinge of its loop, neither joint can be a
+    # closure: the ball gets a body of its own without mass, held by a rigid closure.
+    limited = LEG.replace(hinge, f"{hinge}<limit><lower>-2</lower><upper>2</upper></limit>")
+    expected = {
+        LEG: {"rod_foot": "spherical", "strut_shin": "revolute"},
+        LEG.replace(ball, ""): {"rod_foot": "spherical", "strut_pelvis": "spherical"},
+        limited: {"rod_foot": "spherical", "strut_pelvis_closure": "rigid"},
+    }
+    motions = []
+    for text, closing in expected.items():
+        chain = ClosedChain.from_sdf(text)
+        assert {closure.name: closure.type for closure in chain.closures} == closing
+        q = chain.neutral()
+        assert np.abs(chain.residual(q)).max() < 1e-14
+        assert chain.mobility(q, actuated=()).degrees_of_freedom == 9
+        a = chain.forward_dynamics(q, None, {"hip": 1.0, "knee": 2.0, "drive": -0.5}).a
+        motions.append([a[chain.velocity_slice(name)][0] for name in ("hip", "knee", "ankle", "drive", "slide")])
+    np.testing.assert_allclose(motions[1:], [motions[0]] * 2, rtol=0, atol=1e-9 * np.abs(motions).max())
+    assert chain.model.damping[chain.velocity_slice("strut_pelvis")].tolist() == [0.01] * 3
+
+
+@pytest.mark.parametrize("name", MASSIVE)
+def test_what_is_written_is_read_again(name, tmp_path):
+    chain, q0 = MASSIVE[name]
+    if {closure.type for closure in chain.closures} & {"cylindrical", "distance", "coupling"}:
+        return
+    again = ClosedChain.from_sdf(chain.to_sdf(tmp_path, q0))
+    q = again.neutral()
+    assert np.abs(again.residual(q)).max() < 1e-11
+    ours, theirs = (each.mobility(at, actuated=()) for each, at in ((chain, q0), (again, q)))
+    assert ours.degrees_of_freedom == theirs.degrees_of_freedom
+    # The same fall from rest.
+    falls = [each.forward_dynamics(at).a for each, at in ((chain, q0), (again, q))]
+    common = [name for name in list(chain.model.names)[1:] if name in again.model.names]
+    pairs = [(chain.velocity_slice(name), again.velocity_slice(name)) for name in common]
+    alike = [(one, other) for one, other in pairs if one.stop - one.start == other.stop - other.start == 1]
+    assert alike
+    one, other = ([fall[own][0] for own in side] for fall, side in zip(falls, zip(*alike, strict=True), strict=True))
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-7 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("joint", ["fixed", "free_flyer", "spherical", "planar", "translation"])
+def test_the_root_joint_can_be_chosen(joint):
+    chain = ClosedChain.from_sdf(LEG, root_joint=joint)
+    size = {"fixed": 0, "free_flyer": 6}.get(joint, 3)
+    assert chain.model.nv == 9 + size
+    assert np.abs(chain.residual(chain.neutral())).max() < 1e-14
+    place = chain.placements(chain.neutral())["pelvis"]
+    np.testing.assert_allclose(place.translation, [0.3, 0.0, 1.0], atol=1e-15)

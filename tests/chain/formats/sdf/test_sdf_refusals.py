@@ -1,0 +1,210 @@
+"""What of SDF is read, left out by name, or refused by name."""
+
+import warnings
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from sdf_mutations import mutated_sdf
+from sdf_oracle import DrakeSdf
+
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import FileFormatError, UnknownName
+
+ARM = """<sdf version="1.9"><model name="arm">
+  <link name="base"/><link name="upper"><pose>0 0 1 0 0 0</pose><inertial><mass>2</mass></inertial></link>
+  <link name="fore"><pose relative_to="upper">0.5 0 0 0 0 0</pose></link><frame name="tip" attached_to="fore"/>
+  <joint name="weld" type="fixed"><parent>world</parent><child>base</child></joint>
+  <joint name="shoulder" type="revolute"><parent>base</parent><child>upper</child><axis><xyz>0 1 0</xyz></axis></joint>
+  <joint name="elbow" type="prismatic"><parent>upper</parent><child>fore</child><axis><xyz>1 0 0</xyz></axis></joint>
+</model></sdf>"""
+SHOULDER, ELBOW = "<axis><xyz>0 1 0</xyz></axis>", "<axis><xyz>1 0 0</xyz></axis>"
+
+
+def read(old="", new="", text=ARM):
+    assert old in text
+    return ClosedChain.from_sdf(text.replace(old, new, 1) if old else text)
+
+
+def test_a_small_arm():
+    chain = read()
+    assert list(chain.model.names)[1:] == ["shoulder", "elbow"]
+    assert chain.closures == ()
+    assert chain.roles.actuated == ("shoulder", "elbow")
+    # The specification's mass and inertia where the file states none.
+    assert [inertia.mass for inertia in chain.model.inertias] == [1.0, 2.0, 1.0]
+    np.testing.assert_array_equal(chain.model.inertias[2].inertia, np.eye(3))
+    np.testing.assert_allclose(chain.placement(chain.neutral(), "tip").translation, [0.5, 0, 1])
+    assert read('<axis><xyz>1 0 0</xyz>', '<axis><xyz>1 0 0</xyz><limit><effort>0</effort></limit>').roles.actuated == (
+        "shoulder",
+    )  # fmt: skip
+
+
+def test_worlds_with_several_models():
+    model = ARM[ARM.index("<model") : ARM.index("</sdf>")]
+    free = '<model name="ball"><pose>1 2 3 0 0 0</pose><link name="core"/></model>'
+    tie = '<joint name="tie" type="ball"><parent>arm::tip</parent><child>ball::core</child></joint>'
+    text = f'<sdf version="1.10"><world name="w"><gravity>0 0 -1.6</gravity>{model}{free}</world></sdf>'
+    chain = ClosedChain.from_sdf(text)
+    assert list(chain.model.names)[1:] == ["arm::shoulder", "arm::elbow", "root_joint"]
+    np.testing.assert_array_equal(chain.model.gravity.linear, [0, 0, -1.6])
+    np.testing.assert_allclose(chain.placement(chain.neutral(), "ball::core").translation, [1, 2, 3])
+    tied = ClosedChain.from_sdf(text.replace("</world>", f"{tie}</world>"))
+    assert list(tied.model.names)[1:] == ["arm::shoulder", "arm::elbow", "tie"]
+    twice = ClosedChain.from_sdf(text.replace("</world>", f"{free.replace('ball', 'cube')}</world>"))
+    assert [name for name in twice.model.names if "root" in name] == ["ball::core_root_joint", "cube::core_root_joint"]
+    plain = ClosedChain.from_sdf(text.replace("<gravity>0 0 -1.6</gravity>", ""))
+    np.testing.assert_array_equal(plain.model.gravity.linear, [0, 0, -9.8])
+
+
+def test_mimic_and_two_axes():
+    damped = "<dynamics><damping>2</damping></dynamics>"
+    cross = f"<axis><xyz>0 1 0</xyz></axis><axis2><xyz>1 0 0</xyz>{damped}</axis2>"
+    text = ARM.replace('"shoulder" type="revolute"', '"shoulder" type="universal"').replace(SHOULDER, cross)
+    follow = (
+        '<axis><xyz>1 0 0</xyz><mimic joint="shoulder" axis="axis2"><multiplier>3</multiplier><offset>0.1</offset>'
+        "<reference>0.2</reference></mimic></axis>"
+    )
+    chain = ClosedChain.from_sdf(text.replace(ELBOW, follow))
+    assert list(chain.model.names)[1:] == ["shoulder_axis", "shoulder_axis2", "elbow"]
+    assert chain.model.damping.tolist() == [0, 2, 0]
+    (coupling,) = chain.closures
+    assert (coupling.frame_a, coupling.frame_b) == ("shoulder_axis2", "elbow")
+    np.testing.assert_allclose(chain.residual([0.0, 0.7, 1.0]), [1.0 - 3 * (0.7 - 0.2) - 0.1])
+
+
+def test_what_is_left_out_is_listed():
+    more = "<link name='base'><sensor name='s' type='imu'/><collision name='c'><geometry/></collision></link>"
+    chain = read('<link name="base"/>', more)
+    assert chain.description.left_out == ("<sensor> in <link>", "<collision> in <link>")
+    with pytest.warns(RuntimeWarning, match="<drake:rotor_inertia> in <joint>, of other programs"):
+        read("</joint>", '<drake:rotor_inertia xmlns:drake="d">1</drake:rotor_inertia></joint>')
+
+
+REFUSALS = [
+    ('version="1.9"', 'version="1.4"', "expected one of 1.5, .* got '1.4'"),
+    ('version="1.9"', "", "expected one of 1.5, .* got None"),
+    ("<frame name", "<fraem name", "did you mean 'frame'"),
+    ('name="base"', 'nam="base"', "'name' is missing"),
+    ('name="base"', 'name="base" mass="2"', "unknown attribute 'mass'"),
+    ('<link name="base"/>', '<link name="base">3</link>', "expected no text in <link>"),
+    ('<link name="base"/>', '<link name="base"><gravity>false</gravity></link>', "gravity: expected true"),
+    ('<link name="base"/>', '<link name="base"><kinematic>1</kinematic></link>', "kinematic: expected false"),
+    (
+        '<link name="base"/>',
+        '<link name="base"><velocity_decay><linear>0.1</linear></velocity_decay></link>',
+        "expected 0",
+    ),
+    ('<link name="base"/>', '<link name="base"/><link name="base"/>', "a link of this name, too"),
+    ('<link name="base"/>', '<link name="world"/>', "reserved name"),
+    ('<link name="base"/>', '<link name="a::b"/>', "reserved name"),
+    ('<link name="base"/>', '<link name="base"/><include><uri>x</uri></include>', "<include> is in another file"),
+    ('<link name="base"/>', '<link name="base"/><static>true</static>', "static: expected false"),
+    ("<mass>2</mass>", "<mass>2</mass><mass>3</mass>", "this is a second one"),
+    ("<mass>2</mass>", "<mass>-2</mass>", "mass of zero or more"),
+    ("<mass>2</mass>", "<mass>two</mass>", "expected a decimal number, got 'two'"),
+    ("<mass>2</mass>", "<mass>2</mass><inertia><ixx>9</ixx></inertia>", "larger than the sum of the other two"),
+    ("<mass>2</mass>", "<mass>2</mass><density>3</density>", "needs the collision shapes"),
+    ("<inertial>", '<inertial auto="true">', "from the collision shapes"),
+    ("<inertial>", '<inertial><pose relative_to="base">0 0 0 0 0 0</pose>', "relative to its link"),
+    ('relative_to="upper"', 'relative_to="uper"', "there is no link, joint, frame or model 'uper'; there are: base"),
+    ('relative_to="upper"', 'relative_to="fore"', "the pose of 'fore' is relative to itself"),
+    ('relative_to="upper"', 'relative_to="world"', "not to the world"),
+    ('relative_to="upper"', 'frame="upper"', "is of version 1.6 and before"),
+    ("0.5 0 0 0 0 0", "0.5 0 0 0 0", "expected 6 numbers"),
+    ('<pose relative_to="upper">', '<pose rotation_format="quat_xyzw" relative_to="upper">', "expected 7 numbers"),
+    ('<pose relative_to="upper">', '<pose rotation_format="matrix" relative_to="upper">', "euler_rpy or quat_xyzw"),
+    ('attached_to="fore"', 'attached_to="tip"', "attached to itself|relative to itself"),
+    ('"shoulder" type="revolute"', '"shoulder" type="gearbox"', "joints of this type are not read"),
+    ('"shoulder" type="revolute"', '"shoulder" type="screw"', "joints of this type are not read"),
+    ('"shoulder" type="revolute"', '"shoulder" type="hinge"', "there is no such type"),
+    ('"shoulder" type="revolute"', '"shoulder" type="universal"', "universal joint has 2 axes: <axis2> is missing"),
+    ('"shoulder" type="revolute"', '"shoulder" type="fixed"', "fixed joint has 0 axes: <axis> is one too many"),
+    (SHOULDER, "", "<axis> is missing"),
+    (SHOULDER, "<axis><xyz>0 0 0</xyz></axis>", "expected a direction"),
+    (SHOULDER, '<axis><xyz expressed_in="nothing">0 1 0</xyz></axis>', "'nothing'"),
+    (SHOULDER, "<axis><xyz>0 1 0</xyz><limit><lower>2</lower><upper>1</upper></limit></axis>", "lower <= upper"),
+    (SHOULDER, "<axis><dynamics><damping>-1</damping></dynamics></axis>", "damping of zero or more"),
+    (SHOULDER, "<axis><initial_position>1</initial_position></axis>", "initial_position: expected 0"),
+    (SHOULDER, "<axis><use_parent_model_frame>1</use_parent_model_frame></axis>", "version 1.6 and before"),
+    (SHOULDER, '<axis><mimic joint="nobody"/></axis>', "nobody"),
+    (SHOULDER, '<axis><mimic joint="shoulder"/></axis>', "cannot mimic itself"),
+    (SHOULDER, '<axis><mimic joint="elbow" axis="axis2"/></axis>', "no such axis"),
+    ("<parent>base</parent>", "<parent>bse</parent>", "'bse'"),
+    ("<parent>base</parent>", "", "<parent> is missing"),
+    ("<child>upper</child>", "<child>world</child>", "the world cannot be a joint's child"),
+    ("<child>upper</child>", "<child>base</child>", "joins link 'base' with itself"),
+    ("</model>", '<joint name="again" type="fixed"><parent>base</parent><child>world</child></joint></model>', "world"),
+    (
+        "</model>",
+        '<joint name="again" type="fixed"><parent>world</parent><child>base</child></joint></model>',
+        "already",
+    ),
+    (
+        "</model>",
+        '<frame name="f" attached_to="base"/><joint name="j" type="ball"><parent>world</parent><child>f</child></joint>'
+        "</model>",
+        "one rigid body",
+    ),
+    ("</model>", "</model><model name='two'><link name='x'/></model>", "second one|one <world> or one <model>"),
+    ("</sdf>", "", "not an SDF: its XML is not well-formed"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), REFUSALS, ids=[f"{k}" for k in range(len(REFUSALS))])
+def test_what_cannot_be_read_is_refused_by_name(old, new, said, tmp_path):
+    path = tmp_path / "arm.sdf"
+    assert old in ARM
+    path.write_text(ARM.replace(old, new, 1))
+    with pytest.raises(FileFormatError, match=said) as caught:
+        ClosedChain.from_sdf(path)
+    assert "arm.sdf" in str(caught.value)
+    assert caught.value.path == str(path)
+
+
+def test_other_bad_input(tmp_path):
+    with pytest.raises(UnknownName, match="free_flyer"):
+        ClosedChain.from_sdf(ARM, root_joint="hinge")
+    with pytest.raises(FileFormatError, match=r"nowhere\.sdf"):
+        ClosedChain.from_sdf(tmp_path / "nowhere.sdf")
+    with pytest.raises(FileFormatError, match="expected the root element <sdf>, got <robot>"):
+        ClosedChain.from_sdf("<robot name='r'/>")
+    with pytest.raises(FileFormatError, match="no document type"):
+        ClosedChain.from_sdf("<!DOCTYPE sdf><sdf version='1.9'/>")
+    with pytest.raises(FileFormatError, match="at least one link"):
+        ClosedChain.from_sdf("<sdf version='1.9'><model name='m'/></sdf>")
+    with pytest.raises(FileFormatError, match="relative_to: is of version"):
+        read(text=ARM.replace('"1.9"', '"1.6"').replace(' attached_to="fore"', ""))
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(60), *(pytest.param(range(k, k + 200), marks=pytest.mark.full) for k in range(60, 2000, 200))]
+)
+def test_a_mutated_file_means_what_drake_reads_or_is_refused(seeds):
+    read = 0
+    for seed in seeds:
+        text = mutated_sdf(seed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            try:
+                chain = ClosedChain.from_sdf(text)
+            except FileFormatError:
+                continue
+        read += 1
+        model = chain.model
+        names = [frame.name.split("::")[-1] for frame in model.frames]
+        if len(set(names)) < len(names):
+            continue  # Drake's names cannot be told apart
+        if not model.nv or any(closure.name.endswith("_closure") for closure in chain.closures):
+            continue
+        try:
+            drake = DrakeSdf(text, chain)
+        except RuntimeError:
+            continue  # Drake refuses some that have a meaning, as a ball joint from the child to the parent
+        q = pin.integrate(model, chain.neutral(), np.random.default_rng(seed).uniform(-1.0, 1.0, model.nv))
+        M, _ = drake.mass_and_gravity(q)
+        upper = np.triu(np.reshape(pin.crba(model, model.createData(), q), (model.nv, model.nv)))
+        np.testing.assert_allclose(
+            upper + np.triu(upper, 1).T, M, rtol=0, atol=1e-9 * np.abs(M).max(), err_msg=str(seed)
+        )
+    assert read > len(seeds) / 5

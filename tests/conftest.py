@@ -39,6 +39,6 @@ def exo():
 @pytest.fixture
 def no_human(monkeypatch):
     """As if example-robot-data were not installed."""
-    from exo_pin.view.scene import human_figure
+    from exo_pin.view.figure import human_figure
 
     monkeypatch.setattr(human_figure, "_shares", lambda: iter(()))

@@ -8,7 +8,7 @@ import urllib.request
 import pytest
 
 from exo_pin.cli import main
-from exo_pin.view.scene import human_figure as human_module
+from exo_pin.view.figure import human_figure as human_module
 
 BARE = ["view", "--no-human", "--flexion", "30"]
 

@@ -36,12 +36,12 @@ class Pages(OneProcess, ABC):
         Parameters
         ----------
         position, target : array_like, optional
-            Shape (3,), m, base frame: its position and the point it looks at. Left out: a
-            view of the whole mechanism; of a wrist, from in front of the shoulder and a little outside.
+            Shape (3,), m, base frame: its position and the point it looks at. Left out: a view of the whole
+            mechanism in the part of the page that no panel covers; of a wrist, from in front and outside.
         field_of_view : float
             From the bottom of the picture to the top, degrees.
         """
-        default, centre = self._viewpoint()
+        default, centre, extent = self._viewpoint()
         look = centre if target is None else as_finite("target", target, (3,))
         eye = default + look - centre if position is None else as_finite("position", position, (3,))
         if float(np.linalg.norm(eye - look)) < 1e-6:
@@ -49,7 +49,10 @@ class Pages(OneProcess, ABC):
         angle = as_positive("field_of_view", field_of_view)
         if angle >= 180.0:
             raise InvalidInput(f"expected a field of view below 180 degrees, got {angle:g}")
-        self._stage.set_panel("camera", {"position": eye.tolist(), "target": look.tolist(), "angle": angle})
+        placed = {"position": eye.tolist(), "target": look.tolist(), "angle": angle}
+        # The page fits what is to be seen beside its panels, unless the camera was placed by hand.
+        by_hand = position is not None or target is not None
+        self._stage.set_panel("camera", placed | ({"fit": False} if by_hand else {"fit": True, "extent": extent}))
 
     @property
     def serial(self) -> int:
@@ -121,8 +124,11 @@ class Pages(OneProcess, ABC):
         return notebook_cell(f'srcdoc="{self.escaped()}"', height)
 
     @abstractmethod
-    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
-        """Default position and target of the camera; shape (3,) each, m."""
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
+        """Default position and target of the camera, shape (3,) each, and what to see around it.
+
+        The last are half its width and half its height at the target, all in m.
+        """
 
     def escaped(self) -> str:
         """:meth:`html` as the value of an attribute."""

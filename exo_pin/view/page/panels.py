@@ -17,34 +17,56 @@ if TYPE_CHECKING:
 
 __all__ = ["notebook_cell", "numbers_panel"]
 
-_STATUS = {
-    "near_singular": "near a singular pose: limb forces far above the load",
-    "singular": "singular pose: no equilibrium, no forces",
-    "folded": "a limb points at the shoulder centre: no forces",
-    "infeasible": "cannot be held within the limits: no forces",
-    "not_solved": "not solved: no forces",
+#: What is wrong with a pose that has no answer, why, and what to do.
+_NO_ANSWER = {
+    "singular": (
+        "Singular pose: no solution",
+        "Here the limbs cannot resist a moment about one axis, so no limb forces hold the arm. Move it a few degrees, "
+        "or change the design.",
+    ),
+    "folded": (
+        "A limb points at the shoulder centre",
+        "It has no lever arm about it, and its side force no direction. Move the arm, or the limb's joints.",
+    ),
+    "infeasible": (
+        "The arm cannot be held in this pose",
+        "No forces within the limits of limbs and socket balance the load. Widen the limits, lower the load, or change "
+        "the design.",
+    ),
+    "out_of_stroke": (
+        "A limb cannot take this length",
+        "The pose is outside an actuator's stroke. Choose another pose or actuator, or move the limb's joints.",
+    ),
+    "not_solved": ("No solution found", "The solver did not converge, or the forces overflow."),
 }
+_NEAR = "Near a singular pose: limb forces far above the load. Move the arm away from it."
 
 
 def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, notes: Sequence[str]) -> dict[str, Any]:
     """The panel of a pose: what is shown, |F_s|, det X, and what to know about them."""
     flexion, abduction, internal = (_degrees(angle) for angle in shoulder_angles(pose, exo.side, degrees=True))
     determinant = forces.determinant if forces is not None else float(exo.singularity(pose).determinant)
-    values, remarks = [], []
-    if forces is not None:
-        size = float(np.linalg.norm(forces.shoulder))
+    values, remarks, headline = [], [], ""
+    size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))
+    if forces is not None and not np.isfinite(size):
+        headline, why = _NO_ANSWER.get(forces.status, ("No solution", forces.status))
+        remarks.append({"text": why, "warn": False})
+    elif forces is not None:
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
         if forces.status != "ok":
-            remarks.append({"text": _STATUS.get(forces.status, forces.status), "warn": True})
+            remarks.append({"text": _NEAR, "warn": True})
         if forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
         remarks.append({"text": _assumption(exo, forces.split), "warn": False})
     if np.isfinite(determinant):
-        values.append({"name": "margin, det X", "value": f"{determinant:+.3f}".replace("-", "−")})
+        # Adding zero turns -0 into 0.
+        shown = f"{round(determinant, 3) + 0.0:+.3f}" if round(determinant, 3) else "0.000"
+        values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
     remarks += [{"text": note, "warn": True} for note in notes]
     return {
         "title": exo.mechanism.title or exo.name,
         "pose": f"{exo.side} shoulder: flexion {flexion}, abduction {abduction}, internal rotation {internal}",
+        "headline": headline,
         "values": values,
         "notes": remarks,
     }
@@ -67,8 +89,6 @@ def notebook_cell(source: str, height: int) -> Any:
 
 
 def _newtons(size: float) -> str:
-    if not np.isfinite(size):
-        return "none"
     return f"{size:.1f} N" if size < 1000.0 else f"{size:.3g} N" if size >= 1e6 else f"{size:.0f} N"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,11 +54,16 @@ class Playing(ABC):
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
         answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
+        forces = self._planned(poses, answer)
+        centres = self._offsets(poses, query)
         start = time.monotonic()
-        for index in self._frames(poses, answer, air, self._offsets(poses, query)):
-            pause = start + float(stamps[index] - stamps[0]) - time.monotonic()
-            if pause > 0:
-                time.sleep(pause)
+        for index in range(len(stamps)):
+            late = time.monotonic() - start
+            # A machine that is too slow for all frames leaves some out, and never the last.
+            if index + 1 < len(stamps) and stamps[index + 1] - stamps[0] < late:
+                continue
+            time.sleep(max(float(stamps[index] - stamps[0]) - late, 0.0))
+            self._frame(index, poses, forces, air, centres)
         return answer
 
     def record(
@@ -73,8 +78,11 @@ class Playing(ABC):
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
         answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
+        forces = self._planned(poses, answer)
+        centres = self._offsets(poses, query)
         taker = FrameTaker(self._stage)
-        for _ in self._frames(poses, answer, air, self._offsets(poses, query)):
+        for index in range(len(stamps)):
+            self._frame(index, poses, forces, air, centres)
             taker.take()
         return taker.finish(stamps, answer)
 
@@ -90,22 +98,26 @@ class Playing(ABC):
             raise InvalidInput("expected times that rise")
         return poses, stamps, None if pressures is None else self._pressures(pressures, stamps.shape)
 
-    def _frames(
+    def _planned(self, poses: Rotation, answer: Reaction | None) -> list[PoseForces | None]:
+        """Forces of all poses; the arrows' scale and the legend are theirs from here on."""
+        forces = [None if answer is None else PoseForces.of(answer, (index,)) for index in range(len(poses))]
+        self._plan(forces)
+        return forces
+
+    def _frame(
         self,
+        index: int,
         poses: Rotation,
-        answer: Reaction | None,
+        forces: list[PoseForces | None],
         pressures: FloatArray | None,
         centres: list[Offset] | None,
-    ) -> Iterator[int]:
-        """Draw pose after pose; a frame begins when the one before has been dealt with."""
-        for index, pose in enumerate(poses):
-            self._draw(
-                pose,
-                None if answer is None else PoseForces.of(answer, (index,)),
-                None if pressures is None else pressures[index],
-                None if centres is None else centres[index],
-            )
-            yield index
+    ) -> None:
+        self._draw(
+            poses[index],
+            forces[index],
+            None if pressures is None else pressures[index],
+            None if centres is None else centres[index],
+        )
 
     def _offsets(self, poses: Rotation, query: dict[str, Any]) -> list[Offset] | None:
         """Where the device's centre is in each pose, None if it is the shoulder's."""
@@ -117,6 +129,10 @@ class Playing(ABC):
         if values.shape[:-1] != shape:
             raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
         return values
+
+    @abstractmethod
+    def _plan(self, forces: Sequence[PoseForces | None]) -> None:
+        """Choose scale and legend for the poses to come."""
 
     @abstractmethod
     def _draw(

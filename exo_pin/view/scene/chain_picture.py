@@ -55,6 +55,8 @@ class ChainPicture(OneProcess):
         What could not be drawn, and why.
     loops : list of Closure
         The closures that are drawn: all but couplings, which are nowhere.
+    balls : set of str
+        Joints that are drawn as balls.
     size : float
         Diagonal of the box about all of it at ``q``, m.
     """
@@ -74,6 +76,7 @@ class ChainPicture(OneProcess):
         self._looks = shapes
         self.size = max(float(np.linalg.norm(np.ptp(self.corners(q), axis=0))), 1e-3)
         drawn = {shape.parentJoint for shape in shapes.geometryObjects}
+        self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
         self._picture = MeshcatVisualizer(chain.model, pin.GeometryModel(), shapes)

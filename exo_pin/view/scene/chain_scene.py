@@ -18,6 +18,7 @@ from ..page.page_output import Pages
 from ..page.recording import FrameTaker, Recording
 from .additions import Additions
 from .chain_picture import ChainPicture, closure_words
+from .shapes import draw_ground
 from .stage import Stage
 
 __all__ = ["ChainScene"]
@@ -26,9 +27,8 @@ __all__ = ["ChainScene"]
 _OPEN = 1e-6
 #: More labels than this would hide the mechanism.
 _MOST_LABELS = 9
-#: The camera's field of view that the default distance goes with, how much more than the chain it shows, and
-#: how far aside of it, of its size, it looks.
-_HALF_VIEW, _ROOM, _ASIDE = np.radians(16.0), 1.35, 0.18
+#: The camera's field of view that the default distance goes with, and how much more than the chain it shows.
+_HALF_VIEW, _ROOM = np.radians(16.0), 1.35
 #: A point farther from the camera's line than this share of half its view has left the picture.
 _EDGE = 1.2
 #: A chain that is thinner than this share of its size is looked at from its flat side.
@@ -77,8 +77,8 @@ class ChainScene(Additions, Pages):
             self._stage.plain()
             self._picture = ChainPicture(self._stage, chain, urdf, start)
             self._q = start
+            self._draw_ground()
             self.camera()
-            self._write_legend()
             self.show(start)
 
     @property
@@ -109,7 +109,9 @@ class ChainScene(Additions, Pages):
         configuration = self._checked(q)
         self._freedoms = self._count(configuration)
         with self._stage.update():
+            self._is_open = float(np.abs(self._chain.residual(configuration)).max(initial=0.0)) > _OPEN
             self._draw(configuration)
+            self._write_legend()
             if not self._aimed and not self._in_view():
                 self.camera()
 
@@ -224,20 +226,29 @@ class ChainScene(Additions, Pages):
         return f"{joint} {round(float(size), 1) + 0.0:g}{' mm' if in_metres else '°'}".replace("-", "−")
 
     def _write_legend(self) -> None:
+        closures, gaps = self._chain.closures, [closure.distance is not None for closure in self._chain.closures]
+        drawn = {
+            (BLUE, "actuated joint"): self._picture.balls & set(self._chain.roles.actuated),
+            (GREY, "joint"): self._picture.balls - set(self._chain.roles.actuated),
+            (PURPLE, "closes a loop"): closures,
+            (ORANGE, "constant distance"): any(gaps),
+            (ORANGE, "gap of an open loop"): self._is_open and not all(gaps),
+        }
         items = [
-            {"glyph": "line", "colour": BLUE, "text": "actuated joint"},
-            {"glyph": "line", "colour": GREY, "text": "joint"},
-            {"glyph": "line", "colour": PURPLE, "text": "closes a loop"},
-            {"glyph": "line", "colour": ORANGE, "text": "gap, or a constant distance"},
+            {"glyph": "line", "colour": colour, "text": text} for (colour, text), there in drawn.items() if there
         ]
         legend = {
-            "scale": "Joints and closures",
+            "scale": "",
             "items": [*items, *self._items.values()],
             "bars": [*self._bars.values()],
         }
         self._stage.set_panel("legend", legend)
 
-    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+    def _draw_ground(self) -> None:
+        lowest = float(self._picture.corners(self._q)[:, 2].min())
+        draw_ground(self._stage, lowest - 0.03 * self._picture.size, 1.3 * self._picture.size)
+
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
         points = self._picture.corners(self._q)
         target = (points.min(axis=0) + points.max(axis=0)) / 2
         spread, axes = np.linalg.eigh(np.cov(points.T))
@@ -247,11 +258,13 @@ class ChainScene(Additions, Pages):
             flat = axes[:, 0] * np.sign(axes[np.abs(axes[:, 0]).argmax(), 0])
             towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])
         towards /= np.linalg.norm(towards)
-        right = np.cross([0.0, 0.0, 1.0], towards)
-        # The page's cards are on the left: the chain is drawn a little to the right of the middle.
-        target = target - _ASIDE * self._picture.size * right / np.linalg.norm(right)
         away = _ROOM * self._picture.size / 2 / np.sin(_HALF_VIEW)
-        return target + away * towards, target
+        right = np.cross([0.0, 0.0, 1.0], towards)
+        right /= np.linalg.norm(right)
+        up = np.cross(towards, right)
+        aside, above = (float(np.abs((points - target) @ axis).max()) for axis in (right, up))
+        room = 0.12 * self._picture.size
+        return target + away * towards, target, [aside + room, above + room]
 
     def _in_view(self) -> bool:
         """Whether all of it is near enough to the line that the camera looks along."""

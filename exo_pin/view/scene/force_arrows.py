@@ -14,21 +14,33 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...reaction import Reaction
 from ...wrist import LimbState, inverse_kinematics
-from ..colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED
+from ..colours import BLUE, GREEN, ORANGE, PURPLE, RED
 from .shapes import Arrow, trimmed
 from .stage import Stage
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["LONGEST", "ForcePicture", "PoseForces", "nice_step"]
+__all__ = ["LONGEST", "ForcePicture", "PoseForces", "round_up"]
 
-#: Length that the arm's weight is drawn with at most, m.
-_WEIGHT_LENGTH = 0.12
-#: No arrow is drawn longer, m.
-LONGEST = 0.40
+#: Length of the largest force at most, where the arrows scale themselves, m; at least two thirds of it.
+_GOOD_LENGTH = 0.24
+#: No arrow is drawn longer, m; shorter ones than the second are not drawn, nor is their label.
+LONGEST, _SHORTEST = 0.40, 0.003
+#: Share of a motion's poses whose largest force the scale goes by: the others lie near a singular pose and are cut.
+_SHARE = 95.0
+#: What 10 cm can mean, times a power of ten, N.
+_STEPS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 #: Radius of arrows' shafts, and distance of tension arrows from their limb, m.
 _MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
+#: Kinds of arrows, as the legend has them.
+_LEGEND = (
+    ("shoulder", {"glyph": "tail", "colour": RED, "text": "shoulder reaction F_s"}),
+    ("weight", {"glyph": "arrow", "colour": GREEN, "text": "weight of moving part"}),
+    ("pull", {"glyph": "arrow", "colour": BLUE, "text": "limb pulls, f > 0"}),
+    ("push", {"glyph": "double", "colour": ORANGE, "text": "limb pushes, f < 0"}),
+    ("side", {"glyph": "thin", "colour": PURPLE, "text": "side force of a limb, g"}),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +72,19 @@ class PoseForces(Record):
         )
 
 
-def nice_step(value: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not above ``value``."""
+    @property
+    def largest(self) -> float:
+        """Largest of the shoulder's force, the limb forces and the side forces, N; NaN without an answer."""
+        parts = [np.linalg.norm(self.shoulder), *np.abs(self.tensions), *np.abs(self.side_forces)]
+        return float(max(parts)) if np.isfinite(parts).all() else float("nan")
+
+
+def round_up(value: float) -> float:
+    """The least of a few round numbers that is not below ``value``, which is positive."""
     power = 10.0 ** np.floor(np.log10(value))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9)))
+    # A quotient, so that 0.3 is 0.3 and not 3 times 0.1.
+    rounded = [step * power if power >= 1.0 else step / round(1.0 / power) for step in _STEPS]
+    return float(min(step for step in rounded if step >= value * (1 - 1e-9)))
 
 
 class ForcePicture(OneProcess):
@@ -79,15 +100,14 @@ class ForcePicture(OneProcess):
     exo : ShoulderExo
         Whose forces.
     metres_per_newton : float, optional
-        The scale; one that suits the arm's weight if left out.
+        The scale; if left out, one with which the largest force of a pose or a motion has a good length.
     """
 
     def __init__(self, stage: Stage, exo: ShoulderExo, metres_per_newton: float | None = None) -> None:
         self._stage, self._exo = stage, exo
         arm = exo.arm
         self._weight = np.zeros(3) if arm is None else arm.mass * exo.mechanism.gravity
-        heavy = float(np.linalg.norm(self._weight)) or 1.0
-        self.scale = nice_step(_WEIGHT_LENGTH / heavy) if metres_per_newton is None else metres_per_newton
+        self._given = metres_per_newton
         stage.viewer["forces"].delete()
         root = "/meshcat/forces"
         self._arrows = {
@@ -99,7 +119,40 @@ class ForcePicture(OneProcess):
             self._arrows[f"push_{i}"] = Arrow(stage, f"{root}/limb_{i + 1}/push", ORANGE, _LIMB, heads=2)
             self._arrows[f"side_{i}"] = Arrow(stage, f"{root}/limb_{i + 1}/side", PURPLE, _SIDE)
         self._labels: list[dict[str, Any]] = []
-        self._bar()
+        self.plan([])
+
+    def plan(self, poses: Sequence[PoseForces]) -> None:
+        """Choose the scale and the legend for a pose or for all poses of a motion."""
+        largest = np.array([forces.largest for forces in poses])
+        firm = np.array([forces.status == "ok" for forces in poses], dtype=bool) & np.isfinite(largest)
+        known = largest[firm if firm.any() else np.isfinite(largest)]
+        weight = float(np.linalg.norm(self._weight))
+        top = max(weight, float(np.percentile(known, _SHARE)) if known.size else 0.0) or 1.0
+        self.scale = 0.1 / round_up(0.1 * top / _GOOD_LENGTH) if self._given is None else self._given
+        tensions = np.array([forces.tensions for forces in poses if np.isfinite(forces.tensions).all()])
+        #: Top of the scale of the muscles' colours, N.
+        self.tension_top = round_up(min(float(tensions.max(initial=0.0)), max(top, weight)) or 1.0)
+        visible = {"weight"} if self.scale * weight >= _SHORTEST else set()
+        for forces in poses:
+            if np.isfinite(forces.largest):
+                visible |= self._visible(forces)
+        self._legend = [item for name, item in _LEGEND if name in visible]
+        longest = max([weight, *largest[np.isfinite(largest)]])
+        self._cuts = bool(self.scale * longest > LONGEST * (1 + 1e-9))
+
+    def _visible(self, forces: PoseForces) -> set[str]:
+        """Which kinds of arrows a pose has."""
+        least = _SHORTEST / self.scale
+        return {
+            name
+            for name, size in (
+                ("shoulder", float(np.linalg.norm(forces.shoulder))),
+                ("pull", float(forces.tensions.max())),
+                ("push", float(-forces.tensions.min())),
+                ("side", float(np.abs(forces.side_forces).max())),
+            )
+            if size >= least
+        }
 
     def show(
         self,
@@ -109,7 +162,7 @@ class ForcePicture(OneProcess):
         labels: Sequence[dict[str, Any]] = (),
     ) -> None:
         """Draw the forces of a pose, or none, on the joints of ``geometry``, and further labels."""
-        self._labels = [*labels] if self._exo.arm is None else [self._bar_label, *labels]
+        self._labels = [*labels]
         shown: set[str] = set()
         if forces is not None and self._exo.arm is not None:
             R = orientation.as_matrix()
@@ -131,16 +184,9 @@ class ForcePicture(OneProcess):
         self._stage.set_panel("labels", self._labels)
 
     def legend(self) -> tuple[str, list[dict[str, str]]]:
-        """The scale in words, and what each arrow is."""
-        newtons = 0.1 / self.scale
-        scale = f"Forces on the arm: 10 cm = {newtons:g} N; cut at {LONGEST / self.scale:.0f} N"
-        return scale, [
-            {"glyph": "tail", "colour": RED, "text": "shoulder reaction F_s"},
-            {"glyph": "arrow", "colour": GREEN, "text": "weight of the moving part"},
-            {"glyph": "arrow", "colour": BLUE, "text": "limb pulls, f > 0"},
-            {"glyph": "double", "colour": ORANGE, "text": "limb pushes, f < 0"},
-            {"glyph": "thin", "colour": PURPLE, "text": "side force of a limb, g"},
-        ]
+        """The scale in words, and what each arrow is that the planned poses have."""
+        scale = f"Forces on the arm: 10 cm = {0.1 / self.scale:g} N"
+        return f"{scale}; cut at {LONGEST / self.scale:.4g} N" if self._cuts else scale, self._legend
 
     def _limbs(self, shown: set[str], state: LimbState, forces: PoseForces, sides: FloatArray) -> None:
         for i, (b, s) in enumerate(zip(state.platform_points, state.directions, strict=True)):
@@ -170,22 +216,9 @@ class ForcePicture(OneProcess):
         if not np.isfinite(force).all():
             return
         vector, cut = trimmed(self.scale * force, LONGEST)
-        # Shorter than a millimetre is no arrow, and its label would name a zero.
-        if float(np.linalg.norm(vector)) < 1e-3:
+        if float(np.linalg.norm(vector)) < _SHORTEST:
             return
         self._arrows[name].show(start, vector)
         shown.add(name)
         tip = start if at_start else start + vector
         self._labels.append({"text": f"{text} (cut)" if cut else text, "at": tip.tolist(), "colour": colour})
-
-    def _bar(self) -> None:
-        """A grey arrow of 10 cm in the scene itself: the scale in the same perspective."""
-        sideways = 1.0 if self._exo.side == "left" else -1.0
-        start = np.array([-0.05, 0.22 * sideways, 0.17])
-        vector = np.array([0.0, 0.1 * sideways, 0.0])
-        self._scale_arrow = Arrow(self._stage, "/meshcat/forces/scale", GREY, _LIMB)
-        if self._exo.arm is not None:
-            self._scale_arrow.show(start, vector)
-        # Labels are to the right of their points; from the front, that is the left of the body.
-        beside = start + vector if self._exo.side == "left" else start
-        self._bar_label = {"text": f"scale {0.1 / self.scale:g} N", "at": beside.tolist(), "colour": BLACK}

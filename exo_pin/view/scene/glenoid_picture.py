@@ -18,9 +18,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Socket"]
 
+_NODE = "additions/glenoid cone"
+
 
 class Socket(Additions):
     """The socket of a wrist's scene; base of :class:`Scene`."""
+
+    _cone: tuple[GlenoidCone, float]
 
     def glenoid_cone(self, cone: GlenoidCone | None = None, length: float = 0.12) -> None:
         """Draw the cone that the shoulder reaction should stay in, to the scale of the arrows.
@@ -35,18 +39,23 @@ class Socket(Additions):
         length : float
             Of the drawn part along its axis, m.
         """
-        socket = GlenoidCone() if cone is None else cone
+        self._cone = GlenoidCone() if cone is None else cone, as_positive("length", length)
+        with self._stage.update():
+            self._stage.viewer[_NODE].set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))
+            self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}
+            self._place_cone()
+            self._write_legend()
+
+    def _place_cone(self) -> None:
+        """Place the cone, if there is one: its apex moves with the arrows' scale."""
+        if "glenoid cone" not in self._items:
+            return
+        socket, long = self._cone
         outward, superior, anterior = socket.axes(self.exo.side)
-        long = as_positive("length", length)
         placed = np.eye(4)
         placed[:3, :3] = long * np.column_stack([socket.anterior * anterior, socket.superior * superior, outward])
         placed[:3, 3] = -self.metres_per_newton * socket.muscle_compression * outward
-        node = self._stage.viewer["additions/glenoid cone"]
-        with self._stage.update():
-            node.set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))
-            node.set_transform(placed)
-            self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}
-            self._write_legend()
+        self._stage.set_transform(f"/meshcat/{_NODE}", placed)
 
     @property
     @abstractmethod

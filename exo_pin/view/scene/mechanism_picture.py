@@ -16,7 +16,9 @@ from ...design import Arm, Limb, Mechanism
 from ...wrist import inverse_kinematics
 from ...wrist_chain import EquilibriumModel, mechanism_urdf
 from ..colours import GREY
+from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import MeshcatVisualizer, mg
+from .offset_marks import Offset, displaced
 from .shapes import flat_material, frustum, lathe, segment
 from .stage import Stage
 
@@ -27,6 +29,8 @@ __all__ = ["MechanismPicture", "urdf_visuals"]
 _RADIUS, _FITTING_RADIUS, _BRAID = 0.011, 0.006, np.radians(25.0)
 #: Share of the joint distance at each end that is not muscle, where the design has no value.
 _FITTING_SHARE = 0.15
+#: Colours of the URDF's rods between the joints of base and platform.
+_FRAMES = ("base", "platform")
 
 
 class MechanismPicture(OneProcess):
@@ -48,9 +52,13 @@ class MechanismPicture(OneProcess):
         Whether the arm is drawn; a human figure brings its own.
     urdf : path-like or str, optional
         The URDF that the mechanism was read from, or its XML, for its looks; the mechanism's own if left out.
+    offset : Offset, optional
+        Where its centre is.
 
     Attributes
     ----------
+    mechanism : Mechanism
+        The design with its joints where the offset has them.
     notes : list of str
         What could not be drawn, and why.
     """
@@ -64,7 +72,9 @@ class MechanismPicture(OneProcess):
         muscles: bool = False,
         with_arm: bool = True,
         urdf: str | PathLike[str] | None = None,
+        offset: Offset | None = None,
     ) -> None:
+        worn, mechanism = mechanism, displaced(mechanism, offset)
         self._stage, self.mechanism, self.root, self._muscles = stage, mechanism, root, muscles
         if mechanism.arm is None:
             # Positions of the parts do not depend on the arm's mass, and no forces are computed here.
@@ -83,6 +93,9 @@ class MechanismPicture(OneProcess):
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
                 hidden.append(shape.name)
+            # Harness and cuff take the place of the rods between the joints, which a URDF of one's own may need.
+            if urdf is None and any(np.allclose(shape.meshColor, COLOURS[part], atol=1e-6) for part in _FRAMES):
+                hidden.append(shape.name)
             if muscles and ("platform_body" in shape.name or "base_body" in shape.name):
                 hidden.append(shape.name)
         for name in hidden:
@@ -91,6 +104,9 @@ class MechanismPicture(OneProcess):
         self._picture.initViewer(viewer=stage.viewer)
         stage.viewer[root].delete()
         self._picture.loadViewerModel(root, visual_color=None if colour is None else list(colour))
+        self._worn = None
+        if urdf is None:
+            self._worn = HarnessAndCuff(stage, worn.geometry, worn.side, root, colour, offset)
         if muscles:
             self._load_muscles(colour)
 
@@ -103,6 +119,8 @@ class MechanismPicture(OneProcess):
             If the loops do not close there.
         """
         self._picture.display(self._equilibrium.configuration(orientation.as_matrix(), orientation.as_quat()))
+        if self._worn is not None:
+            self._worn.show(orientation.as_matrix())
         if self._muscles:
             base = self.mechanism.geometry.base_points
             platform = inverse_kinematics(self.mechanism.geometry, orientation).platform_points

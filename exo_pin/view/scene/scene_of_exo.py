@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,15 +14,17 @@ from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, 
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import scale_colours
+from ..figure.bust import OWN_STATURE, depth_in_chest, draw_bust
+from ..figure.human_figure import Human
 from ..page.page_output import Pages
 from ..page.panels import numbers_panel
 from ..page.playing import Playing
 from .additions import bar
-from .force_arrows import LONGEST, ForcePicture, PoseForces, nice_step
+from .force_arrows import ForcePicture, PoseForces
 from .glenoid_picture import Socket
-from .human_figure import Human
 from .mechanism_picture import MechanismPicture
-from .offset_marks import Offset, OffsetMarks, displaced
+from .offset_marks import Offset, OffsetMarks
+from .shapes import draw_ground
 from .stage import Stage
 
 if TYPE_CHECKING:
@@ -31,6 +34,12 @@ __all__ = ["Scene"]
 
 #: Colour and opacity of a ghost.
 _GHOST = (0.34, 0.40, 0.48, 0.30)
+#: The ghost's colour on white, as its entry in the legend.
+_GHOST_SHOWN = "#AEB3BA"
+#: Height of the ground under O for the figure's own stature, and how far it reaches, m.
+_GROUND, _GROUND_RADIUS = -1.385, 2.6
+#: Opacity of the shoulder at O where there is no figure.
+_OWN_SHOULDER = 0.5
 #: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.
 _PRESSURE_TOP = 4e5
 
@@ -47,11 +56,13 @@ class Scene(Socket, Playing, Pages):
     exo : ShoulderExo
         The design. Without an arm there are no forces to draw.
     human : bool, optional
-        Whether a person is drawn. Left out: if the figure is installed; else a note on the page reports it.
+        Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
+        and a note on the page reports it.
     limbs : {"rods", "muscles"}
         Telescoping rods, or muscles that swell as they shorten and take their colour from tension or pressure.
     metres_per_newton : float, optional
-        The arrows' scale; one that suits the arm's weight if left out.
+        The arrows' scale; if left out, one with which the largest force of a pose or a motion is drawn about 20 cm
+        long. Poses of a motion near a singular one do not count: their arrows are cut.
     elbow_flexion : float
         Of the human figure, rad. For the picture only.
     stature : float, optional
@@ -89,19 +100,23 @@ class Scene(Socket, Playing, Pages):
         self._ghost: MechanismPicture | None = None
         self._offset: Offset | None = None
         self._massive: list[str] = []
+        self._has_person = human is not False
+        self._scale = 1.0 if tall is None else tall / OWN_STATURE
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: dict[str, Any] = {}
         self._marks = OffsetMarks(self._stage)
         with self._stage.update():
             self._stage.plain()
+            draw_ground(self._stage, self._scale * _GROUND, _GROUND_RADIUS)
             if human is not False:
                 try:
                     self._human = Human(self._stage, exo.side, elbow_flexion=elbow, stature=tall)
                 except MissingExtra as error:
                     if human:
                         raise
-                    self._notes.append(f"no human figure: {error}")
+                    self._notes.append(f"chest and head alone, no human figure: {error}")
+                    draw_bust(self._stage, "bust", exo.side, self._scale, _OWN_SHOULDER)
             self._set_exo(exo)
             self.camera()
             self.show(Rotation.identity())
@@ -118,8 +133,8 @@ class Scene(Socket, Playing, Pages):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What could not be drawn, and why."""
-        return (*self._notes, *self._massive, *self._picture.notes)
+        """What could not be drawn, and why, and limbs that start inside the chest."""
+        return (*self._notes, *self._massive, *self._picture.notes, *self._starts_inside())
 
     @property
     def metres_per_newton(self) -> float:
@@ -172,7 +187,9 @@ class Scene(Socket, Playing, Pages):
         self._asked = query
         centre = self._offsets(pose, query)
         forces = None if answer is None else PoseForces.of(answer, ())
-        self._draw(pose, forces, pressure, None if centre is None else centre[0])
+        with self._stage.update():
+            self._plan([forces])
+            self._draw(pose, forces, pressure, None if centre is None else centre[0])
         return answer
 
     def ghost(self, orientation: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
@@ -192,16 +209,37 @@ class Scene(Socket, Playing, Pages):
                 self._ghost = MechanismPicture(self._stage, design.mechanism, "ghost", _GHOST)
             self._ghost.show(pose)
 
+            self._items["ghost"] = {"glyph": "line", "colour": _GHOST_SHOWN, "text": "ghost, for comparison"}
+            self._write_legend()
+
     def remove_ghost(self) -> None:
         """Take the ghost away."""
-        self._stage.viewer["ghost"].delete()
-        self._ghost = None
+        with self._stage.update():
+            self._stage.viewer["ghost"].delete()
+            self._ghost = None
+            self._items.pop("ghost", None)
+            self._write_legend()
 
     def _write_legend(self) -> None:
-        scale, items = self._arrows.legend() if self._exo.arm is not None else ("No arm mass: no forces", [])
+        scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
         legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
         self._stage.set_panel("legend", legend)
+
+    def _plan(self, forces: Sequence[PoseForces | None]) -> None:
+        self._arrows.plan([each for each in forces if each is not None])
+        self._place_cone()
+        self._write_legend()
+
+    def _starts_inside(self) -> list[str]:
+        """Limbs that start inside the chest of the picture, in words."""
+        points = self._picture.mechanism.geometry.base_points
+        depths = depth_in_chest(points, self._exo.side, self._scale)
+        return [
+            f"limb {i + 1} starts {max(1e3 * depth, 1.0):.0f} mm inside the chest: move A_{i + 1} forward, back or outward"
+            for i, depth in enumerate(depths)
+            if depth > 0.0
+        ]
 
     def _draw(
         self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
@@ -231,12 +269,13 @@ class Scene(Socket, Playing, Pages):
     def _draw_mechanism(self) -> None:
         self._picture = MechanismPicture(
             self._stage,
-            displaced(self._exo.mechanism, self._offset),
+            self._exo.mechanism,
             "exo",
             muscles=self._style == "muscles",
             with_arm=self._human is None,
             # Its shapes belong to limbs at that place.
             urdf=self._looks if self._offset is None else None,
+            offset=self._offset,
         )
 
     def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
@@ -247,7 +286,7 @@ class Scene(Socket, Playing, Pages):
         else:
             assert forces is not None
             # A muscle that would have to push is drawn white.
-            values, label, top = forces.tensions, "muscle tension, N", self._tension_top
+            values, label, top = forces.tensions, "muscle tension, N", self._arrows.tension_top
         self._muscle_bar = bar(label, 0.0, top)
         self._write_legend()
         colours = scale_colours(values, 0.0, top)
@@ -260,14 +299,18 @@ class Scene(Socket, Playing, Pages):
         self._offset, self._looks = None, exo.urdf
         self._draw_mechanism()
         self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
-        # As long as the longest arrow.
-        self._tension_top = nice_step(LONGEST / self._arrows.scale)
         self._write_legend()
 
-    def _viewpoint(self) -> tuple[FloatArray, FloatArray]:
+    def _viewpoint(self) -> tuple[FloatArray, FloatArray, list[float]]:
         outward = 1.0 if self._exo.side == "left" else -1.0
-        target = np.array([0.12, 0.0, -0.05])
-        return target + np.array([0.80, 1.45 * outward, 0.46]), target
+        # Before the shoulder and outside of it, a little from above.
+        away = np.array([1.04, 1.32 * outward, 0.42])
+        if not self._has_person:
+            target = np.array([0.05, 0.02 * outward, -0.06])
+            return target + away, target, [0.28, 0.32]
+        # Head and elbow are in the picture.
+        target = np.array([0.05, -0.04 * outward, -0.02])
+        return target + away, target, [0.36, 0.46]
 
 
 def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:

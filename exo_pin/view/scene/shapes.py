@@ -1,10 +1,11 @@
-"""Shapes besides the URDF's visuals: arrows, a cone, a muscle."""
+"""Shapes besides the URDF's visuals: arrows, cones, tubes and bodies of revolution."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
@@ -12,7 +13,23 @@ from ..colours import number
 from ..meshcat_viewer import mg
 from .stage import Stage
 
-__all__ = ["Arrow", "along", "flat_material", "frustum", "lathe", "segment", "trimmed"]
+__all__ = [
+    "Arrow",
+    "along",
+    "draw_ground",
+    "flat_material",
+    "frustum",
+    "lathe",
+    "loft",
+    "matt_material",
+    "mesh_of",
+    "segment",
+    "skin_of",
+    "trimmed",
+    "tube",
+]
+
+IntArray = NDArray[np.intp]
 
 #: No shape is drawn at zero size, because a matrix without an inverse has no normals: it is drawn this small, m.
 _NOTHING = 1e-6
@@ -56,6 +73,12 @@ def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> An
     return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), opacity=opacity, side=0, **extra)
 
 
+def matt_material(rgb: tuple[float, float, float], opacity: float = 1.0) -> Any:
+    """A material that takes its shades from the light; ``rgb`` in 0 to 1."""
+    colour = "#" + "".join(f"{round(255 * part):02X}" for part in rgb)
+    return mg.MeshLambertMaterial(color=number(colour), opacity=opacity, transparent=opacity < 1.0, side=2)
+
+
 def lathe(profile: FloatArray, segments: int = 28) -> Any:
     """A surface of revolution about z.
 
@@ -67,15 +90,72 @@ def lathe(profile: FloatArray, segments: int = 28) -> Any:
         Corners of a ring.
     """
     turn = np.linspace(0.0, 2 * np.pi, segments, endpoint=False)
-    rings = [np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(segments, z)]) for r, z in profile]
-    index = np.arange(segments)
-    following = (index + 1) % segments
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(segments)])
+    return loft(np.array([r * circle + [0.0, 0.0, z] for r, z in profile]))
+
+
+def skin_of(rings: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Vertices, shape (k m, 3), and triangles, shape (2 (k - 1) m, 3), of a skin over k closed rings of m corners.
+
+    Parameters
+    ----------
+    rings : ndarray
+        Shape (k, m, 3), m. Every ring runs anticlockwise as seen from the last one.
+    """
+    count, corners = rings.shape[:2]
+    index = np.arange(corners)
+    following = (index + 1) % corners
     faces = []
-    for ring in range(len(profile) - 1):
-        low, high = ring * segments, (ring + 1) * segments
+    for ring in range(count - 1):
+        low, high = ring * corners, (ring + 1) * corners
         faces.append(np.column_stack([low + index, low + following, high + following]))
         faces.append(np.column_stack([low + index, high + following, high + index]))
-    return mg.TriangularMeshGeometry(np.vstack(rings), np.vstack(faces))
+    return rings.reshape(-1, 3), np.vstack(faces)
+
+
+def mesh_of(parts: list[tuple[FloatArray, IntArray]]) -> Any:
+    """One mesh of several skins."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in parts[:-1])])
+    faces = [triangles + start for (_, triangles), start in zip(parts, starts, strict=True)]
+    return mg.TriangularMeshGeometry(np.vstack([vertices for vertices, _ in parts]), np.vstack(faces))
+
+
+def loft(rings: FloatArray) -> Any:
+    """A mesh over rings, shape (k, m, 3), as :func:`skin_of` takes them."""
+    return mesh_of([skin_of(rings)])
+
+
+def tube(line: FloatArray, radius: float, segments: int = 12) -> tuple[FloatArray, IntArray]:
+    """Skin of a round bar with closed ends along a line of points, shape (k, 3), m; see :func:`skin_of`."""
+    steps = np.gradient(line, axis=0)
+    tangents = steps / np.maximum(np.linalg.norm(steps, axis=1), _NOTHING)[:, None]
+    turn = np.linspace(0.0, 2 * np.pi, segments, endpoint=False)
+    x = along(tangents[0])[:, 0]
+    rings = []
+    for point, tangent in zip(line, tangents, strict=True):
+        # The frame is carried along the line without a turn about it.
+        x = x - (x @ tangent) * tangent
+        x /= np.linalg.norm(x)
+        rings.append(point + radius * (np.outer(np.cos(turn), x) + np.outer(np.sin(turn), np.cross(tangent, x))))
+    ends = [np.tile(line[k], (segments, 1)) for k in (0, -1)]
+    return skin_of(np.array([ends[0], *rings, ends[1]]))
+
+
+def draw_ground(stage: Stage, height: float, radius: float) -> None:
+    """A level disc, m: what is in the scene stands above it."""
+    node = stage.viewer["ground"]
+    for name, share, grey in (("inner", 0.992, 0.925), ("edge", 1.0, 0.86)):
+        disc = mg.TriangularMeshGeometry(*skin_of(_circles(np.array([1e-6, share * radius]), 96)))
+        node[name].set_object(disc, mg.MeshBasicMaterial(color=number("#" + 3 * f"{round(255 * grey):02X}"), side=2))
+        placed = np.eye(4)
+        placed[2, 3] = height - 2e-3 * radius * (name == "edge")
+        stage.set_transform(f"/meshcat/ground/{name}", placed)
+
+
+def _circles(radii: FloatArray, corners: int) -> FloatArray:
+    turn = np.linspace(0.0, 2 * np.pi, corners, endpoint=False)
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(corners)])
+    return np.array([radius * circle for radius in radii])
 
 
 def frustum(bottom: float, top: float) -> Any:

@@ -126,9 +126,11 @@ class Stage(OneProcess):
         self._apply({"type": "set_property", "path": path, "property": name, "value": value})
 
     def plain(self) -> None:
-        """A light background, without Meshcat's grid and axes."""
+        """A light background and soft light, without Meshcat's grid and axes."""
         self.viewer["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
         self.viewer["/Background"].set_property("bottom_color", [0.90, 0.92, 0.95])
+        # More light from all around: the side away from the lamps is not dark.
+        self.set_property("/Lights/AmbientLight/<object>", "intensity", 0.75)
         for name in ("/Grid", "/Axes"):
             self.viewer[name].set_property("visible", False)
 

@@ -1,6 +1,7 @@
 """The person in the exoskeleton: the human figure of example-robot-data.
 
-The package ships data and no loader. The figure is Y-up (x forward, z to its right) and its shoulders turn about
+Its pelvis, legs, arms and hands are drawn; chest, neck, head and shoulders are those of :mod:`.bust`, because the
+figure has neither neck nor face and a gap at the shoulder. The package ships data and no loader. The figure is Y-up (x forward, z to its right) and its shoulders turn about
 Z, X and Y in that order; the signs of the axes are read from the URDF. It can be scaled to a person's stature, as a
 whole. Its Euler angles are made here, at the edge, and no result depends on them.
 """
@@ -21,7 +22,8 @@ from ...core.errors import MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ..meshcat_viewer import MeshcatVisualizer
-from .stage import Stage
+from ..scene.stage import Stage
+from .bust import CLOTH, OWN_STATURE, SKIN, draw_bust
 
 __all__ = ["Human", "human_urdf"]
 
@@ -29,9 +31,8 @@ _PACKAGE = "example-robot-data"
 _URDF = Path(_PACKAGE) / "robots" / "human_description" / "robots" / "human.urdf"
 #: Takes the figure's axes to x forward, y left, z up.
 _UPRIGHT = Rotation.from_euler("x", 90, degrees=True)
-#: From the soles to the crown of the figure's visuals, m.
-_OWN_STATURE = 1.787
-_SKIN, _CLOTH = (0.86, 0.70, 0.60), (0.62, 0.67, 0.73)
+#: Shapes of the figure that the bust takes the place of.
+_REPLACED = ("middle_abdomen", "middle_thorax", "middle_head", "left_upperarm_0", "right_upperarm_0")
 
 
 def human_urdf() -> Path:
@@ -95,11 +96,17 @@ class Human(OneProcess):
         urdf = human_urdf()
         share = str(urdf.parents[4])
         self._model = pin.buildModelFromUrdf(str(urdf))
-        visuals = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.VISUAL, package_dirs=[share])
+        try:
+            visuals = pin.buildGeomFromUrdf(self._model, str(urdf), pin.GeometryType.VISUAL, package_dirs=[share])
+        except (RuntimeError, ValueError) as error:
+            # An installation without its meshes.
+            raise MissingExtra("human", _PACKAGE) from error
+        for name in [shape.name for shape in visuals.geometryObjects if shape.name.startswith(_REPLACED)]:
+            visuals.removeGeometryObject(name)
         for shape in visuals.geometryObjects:
             arm = shape.name.startswith((f"{side}_upperarm", f"{side}_lowerarm", f"{side}_hand"))
-            bare = arm or "hand" in shape.name or "head" in shape.name
-            shape.meshColor = np.array([*(_SKIN if bare else _CLOTH), opacity if arm else 1.0])
+            bare = arm or "hand" in shape.name
+            shape.meshColor = np.array([*(SKIN if bare else CLOTH), opacity if arm else 1.0])
         self._picture = MeshcatVisualizer(self._model, pin.GeometryModel(), visuals)
         self._picture.initViewer(viewer=stage.viewer)
         self._picture.loadViewerModel("human")
@@ -115,9 +122,11 @@ class Human(OneProcess):
         frame = self._model.getFrameId(f"{side}_upperarm")
         shoulder = self._picture.data.oMf[frame].translation
         placed = np.eye(4)
-        placed[:3, :3] = (1.0 if stature is None else stature / _OWN_STATURE) * _UPRIGHT.as_matrix()
+        scale = 1.0 if stature is None else stature / OWN_STATURE
+        placed[:3, :3] = scale * _UPRIGHT.as_matrix()
         placed[:3, 3] = -placed[:3, :3] @ shoulder
         stage.set_transform(self.PATH, placed)
+        draw_bust(stage, "bust", side, scale, opacity)
 
     def show(self, orientation: Rotation) -> None:
         """Turn the arm into a pose."""

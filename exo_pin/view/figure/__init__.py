@@ -1,0 +1,1 @@
+"""The person and what the person wears: figure, bust, harness and cuff."""

@@ -13,6 +13,7 @@ from ..core.validation import FloatArray
 from ..load_case import Load, Motion
 from ..load_case.trajectories import Movement
 from ..wrist_chain.equilibrium import EquilibriumModel
+from .columns import ShownMovement
 from .movement_noise import force_noise, is_stacked, warn_of_noise
 from .query import reaction
 from .result import Reaction
@@ -21,7 +22,7 @@ __all__ = ["MovementReaction", "movement_reaction"]
 
 
 @dataclass(frozen=True, eq=False)
-class MovementReaction:
+class MovementReaction(ShownMovement):
     """Reactions along a movement.
 
     Attributes

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..core.conventions import shoulder_angles
 from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_bytes, write_text
 from ..core.files.csv_tables import csv_text
-from ..core.validation import FloatArray
 from .along import MovementReaction
+from .columns import movement_columns
 
 __all__ = ["write_movement_reaction"]
 
@@ -72,26 +71,11 @@ def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
 
 
 def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
-    movement, reaction = answer.movement, answer.reaction
-    n = reaction.actuator_forces.shape[-1]
-    limbs = range(1, n + 1)
-    columns: list[tuple[str, FloatArray]] = [("time_s", movement.times)]
-    angles = shoulder_angles(movement.orientations, side, degrees=True)
-    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
-    columns += [(label, angles[:, k]) for k, label in enumerate(names)]
-    for label, array in (
-        ("omega_{}_rad_s", movement.motion.angular_velocity),
-        ("eta_{}_rad_s2", movement.motion.angular_acceleration),
-        ("F_s_{}_N", reaction.shoulder_force),
-    ):
-        columns += [(label.format(axis), array[:, k]) for k, axis in enumerate("xyz")]
-    columns.append(("F_s_N", reaction.magnitude))
-    columns += [(f"f_{i}_N", reaction.actuator_forces[:, i - 1]) for i in limbs]
-    columns += [(f"g_{i}_N", reaction.constraint_forces[:, i - 1]) for i in limbs]
-    columns.append(("F_s_noise_N", answer.force_noise))
-    columns.append(("end_effects", movement.noise.end_effects.astype(float)))
-    columns.append(("margin", reaction.margin))
-    table = np.column_stack([values for _, values in columns])
+    reaction, movement = answer.reaction, answer.movement
+    columns = movement_columns(answer, side)
+    columns["F_s_noise_N"] = answer.force_noise
+    columns["end_effects"] = movement.noise.end_effects.astype(float)
+    table = np.column_stack(list(columns.values()))
     rows = (
         [*("" if np.isnan(cell) else repr(cell) for cell in row.tolist()), str(status)]
         for row, status in zip(table, reaction.status, strict=True)
@@ -100,4 +84,4 @@ def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
         f"{name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm",
         f"movement {movement.noise}",
     ]
-    return csv_text([*(label for label, _ in columns), "status"], rows, comments)
+    return csv_text([*columns, "status"], rows, comments)

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray, ReadOnly
 from ..wrist.singularities.measures import singularity
+from .columns import ShownReaction
 from .holding.actuator_limits import DesignLimits
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.verdict import verdict
@@ -47,7 +48,7 @@ class Optimum(ReadOnly):
 
 
 @dataclass(frozen=True, eq=False)
-class Reaction(ReadOnly):
+class Reaction(ShownReaction, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,18 @@ from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
 from ..core.records import Record
 
-__all__ = ["StudyTable"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["StudyTable", "with_unit"]
+
+#: Beginnings of the columns of parameters, and their units.
+_UNITS = (
+    (("r_A", "r_B", "h_A", "h_B"), "m"),
+    (("alpha", "lean_"), "rad"),
+    (("arm", "person", "payload"), "kg"),
+    (("gravity",), "m_s2"),
+)
 
 
 class StudyTable(Record, Mapping[str, NDArray[Any]]):
@@ -67,6 +78,39 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
             raise MissingExtra("study", "pandas") from error
         return pandas.DataFrame(self._columns)
 
+    def to_dataframe(self) -> Any:
+        """As :meth:`to_pandas`, with the units of the parameters in the names of their columns (``r_A_m``).
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        return self.to_pandas().rename(columns=with_unit)
+
+    def plot(self, figure: str = "peak_F_s_N") -> Figure:
+        """Draw a figure of the designs: over one parameter or two as curves, else as bars.
+
+        Parameters
+        ----------
+        figure : str
+            A column of numbers, such as "peak_F_s_N" or "holdable".
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        UnknownName
+            If there is no such column.
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        from ..view.plots.answer_plots import study_figure
+
+        return study_figure(self, figure)
+
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN."""
         rows = ([_cell(column[row], repr) for column in self._columns.values()] for row in range(self.row_count))
@@ -83,6 +127,14 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         width = [max(len(row[k]) for row in rows) for k in range(len(self))]
         lines = ["  ".join(cell.rjust(size) for cell, size in zip(row, width, strict=True)).rstrip() for row in rows]
         return "\n".join([lines[0], "  ".join("-" * size for size in width), *lines[1:]]) if self._columns else ""
+
+
+def with_unit(column: str) -> str:
+    """A column's name with the unit of its parameter, if it has one that the name lacks."""
+    for names, unit in _UNITS:
+        if column.startswith(names) and not column.endswith(f"_{unit}"):
+            return f"{column}_{unit}"
+    return column
 
 
 def _cell(value: Any, number: Callable[[float], str]) -> str:

@@ -19,6 +19,7 @@ from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
 from ...wrist.limbs import STATUS
+from ..columns import ShownMap
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..query import as_split, check_option
 from ..splits.elastic import Elastic
@@ -47,7 +48,7 @@ _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "ma
 
 
 @dataclass(frozen=True, eq=False)
-class ReactionMap(ReadOnly):
+class ReactionMap(ShownMap, ReadOnly):
     """Forces over a stack of poses of shape (...), massless limbs; None for what ``keep`` leaves out.
 
     Base frame; rows without an answer are NaN, and ``status`` says why.

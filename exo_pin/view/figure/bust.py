@@ -16,7 +16,7 @@ from ..meshcat_viewer import mg
 from ..scene.shapes import loft, matt_material
 from ..scene.stage import Stage
 
-__all__ = ["CLOTH", "MIDDLE", "OWN_STATURE", "SKIN", "depth_in_chest", "draw_bust"]
+__all__ = ["CLOTH", "MIDDLE", "OWN_STATURE", "SKIN", "depth_in_chest", "draw_bust", "starts_inside"]
 
 #: Stature that the sizes belong to, from soles to crown, and distance of the body's middle from the shoulder centre, m.
 OWN_STATURE, MIDDLE = 1.787, 0.21
@@ -125,6 +125,15 @@ def depth_in_chest(points: FloatArray, side: str, scale: float = 1.0) -> FloatAr
     return np.where(inside, scale * nearest, 0.0)
 
 
+def starts_inside(points: FloatArray, side: str, scale: float = 1.0) -> list[str]:
+    """Limbs whose joints on the torso, shape (k, 3), m, are inside the chest of the picture, in words."""
+    return [
+        f"limb {i + 1} starts {max(1e3 * depth, 1.0):.0f} mm inside the chest: move A_{i + 1} out of it"
+        for i, depth in enumerate(depth_in_chest(points, side, scale))
+        if depth > 0.0
+    ]
+
+
 def _rings(sections: FloatArray, corners: int = 48, steps: int = 4) -> FloatArray:
     """Closed rings over sections, a few between each two, shape (k, corners, 3)."""
     from scipy.interpolate import PchipInterpolator
@@ -137,7 +146,8 @@ def _rings(sections: FloatArray, corners: int = 48, steps: int = 4) -> FloatArra
         np.column_stack([forward + depth * x, width * y, np.full(corners, height)])
         for height, width, depth, forward in fine
     ]
-    return np.array([np.tile(rings[0].mean(axis=0), (corners, 1)), *rings, np.tile(rings[-1].mean(axis=0), (corners, 1))])
+    ends = [np.tile(rings[k].mean(axis=0), (corners, 1)) for k in (0, -1)]
+    return np.array([ends[0], *rings, ends[1]])
 
 
 def _ball(node: Any, centre: tuple[float, ...], radii: tuple[float, ...], material: Any) -> None:

@@ -30,7 +30,8 @@ _SLEEVE, _SLEEVE_HEIGHT, _SLEEVE_TOP, _WALL = 0.066, 0.060, -0.075, 0.004
 _OPEN_GAP = np.radians(115.0)
 #: Joints nearer than this to the axis have no angle about it, m.
 _ON_AXIS = 0.005
-_FRAME, _JOINT, _CUFF = (0.30, 0.33, 0.37), (0.85, 0.55, 0.15), (0.52, 0.57, 0.62)
+#: Of the frames, of the joints and of the sleeve.
+_COLOURS = ((0.30, 0.33, 0.37), (0.85, 0.55, 0.15), (0.52, 0.57, 0.62))
 
 
 class HarnessAndCuff(OneProcess):
@@ -65,18 +66,18 @@ class HarnessAndCuff(OneProcess):
         self._harness, self._cuff = (np.zeros(3), np.zeros(3)) if offset is None else offset
         base, arm = np.asarray(geometry.base_points), np.asarray(geometry.platform_points)
         viewer = stage.viewer[root]
-        own = colour is None
-        frame, joint, cuff = ((rgb, 1.0) if own else (colour[:3], colour[3]) for rgb in (_FRAME, _JOINT, _CUFF))
+        materials = [matt_material(rgb) if colour is None else matt_material(colour[:3], colour[3]) for rgb in _COLOURS]
+        frame, joint, cuff = materials
         bow = _bow(base, geometry.base_axis, np.array([0.0, 1.0, 0.0]))
         # A ghost has no plate: it would lie in the one of the design.
-        back = _back(bow, side) if own else []
-        viewer["harness/frame"].set_object(mesh_of([*_bars(bow), *back]), matt_material(*frame))
-        viewer["harness/joints"].set_object(_balls(base), matt_material(*joint))
+        back = _back(bow, side) if colour is None else []
+        viewer["harness/frame"].set_object(mesh_of([*_bars(bow), *back]), frame)
+        viewer["harness/joints"].set_object(_balls(base), joint)
         bow = _bow(arm, geometry.platform_axis, np.array([0.0, 0.0, 1.0]))
         sleeve, struts = _sleeve(arm)
-        viewer["cuff/sleeve"].set_object(sleeve, matt_material(*cuff))
-        viewer["cuff/frame"].set_object(mesh_of([*_bars(bow), *struts]), matt_material(*frame))
-        viewer["cuff/joints"].set_object(_balls(arm), matt_material(*joint))
+        viewer["cuff/sleeve"].set_object(sleeve, cuff)
+        viewer["cuff/frame"].set_object(mesh_of([*_bars(bow), *struts]), frame)
+        viewer["cuff/joints"].set_object(_balls(arm), joint)
 
     def show(self, matrix: FloatArray) -> None:
         """Turn the cuff into a pose, shape (3, 3)."""
@@ -132,7 +133,7 @@ def _back(bow: FloatArray, side: str) -> list[tuple[FloatArray, IntArray]]:
     if ends[0] == ends[1]:
         ends[1] = len(bow) // 2
     for end, across in zip(ends, (-0.6, 0.6), strict=True):
-        foot = centre + [0.0, -inward * across * wide, 0.75 * high]
+        foot = centre + np.array([0.0, -inward * across * wide, 0.75 * high])
         parts.append(tube(_bent(foot, bow[end]), _BAR))
     return parts
 

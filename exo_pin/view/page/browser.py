@@ -76,9 +76,7 @@ class Browser(OneProcess):
     """
 
     def __init__(self, size: tuple[int, int] = (1280, 800), program: str | None = None, timeout: float = 60.0) -> None:
-        width, height = (int(part) for part in size)
-        if not (16 <= width <= 8192 and 16 <= height <= 8192):
-            raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {width} x {height}")
+        width, height = _checked(size)
         self._program, self._timeout = find_browser(program), timeout
         # Imported when the first picture is made: pages and HTML files need no browser.
         from .chromium import CHROMIUM_ERRORS, chromium
@@ -97,9 +95,7 @@ class Browser(OneProcess):
             self._tab = self._browser.get_tab()
             if self._tab is None:
                 raise BrowserFailed(self._program, "it opened no page")
-            self._command(
-                "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
-            )
+            self.resize((width, height))
         except BaseException:
             self.close()
             raise
@@ -111,6 +107,13 @@ class Browser(OneProcess):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Give the page another width and height, pixels."""
+        width, height = _checked(size)
+        self._command(
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False
+        )
 
     def open(self, url: str) -> None:
         """Open a page of a scene and wait until it is drawn."""
@@ -178,6 +181,13 @@ class Browser(OneProcess):
         if "error" in answer:
             raise BrowserFailed(self._program, f"{method}: {answer['error'].get('message')}")
         return dict(answer["result"])
+
+
+def _checked(size: tuple[int, int]) -> tuple[int, int]:
+    width, height = (int(part) for part in size)
+    if not (16 <= width <= 8192 and 16 <= height <= 8192):
+        raise InvalidInput(f"expected a size of 16 to 8192 pixels each way, got {width} x {height}")
+    return width, height
 
 
 def _run_until_stopped(loop: asyncio.AbstractEventLoop) -> None:

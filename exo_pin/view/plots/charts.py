@@ -12,19 +12,25 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...reaction import Reaction
 from ..colours import BLACK, RED
-from .plot_style import DARK, LINES, METHODS, pyplot, tidy
+from .plot_style import DARK, LINES, METHODS, legend_below, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["force_history", "method_bars", "tension_history"]
 
+#: Label of the axis of time.
+TIME = "time, s"
+#: A curve that goes higher than so many times what it stays below in nine of ten poses is cut there, half as high.
+_CUT = 3.0
+#: Stands for an infinite limit where a band is filled, N.
+_FAR = 1e9
 #: About so many crosses mark a line that is beyond its limits.
 _CROSSES = 20
 
 
-def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None) -> Axes:
-    """Shoulder force along a motion: |F_s| and its components in the base frame.
+def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, label: str = TIME) -> Axes:
+    """Shoulder force along a motion, over time or over an angle: |F_s| and its components in the base frame.
 
     Poses without an answer are gaps; grey marks poses near a singularity, a dotted line where det X changes sign,
     which no arm can be carried across.
@@ -32,32 +38,36 @@ def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None) 
     Parameters
     ----------
     times : array_like
-        Shape (k,), s, rising.
+        Shape (k,), s, rising; or what ``label`` says, such as an angle.
     reaction : Reaction
         Of shape (k,).
     ax : matplotlib Axes, optional
         Where to draw; a new figure if left out.
+    label : str
+        What the curves are drawn over, with its unit.
 
     Returns
     -------
     matplotlib.axes.Axes
-        N on the left; percent of body weight on the right, where that weight is known.
+        N on the left; percent of body weight on the right, where that weight is known. Forces beside a singular pose
+        that would press all others flat are cut, and a note on the picture has the highest |F_s|.
     """
-    stamps = _stamps(times, reaction)
+    stamps = _stamps(times, reaction, label)
     axes = _axes(ax)
     axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
     for part, (name, (colour, dashes)) in enumerate(zip(("x forward", "y left", "z up"), LINES, strict=False)):
         values = reaction.shoulder_force[:, part]
         axes.plot(stamps, values, color=colour, linestyle=dashes, linewidth=1.5, label=f"F_s {name}")
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel="time, s", ylabel="force of the shoulder on the arm, N")
+    axes.set(xlabel=label, ylabel="shoulder on the arm, N")
     _mark_singular(axes, stamps, reaction)
+    _cut_peaks(axes, np.column_stack([reaction.magnitude, reaction.shoulder_force]), "|F_s|")
     if reaction.body_weight is not None:
         weight = reaction.body_weight / 100.0
         right = axes.secondary_yaxis("right", functions=(lambda n: n / weight, lambda percent: percent * weight))
         right.set_ylabel("% of body weight")
     tidy(axes)
-    axes.legend(fontsize=8, ncols=2)
+    legend_below(axes, 3)
     return axes
 
 
@@ -66,13 +76,14 @@ def tension_history(
     reaction: Reaction,
     limits: tuple[ArrayLike, ArrayLike] | None = None,
     ax: Axes | None = None,
+    label: str = TIME,
 ) -> Axes:
-    """Limb forces along a motion, with what the actuators can give.
+    """Limb forces along a motion, over time or over an angle, with what the actuators can give.
 
     Parameters
     ----------
     times : array_like
-        Shape (k,), s, rising.
+        Shape (k,), s, rising; or what ``label`` says, such as an angle.
     reaction : Reaction
         Of shape (k,).
     limits : (lower, upper), optional
@@ -80,24 +91,29 @@ def tension_history(
         limits of their own in each limb's colour, thin. Crosses mark where a limb is beyond them.
     ax : matplotlib Axes, optional
         Where to draw; a new figure if left out.
+    label : str
+        What the curves are drawn over, with its unit.
 
     Returns
     -------
     matplotlib.axes.Axes
+        Forces beside a singular pose that would press all others flat are cut, as a note on the picture says.
 
     Raises
     ------
     InvalidInput
         If shapes do not fit, or a lower limit is above its upper one.
     """
-    stamps = _stamps(times, reaction)
+    stamps = _stamps(times, reaction, label)
     axes = _axes(ax)
     forces = reaction.actuator_forces
     # Without limits none are drawn.
     low, high = _limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
     shared = bool((low == low[:, :1]).all() and (high == high[:, :1]).all())
     if limits is not None and shared:
-        axes.fill_between(stamps, low[:, 0], high[:, 0], color="0.9", label="what actuators can give")
+        order = np.argsort(stamps, kind="stable")
+        band = (np.clip(edge[order, 0], -_FAR, _FAR) for edge in (low, high))
+        axes.fill_between(stamps[order], *band, color="0.9", label="what actuators can give")
         for edge in (low[:, 0], high[:, 0]):
             axes.plot(stamps, edge, color="0.45", linewidth=1.0)
     for i in range(forces.shape[1]):
@@ -114,10 +130,12 @@ def tension_history(
             apart = max(beyond.size // _CROSSES, 1)
             axes.plot(stamps[beyond], forces[beyond, i], "x", color=colour, markevery=apart, label=name)
     axes.axhline(0.0, color="0.6", linewidth=0.8)
-    axes.set(xlabel="time, s", ylabel="limb force, N (tension positive)")
+    axes.set(xlabel=label, ylabel="limb force, N (tension positive)")
     _mark_singular(axes, stamps, reaction)
+    edges = [edge[:, :1] for edge in (low, high) if shared and limits is not None]
+    _cut_peaks(axes, forces, "|f|", *edges)
     tidy(axes)
-    axes.legend(fontsize=8, ncols=2)
+    legend_below(axes, 3)
     return axes
 
 
@@ -177,7 +195,7 @@ def method_bars(reactions: Sequence[Reaction], names: Sequence[str] | None = Non
     axes.set_ylabel("force, N")
     tidy(axes)
     axes.grid(False, axis="x")
-    axes.legend(fontsize=8)
+    legend_below(axes, 3)
     return axes
 
 
@@ -187,11 +205,11 @@ def _axes(ax: Any, wide: bool = False) -> Any:
     return pyplot().subplots(figsize=(8 if wide else 7, 4.2), layout="constrained")[1]
 
 
-def _stamps(times: ArrayLike, reaction: Reaction) -> FloatArray:
+def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:
     stamps = as_finite("times", times, (None,))
     if reaction.status.shape != stamps.shape or not len(stamps):
         raise InvalidInput(f"expected a pose for every time, got {reaction.status.shape} and {stamps.shape}")
-    if (np.diff(stamps) <= 0).any():
+    if label == TIME and (np.diff(stamps) <= 0).any():
         raise InvalidInput("expected times that rise")
     return stamps
 
@@ -206,6 +224,21 @@ def _limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tupl
     return low, high
 
 
+def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> None:
+    """Limit the axis to what most poses have, and the edges given, and note how far the rest goes."""
+    known = np.abs(values[np.isfinite(values).all(axis=1)])
+    finite = [np.abs(edge[np.isfinite(edge)]).max(initial=0.0) for edge in edges]
+    if not known.size:
+        return
+    usual = max(float(np.percentile(known.max(axis=1), 90.0)), *finite, 0.0)
+    if known.max() <= _CUT * usual:
+        return
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    end = 0.5 * _CUT * usual
+    ax.set_ylim(max(1.05 * low, -end), min(1.05 * high, end))
+    ax.set_title(f"cut: {name} up to {known.max():.3g} N beside a singular pose", fontsize=9, loc="right", color="0.3")
+
+
 def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
     """Grey where poses are near a singularity, dotted lines where the motion crosses one."""
     near = reaction.status != "ok"
@@ -214,7 +247,11 @@ def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
         for i in np.flatnonzero(near):
             first = i == np.flatnonzero(near)[0]
             ax.axvspan(
-                edges[i], edges[i + 1], color="0.82", linewidth=0, zorder=0, label="near singular" if first else None
+                *sorted(edges[i : i + 2]),
+                color="0.82",
+                linewidth=0,
+                zorder=0,
+                label="near singular" if first else None,
             )
     for k, (after,) in enumerate(reaction.crossings()):
         middle = (stamps[after] + stamps[after + 1]) / 2

@@ -18,7 +18,7 @@ from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
 from .charts import force_history, method_bars, tension_history
-from .plot_style import pyplot
+from .plot_style import legend_below, pyplot
 from .singularity_plots import determinant_map
 
 if TYPE_CHECKING:
@@ -96,9 +96,14 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     else:
         ax.plot([], [], " ", label=f"pose is {answer.status}: no forces")
     ax.set(xlabel="x forward, m", ylabel="y left, m", zlabel="z up, m")
+    # Numbers of neighbouring axes do not meet where each axis has few.
+    ax.locator_params(nbins=4)
+    ax.tick_params(labelsize=8, pad=1)
+    ax.zaxis.set_rotate_label(False)
+    ax.zaxis.label.set_rotation(90)
     tips = np.stack([np.zeros(3), hand, _METRES_PER_NEWTON * shoulder])
     _equal_axes(ax, np.vstack([a, b, tips]))
-    ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(-0.22, 1.05), frameon=False)
+    ax.legend(fontsize=8.5, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, frameon=False)
     return ax
 
 
@@ -152,7 +157,7 @@ def shoulder_force_map(
     from matplotlib.colors import LogNorm
 
     if ax is None:
-        _, ax = plt.subplots(figsize=(6, 5))
+        _, ax = plt.subplots(figsize=(6, 5), layout="constrained")
     assert ax is not None
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
@@ -173,8 +178,9 @@ def shoulder_force_map(
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-        ax.legend(loc="upper right", fontsize=8)
     ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
+    if ax.get_legend_handles_labels()[1]:
+        legend_below(ax)
     return ax
 
 
@@ -189,7 +195,7 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
         A single pose.
     """
     plt = pyplot()
-    figure = plt.figure(figsize=(12, 5.2), layout="constrained")
+    figure = plt.figure(figsize=(12, 5.8), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
     left.view_init(elev=14, azim=58)
     draw_mechanism(exo, orientation, left)
@@ -205,5 +211,5 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
         markeredgecolor="white",
         label="the pose on the left",
     )
-    right.legend(loc="upper right", fontsize=8)
+    legend_below(right)
     return figure

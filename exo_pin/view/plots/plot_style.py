@@ -7,7 +7,7 @@ from typing import Any
 from ...core.errors import MissingExtra
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
-__all__ = ["DARK", "LINES", "METHODS", "pyplot", "tidy"]
+__all__ = ["DARK", "LINES", "METHODS", "legend_below", "pyplot", "tidy"]
 
 #: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
 LINES = (
@@ -37,6 +37,17 @@ def pyplot() -> Any:
     except ImportError as error:
         raise MissingExtra("plot", "matplotlib") from error
     return plt
+
+
+def legend_below(ax: Any, columns: int = 2) -> None:
+    """A legend under the axes, where it covers neither curves nor numbers."""
+    # Room for the numbers and the label of the axis, in points below it.
+    from matplotlib.transforms import ScaledTranslation
+
+    below = ax.transAxes + ScaledTranslation(0.0, -46.0 / 72.0, ax.figure.dpi_scale_trans)
+    ax.legend(
+        loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=columns, fontsize=8.5, frameon=False
+    )
 
 
 def tidy(ax: Any) -> None:

@@ -234,9 +234,7 @@ class ChainScene(Additions, Pages):
             (ORANGE, "constant distance"): any(gaps),
             (ORANGE, "gap of an open loop"): self._is_open and not all(gaps),
         }
-        items = [
-            {"glyph": "line", "colour": colour, "text": text} for (colour, text), there in drawn.items() if there
-        ]
+        items = [{"glyph": "line", "colour": colour, "text": text} for (colour, text), there in drawn.items() if there]
         legend = {
             "scale": "",
             "items": [*items, *self._items.values()],

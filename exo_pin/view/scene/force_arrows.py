@@ -71,7 +71,6 @@ class PoseForces(Record):
             answer.split,
         )
 
-
     @property
     def largest(self) -> float:
         """Largest of the shoulder's force, the limb forces and the side forces, N; NaN without an answer."""

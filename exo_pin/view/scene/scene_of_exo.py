@@ -10,18 +10,18 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, LoopNotClosed, MissingExtra, NotAWrist, UnknownName
-from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
+from ...core.validation import FloatArray, as_finite, as_positive, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import scale_colours
-from ..figure.bust import OWN_STATURE, depth_in_chest, draw_bust
+from ..figure.bust import OWN_STATURE, draw_bust, starts_inside
 from ..figure.human_figure import Human
 from ..page.page_output import Pages
 from ..page.panels import numbers_panel
 from ..page.playing import Playing
 from .additions import bar
 from .force_arrows import ForcePicture, PoseForces
-from .glenoid_picture import Socket
+from .ghost_picture import Ghosts, single_pose
 from .mechanism_picture import MechanismPicture
 from .offset_marks import Offset, OffsetMarks
 from .shapes import draw_ground
@@ -32,10 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene"]
 
-#: Colour and opacity of a ghost.
-_GHOST = (0.34, 0.40, 0.48, 0.30)
-#: The ghost's colour on white, as its entry in the legend.
-_GHOST_SHOWN = "#AEB3BA"
 #: Height of the ground under O for the figure's own stature, and how far it reaches, m.
 _GROUND, _GROUND_RADIUS = -1.385, 2.6
 #: Opacity of the shoulder at O where there is no figure.
@@ -44,7 +40,7 @@ _OWN_SHOULDER = 0.5
 _PRESSURE_TOP = 4e5
 
 
-class Scene(Socket, Playing, Pages):
+class Scene(Ghosts, Playing, Pages):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -93,11 +89,10 @@ class Scene(Socket, Playing, Pages):
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
         tall = None if stature is None else as_positive("stature", stature)
-        Socket.__init__(self, Stage())
+        Ghosts.__init__(self, Stage())
         self._style, self._asked_scale = limbs, metres_per_newton
         self._notes: list[str] = []
         self._human: Human | None = None
-        self._ghost: MechanismPicture | None = None
         self._offset: Offset | None = None
         self._massive: list[str] = []
         self._has_person = human is not False
@@ -134,7 +129,8 @@ class Scene(Socket, Playing, Pages):
     @property
     def messages(self) -> tuple[str, ...]:
         """What could not be drawn, and why, and limbs that start inside the chest."""
-        return (*self._notes, *self._massive, *self._picture.notes, *self._starts_inside())
+        inside = starts_inside(self._picture.mechanism.geometry.base_points, self._exo.side, self._scale)
+        return (*self._notes, *self._massive, *self._picture.notes, *inside)
 
     @property
     def metres_per_newton(self) -> float:
@@ -181,7 +177,7 @@ class Scene(Socket, Playing, Pages):
         Reaction or None
             What is drawn; None for a design without an arm.
         """
-        pose = _single(orientation)
+        pose = single_pose(orientation)
         answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
@@ -191,34 +187,6 @@ class Scene(Socket, Playing, Pages):
             self._plan([forces])
             self._draw(pose, forces, pressure, None if centre is None else centre[0])
         return answer
-
-    def ghost(self, orientation: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
-        """Draw a second pose, or a second design, as a grey ghost for comparison.
-
-        Parameters
-        ----------
-        orientation : Rotation, optional
-            Its pose; the one of the scene if left out.
-        exo : ShoulderExo, optional
-            Its design; the one of the scene if left out.
-        """
-        pose = self._orientation if orientation is None else _single(orientation)
-        design = self._exo if exo is None else exo
-        with self._stage.update():
-            if self._ghost is None or self._ghost.mechanism is not design.mechanism:
-                self._ghost = MechanismPicture(self._stage, design.mechanism, "ghost", _GHOST)
-            self._ghost.show(pose)
-
-            self._items["ghost"] = {"glyph": "line", "colour": _GHOST_SHOWN, "text": "ghost, for comparison"}
-            self._write_legend()
-
-    def remove_ghost(self) -> None:
-        """Take the ghost away."""
-        with self._stage.update():
-            self._stage.viewer["ghost"].delete()
-            self._ghost = None
-            self._items.pop("ghost", None)
-            self._write_legend()
 
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
@@ -230,16 +198,6 @@ class Scene(Socket, Playing, Pages):
         self._arrows.plan([each for each in forces if each is not None])
         self._place_cone()
         self._write_legend()
-
-    def _starts_inside(self) -> list[str]:
-        """Limbs that start inside the chest of the picture, in words."""
-        points = self._picture.mechanism.geometry.base_points
-        depths = depth_in_chest(points, self._exo.side, self._scale)
-        return [
-            f"limb {i + 1} starts {max(1e3 * depth, 1.0):.0f} mm inside the chest: move A_{i + 1} forward, back or outward"
-            for i, depth in enumerate(depths)
-            if depth > 0.0
-        ]
 
     def _draw(
         self, pose: Rotation, forces: PoseForces | None, pressures: FloatArray | None, offset: Offset | None
@@ -326,10 +284,3 @@ def _same(one: Offset | None, other: Offset | None) -> bool:
     if one is None or other is None:
         return one is other
     return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
-
-
-def _single(orientation: Rotation) -> Rotation:
-    pose = as_rotation("orientation", orientation)
-    if pose.shape != ():
-        raise InvalidInput(f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks")
-    return pose

@@ -73,7 +73,7 @@ def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> An
     return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), opacity=opacity, side=0, **extra)
 
 
-def matt_material(rgb: tuple[float, float, float], opacity: float = 1.0) -> Any:
+def matt_material(rgb: tuple[float, ...], opacity: float = 1.0) -> Any:
     """A material that takes its shades from the light; ``rgb`` in 0 to 1."""
     colour = "#" + "".join(f"{round(255 * part):02X}" for part in rgb)
     return mg.MeshLambertMaterial(color=number(colour), opacity=opacity, transparent=opacity < 1.0, side=2)

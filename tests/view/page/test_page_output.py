@@ -51,7 +51,7 @@ def test_recording_holds_the_motion(exo):
     expected = exo.reaction(poses, motion=ep.Motion([0.0, -1.0, 0.0], [0.0, 0.0, 0.0]))
     np.testing.assert_allclose(recording.reaction.shoulder_force, expected.shoulder_force)
     frames = recording._frames
-    assert "/meshcat/exo/visuals/limb_1_base_0" not in frames["moving"]
+    assert "/meshcat/exo/harness" not in frames["moving"]
     assert "/meshcat/exo/visuals/arm_0" in frames["moving"]
     values = [frame["numbers"]["values"][0]["value"] for frame in frames["panels"]]
     assert values == [f"{size:.1f} N" for size in expected.magnitude]

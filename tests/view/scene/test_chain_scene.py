@@ -84,6 +84,7 @@ def test_an_open_loop_shows_its_gap_and_says_so():
     named = four_bar()
     scene = ChainScene(named.chain(), q=named.q)
     assert not any("open" in note["text"] for note in panel(scene, "numbers")["notes"])
+    assert [item["text"] for item in panel(scene, "legend")["items"]] == ["actuated joint", "joint", "closes a loop"]
     ajar = named.q + np.array([0.1, -0.2, 0.15])
     scene.show(ajar)
     ((a, b),) = closure_places(named, ajar)
@@ -92,6 +93,7 @@ def test_an_open_loop_shows_its_gap_and_says_so():
     np.testing.assert_allclose(gap[:3, 3] + gap[:3, 2], b, atol=1e-9)
     size = np.abs(named.chain().residual(ajar)).max()
     assert f"gap of {size:.2g}" in " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
+    assert panel(scene, "legend")["items"][-1]["text"] == "gap of an open loop"
     # What no closed configuration has is not told.
     assert panel(scene, "numbers")["values"] == []
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from exo_pin.core import errors
 from exo_pin.view import Scene, human_urdf
+from exo_pin.view.figure import human_figure
 
 
 @needs_human
@@ -20,7 +21,7 @@ def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
     for angles in ((0, 0, 0), (70, 20, 0), (30, 80, 40)):
         R = pose(*angles, side=side)
         scene.show(R)
-        upper = root @ place(scene, f"/meshcat/human/visuals/{side}_upperarm_0")
+        upper = place(scene, "/meshcat/bust") @ place(scene, "/meshcat/bust/shoulder")
         fore = root @ place(scene, f"/meshcat/human/visuals/{side}_lowerarm_1")
         np.testing.assert_allclose(upper[:3, 3], 0.0, atol=1e-12)
         # The elbow lies down the arm; a bent forearm leaves it forward, where the arm frame's x points.
@@ -29,11 +30,14 @@ def test_the_humans_shoulder_is_at_O_and_its_arm_follows(exo, side):
         hand = (root @ place(scene, f"/meshcat/human/visuals/{side}_hand_0"))[:3, 3] - elbow
         np.testing.assert_allclose(hand / np.linalg.norm(hand), R.as_matrix() @ [1, 0, 0], atol=1e-9)
     # It stands upright: the head above O, the other shoulder across the body at the same height.
-    head = (root @ place(scene, "/meshcat/human/visuals/middle_head_0"))[:3, 3]
-    assert head[2] > 0.1
-    other = "right" if side == "left" else "left"
-    across = (root @ place(scene, f"/meshcat/human/visuals/{other}_upperarm_0"))[:3, 3]
+    nose = (place(scene, "/meshcat/bust") @ place(scene, "/meshcat/bust/feature_0"))[:3, 3]
+    assert nose[2] > 0.1
+    across = (place(scene, "/meshcat/bust") @ place(scene, "/meshcat/bust/other_shoulder"))[:3, 3]
     np.testing.assert_allclose(across, [0.0, -0.42 if side == "left" else 0.42, 0.0], atol=1e-9)
+    # The bust's shoulders are the figure's.
+    other = "right" if side == "left" else "left"
+    lower = (root @ place(scene, f"/meshcat/human/visuals/{other}_lowerarm_1"))[:3, 3]
+    np.testing.assert_allclose(lower[:2], across[:2], atol=1e-9)
 
 
 @needs_human
@@ -44,8 +48,11 @@ def test_figure_has_the_given_stature(exo):
         scene = Scene(exo, human=True, stature=stature)
         scene.show(pose(60, 30, 0))
         root = place(scene, "/meshcat/human")
-        names = ("left_upperarm_0", "right_upperarm_0", "middle_head_0", "left_foot_0", "left_hand_0")
-        places[stature] = [(root @ place(scene, f"/meshcat/human/visuals/{name}"))[:3, 3] for name in names]
+        bust = place(scene, "/meshcat/bust")
+        own = ("shoulder", "other_shoulder", "feature_0")
+        places[stature] = [(bust @ place(scene, f"/meshcat/bust/{name}"))[:3, 3] for name in own]
+        names = ("left_foot_0", "left_hand_0")
+        places[stature] += [(root @ place(scene, f"/meshcat/human/visuals/{name}"))[:3, 3] for name in names]
         np.testing.assert_allclose(places[stature][0], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.array(places[1.92]), 1.2 * np.array(places[1.60]), atol=1e-12)
     np.testing.assert_allclose(np.array(places[1.60]), 1.60 / 1.787 * np.array(places[None]), atol=1e-12)
@@ -60,6 +67,25 @@ def test_without_the_human_figure_there_is_a_message(exo, no_human):
     assert any("exo_pin[human]" in message for message in scene.messages)
     assert any("exo_pin[human]" in note["text"] for note in panel(scene, "numbers")["notes"])
     with pytest.raises(errors.MissingExtra, match=r"exo_pin\[human\]"):
+        Scene(exo, human=True)
+    # Chest and head stand alone, with the mechanism's own arm.
+    drawn = scene._stage.placements()
+    assert "/meshcat/bust/shoulder" in drawn
+    assert "/meshcat/exo/visuals/arm_0" in drawn
+    assert not any(path.startswith("/meshcat/bust") for path in Scene(exo, human=False)._stage.placements())
+
+
+def test_a_figure_without_its_meshes_is_as_one_that_is_missing(exo, monkeypatch, tmp_path):
+    """As installed where large files were left out."""
+    urdf = tmp_path / "share/example-robot-data/robots/human_description/robots/human.urdf"
+    urdf.parent.mkdir(parents=True)
+    urdf.write_text(
+        '<robot name="human"><link name="body"><visual><geometry><mesh filename="package://no/a.stl"/></geometry>'
+        "</visual></link></robot>"
+    )
+    monkeypatch.setattr(human_figure, "human_urdf", lambda: urdf)
+    assert any("exo_pin[human]" in message for message in Scene(exo).messages)
+    with pytest.raises(errors.MissingExtra):
         Scene(exo, human=True)
 
 

@@ -11,7 +11,7 @@ from exo_pin.core import errors
 from exo_pin.reaction import GlenoidCone
 from exo_pin.view import Scene, Sliders, find_browser
 from exo_pin.view.colours import scale_colours
-from exo_pin.view.scene.force_arrows import LONGEST, nice_step
+from exo_pin.view.scene.force_arrows import LONGEST, round_up
 from exo_pin.wrist_chain import mechanism_urdf
 
 
@@ -22,8 +22,10 @@ def test_the_scene_uses_the_mechanisms_own_visuals(exo):
     model = exo.chain.model
     visuals = pin.buildGeomFromUrdfString(model, xml, pin.GeometryType.VISUAL)
     drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
-    for shape in visuals.geometryObjects:
-        assert f"/meshcat/exo/visuals/{shape.name}" in drawn
+    # Harness and cuff take the place of the rods between the joints.
+    names = [shape.name for shape in visuals.geometryObjects]
+    assert all(f"/meshcat/exo/visuals/{name}" in drawn for name in names if "body" in name or "cross" in name)
+    assert {"/meshcat/exo/harness/frame", "/meshcat/exo/cuff/sleeve"} <= drawn
     # The limb's halves start at A and B of the closed form and point along the limb.
     state = exo.inverse_kinematics(pose(60, 30, 0))
     for i in range(3):
@@ -38,12 +40,11 @@ def test_a_pose_moves_only_what_moves(exo):
     scene.show(pose(20, 10, 0))
     scene.show(pose(30, 15, 0))
     moved = set(scene._stage.changes.transforms)
-    standing = {path for path in scene._stage.placements() if "limb_1_base_" in path and "body" not in path}
+    assert "/meshcat/exo/harness" in scene._stage.placements()
+    assert not any("harness" in path or "bust" in path or "ground" in path for path in moved)
+    assert "/meshcat/exo/cuff" in moved
     assert any("platform_body" in path for path in moved)
     assert any(path.startswith("/meshcat/forces/shoulder") for path in moved)
-    still = {path for path in standing if path.endswith(("base_0", "base_1", "base_2"))}
-    assert still
-    assert not still & moved
     assert not any("human/visuals/middle" in path or "human/visuals/right" in path for path in moved)
     before = scene.serial
     scene.show(pose(30, 15, 0))
@@ -90,6 +91,105 @@ def test_arrows_are_the_forces_to_the_stated_scale(exo):
         assert np.linalg.norm(place(scene, f"/meshcat/forces/limb_{i + 1}/{other}/shaft")[:3, :3]) < 1e-5
 
 
+@pytest.mark.parametrize("angles", [(0, 0, 0), (60, 30, 0), (30, 60, 20), (0, 6, 0)])
+def test_the_largest_force_has_a_good_length(exo, angles):
+    scene = Scene(exo, human=False)
+    answer = scene.show(pose(*angles))
+    largest = max(answer.magnitude, np.abs(answer.actuator_forces).max())
+    assert 0.15 <= scene.metres_per_newton * largest <= 0.24 + 1e-9
+    assert "cut" not in panel(scene, "legend")["scale"]
+    assert not any("(cut)" in label["text"] for label in panel(scene, "labels"))
+
+
+def test_a_motion_has_one_scale_and_cuts_what_is_near_singular(exo):
+    scene = Scene(exo, human=False)
+    lift = pose(np.linspace(0, 90, 46), 30.0, 0.0)
+    recording = scene.record(lift, np.linspace(0, 2, 46))
+    largest = np.fmax(recording.reaction.magnitude, np.abs(recording.reaction.actuator_forces).max(axis=-1))
+    firm = largest[recording.reaction.status == "ok"]
+    assert np.percentile(firm, 50) * scene.metres_per_newton < 0.24
+    assert np.nanmax(largest) * scene.metres_per_newton > LONGEST
+    assert f"cut at {LONGEST / scene.metres_per_newton:.4g} N" in panel(scene, "legend")["scale"]
+    # Limbs pull and push on the way, and the legend says so in every frame.
+    texts = [item["text"] for item in panel(scene, "legend")["items"]]
+    assert {"limb pulls, f > 0", "limb pushes, f < 0"} <= set(texts)
+
+
+def test_the_legend_lists_what_is_drawn_and_nothing_else(exo):
+    scene = Scene(exo, human=False)
+
+    def listed():
+        return [item["text"] for item in panel(scene, "legend")["items"]]
+
+    answer = scene.show(pose(60, 30, 0))
+    assert (answer.actuator_forces > 0).any()
+    assert listed() == [
+        "shoulder reaction F_s", "weight of moving part", "limb pulls, f > 0", "limb pushes, f < 0",
+    ]  # fmt: skip
+    scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80))
+    assert "side force of a limb, g" in listed()
+    scene.show(pose(60, 30, 0))
+    scene.ghost(pose(0, 0, 0))
+    scene.glenoid_cone()
+    assert listed()[-2:] == ["ghost, for comparison", "F_s ends in here: socket holds"]
+    scene.remove_ghost()
+    scene.remove("glenoid cone")
+    assert len(listed()) == 4
+
+
+def test_a_cone_moves_with_the_scale(exo):
+    scene = Scene(exo, human=False)
+    cone = GlenoidCone(muscle_compression=100.0)
+    scene.glenoid_cone(cone)
+    for angles in ((0, 0, 0), (60, 30, 0)):
+        scene.show(pose(*angles))
+        apex = place(scene, "/meshcat/additions/glenoid cone")[:3, 3]
+        assert np.linalg.norm(apex) == pytest.approx(100.0 * scene.metres_per_newton)
+
+
+def test_a_limb_that_starts_inside_the_chest_is_reported(exo):
+    geometry = exo.geometry
+    for side, design in (("left", exo), ("right", exo.mirrored())):
+        assert Scene(design, human=False).messages == ()
+        points = design.geometry.base_points.copy()
+        points[1] = [0.0, -0.15 if side == "left" else 0.15, -0.05]
+        deep = design.replace(geometry=ep.WristGeometry(points, design.geometry.platform_points))
+        (message,) = Scene(deep, human=False).messages
+        assert message.startswith("limb 2 starts ")
+        assert "inside the chest" in message
+    assert geometry is exo.geometry
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_harness_and_cuff_carry_the_joints_of_any_design(exo, side):
+    """Every joint is on the frames' skins, and the cuff turns with the arm; on circles or from points."""
+    circles = exo if side == "left" else exo.mirrored()
+    geometry = circles.geometry
+    shift = np.array([[0.01, 0, 0], [0, 0.02, 0], [0, 0, -0.01]])
+    points = circles.replace(geometry=ep.WristGeometry(geometry.base_points + shift, geometry.platform_points - shift))
+    for design in (circles, points):
+        scene = Scene(design, human=False)
+        scene.show(pose(60, 30, 0, side=side))
+        for name, joints in (("harness", design.geometry.base_points), ("cuff", design.geometry.platform_points)):
+            skin = vertices(scene, f"/meshcat/exo/{name}/frame")
+            near = np.linalg.norm(skin[:, None] - joints, axis=-1).min(axis=0)
+            assert (near < 0.008).all(), (name, near)
+        turned = place(scene, "/meshcat/exo/cuff")
+        np.testing.assert_allclose(turned[:3, :3], scene.orientation.as_matrix(), atol=1e-12)
+        # The back plate is behind the body and on its side of the middle.
+        plate = vertices(scene, "/meshcat/exo/harness/frame")
+        back = plate[plate[:, 0] < -0.12]
+        assert len(back) > 20
+        assert np.sign(back[:, 1].mean()) == (-1 if side == "left" else 1)
+
+
+def vertices(scene, path):
+    """Corners of a mesh, shape (k, 3), as a browser reads them."""
+    data = next(item for item in commands(scene) if item["type"] == "set_object" and item["path"] == path)
+    array = data["object"]["geometries"][0]["data"]["attributes"]["position"]["array"]
+    return np.frombuffer(array.data, dtype=np.float32).reshape(-1, 3)
+
+
 def test_a_long_arrow_is_cut_and_labelled(exo):
     scene = Scene(exo, human=False, metres_per_newton=0.1)
     answer = scene.show(pose(60, 30, 0))
@@ -125,8 +225,10 @@ def test_a_pose_without_solution_is_reported(exo):
     answer = scene.show(pose(low, 0, 0))
     assert str(answer.status) == "singular"
     numbers = panel(scene, "numbers")
-    assert any("singular" in note["text"] and note["warn"] for note in numbers["notes"])
-    assert numbers["values"][0]["value"] == "none"
+    assert any("cannot resist a moment" in note["text"] for note in numbers["notes"])
+    assert [item["text"] for item in panel(scene, "legend")["items"]] == ["weight of moving part"]
+    assert numbers["headline"] == "Singular pose: no solution"
+    assert [item["name"] for item in numbers["values"]] == ["margin, det X"]
     assert not any("shoulder" in label["text"] for label in panel(scene, "labels"))
 
 
@@ -273,7 +375,14 @@ def test_no_browser_is_a_clear_error(monkeypatch):
 
 
 def test_steps_of_scales():
-    assert [nice_step(value) for value in (0.0028, 0.002, 0.0199, 7.0, 50.0)] == [0.002, 0.002, 0.01, 5.0, 50.0]
+    assert [round_up(value) for value in (0.0028, 0.002, 0.021, 7.0, 50.0, 91.0)] == [
+        0.003,
+        0.002,
+        0.03,
+        8.0,
+        50.0,
+        100.0,
+    ]
     colours = scale_colours(np.array([0.0, 0.5, 1.0, 2.0, np.nan]), 0.0, 1.0)
     assert (np.diff(colours[:3] @ [0.3, 0.6, 0.1]) > 0.1).all()
     np.testing.assert_allclose(colours[2], colours[3])

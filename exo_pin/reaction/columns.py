@@ -1,0 +1,246 @@
+"""Reactions as columns of a table, with units in the names, and as pictures."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..core.conventions import shoulder_angles
+from ..core.errors import InvalidInput, MissingExtra
+from ..core.validation import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .along import MovementReaction
+    from .batch.reaction_maps import ReactionMap
+    from .result import Reaction
+
+__all__ = ["ShownMap", "ShownMovement", "ShownReaction", "force_columns", "frame_of", "movement_columns"]
+
+_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+
+
+def _vector(label: str, values: FloatArray | None, names: Any) -> dict[str, FloatArray]:
+    """Columns of the last axis of an array, none for None; ``label`` has a place for the name."""
+    return {} if values is None else {label.format(name): values[..., k] for k, name in enumerate(names)}
+
+
+def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
+    """F_s, |F_s|, f, g and the margin, N and 1, each of the stack's shape; what a map did not keep is left out."""
+    f, g = answer.actuator_forces, answer.constraint_forces
+    limbs = range(1, 1 + (f if f is not None else g if g is not None else np.empty((0,))).shape[-1])
+    columns = _vector("F_s_{}_N", answer.shoulder_force, "xyz")
+    columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
+    columns |= _vector("f_{}_N", f, limbs) | _vector("g_{}_N", g, limbs)
+    return columns | ({} if answer.margin is None else {"margin": answer.margin})
+
+
+def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArray]:
+    """Time, clinical angles of a side of the body, velocity, acceleration and forces, shape (N,) each."""
+    movement = answer.movement
+    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    return (
+        {"time_s": movement.times}
+        | _vector("{}", angles, _ANGLES)
+        | _vector("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
+        | _vector("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
+        | force_columns(answer.reaction)
+    )
+
+
+def frame_of(columns: dict[str, Any], shape: tuple[int, ...] | None = None) -> Any:
+    """A pandas DataFrame of columns, one row a pose; a stack of several dimensions has an index of as many levels.
+
+    Raises
+    ------
+    MissingExtra
+        If pandas is not installed.
+    """
+    try:
+        pandas = import_module("pandas")
+    except ImportError as error:
+        raise MissingExtra("study", "pandas") from error
+    names = [f"axis_{k}" for k in range(len(shape or ()))]
+    index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape or ()], names=names)
+    return pandas.DataFrame({name: np.asarray(values).ravel() for name, values in columns.items()}, index=index)
+
+
+def _peak(magnitude: FloatArray) -> float:
+    known = magnitude[np.isfinite(magnitude)]
+    return float(known.max()) if known.size else float("nan")
+
+
+class ShownReaction:
+    """Peak, table and picture of a :class:`Reaction`."""
+
+    @property
+    def peak(self: Reaction) -> float:  # type: ignore[misc]
+        """Largest |F_s| of all poses with an answer, N; NaN if there is none."""
+        return _peak(self.magnitude)
+
+    def to_dataframe(self: Reaction) -> Any:  # type: ignore[misc]
+        """A pandas DataFrame, one row a pose: forces, margin, det X and status, with units in the names.
+
+        A stack of several dimensions has an index of as many levels; NaN where there is no answer.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        return frame_of(
+            force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)}, self.status.shape
+        )
+
+    def plot(  # type: ignore[misc]
+        self: Reaction,
+        along: ArrayLike | None = None,
+        label: str = "pose",
+        limits: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> Figure:
+        """Draw a pose as bars, poses along one dimension as curves.
+
+        Parameters
+        ----------
+        along : array_like, optional
+            Shape (k,), of a stack: what the curves are drawn over; the poses' numbers if left out.
+        label : str
+            What that is, with its unit, such as "flexion, °".
+        limits : (lower, upper), optional
+            N, tension positive, each broadcasting to the limb forces: what the actuators can give.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InvalidInput
+            If the stack has more than one dimension, or shapes do not fit.
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        from ..view.plots.answer_plots import reaction_figure
+
+        return reaction_figure(self, along, label, limits)
+
+
+class ShownMovement:
+    """Table and picture of a :class:`MovementReaction`."""
+
+    def to_dataframe(self: MovementReaction, side: str = "left") -> Any:  # type: ignore[misc]
+        """A pandas DataFrame, one row a sample: time, angles, motion, forces, det X and status.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+            Side of the body that the clinical angles are of.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        more = {"det_X": self.reaction.determinant, "status": self.reaction.status.astype(object)}
+        return frame_of(movement_columns(self, side) | more)
+
+    def plot(  # type: ignore[misc]
+        self: MovementReaction,
+        against: str = "time",
+        side: str = "left",
+        limits: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> Figure:
+        """Draw shoulder force and limb forces along the movement.
+
+        Parameters
+        ----------
+        against : {"time", "flexion", "abduction", "internal_rotation"}
+            What they are drawn over.
+        side : {"left", "right"}
+            Side of the body that the angles are of.
+        limits : (lower, upper), optional
+            N, tension positive, each broadcasting to (N, n): what the actuators can give.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        UnknownName
+            If ``against`` is something else.
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        from ..view.plots.answer_plots import movement_figure
+
+        return movement_figure(self, against, side, limits)
+
+
+class ShownMap:
+    """Peak, table and picture of a :class:`ReactionMap`."""
+
+    @property
+    def peak(self: ReactionMap) -> float:  # type: ignore[misc]
+        """Largest |F_s| of all poses with an answer, N; NaN if there is none.
+
+        Raises
+        ------
+        InvalidInput
+            If neither |F_s| nor F_s was kept.
+        """
+        return _peak(kept_magnitude(self))
+
+    def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
+        """A pandas DataFrame, one row a pose, of what was kept; see :meth:`Reaction.to_dataframe`."""
+        columns: dict[str, NDArray[Any]] = {**force_columns(self)}
+        if self.status_codes is not None:
+            columns["status"] = self.status.astype(object)
+        numbers = (self.status_codes, self.magnitude, self.margin)
+        vectors = (self.shoulder_force, self.actuator_forces, self.constraint_forces)
+        shapes = [part.shape for part in numbers if part is not None]
+        shapes += [part.shape[:-1] for part in vectors if part is not None]
+        return frame_of(columns, shapes[0] if shapes else None)
+
+    def plot(  # type: ignore[misc]
+        self: ReactionMap,
+        along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
+        label: str | tuple[str, str] | None = None,
+    ) -> Figure:
+        """Draw |F_s| of a map of one dimension as a curve, of two dimensions as a picture.
+
+        Parameters
+        ----------
+        along : array_like, or a pair of them, optional
+            What the stack runs along: shape (k,), or for two dimensions shapes (k,) and (m,), rising, of the first
+            and of the second. Numbers of the poses if left out.
+        label : str, or a pair of them, optional
+            What that is, with its unit.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InvalidInput
+            If the map has another number of dimensions, shapes do not fit, or |F_s| was not kept.
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        from ..view.plots.answer_plots import map_figure
+
+        return map_figure(kept_magnitude(self), along, label)
+
+
+def kept_magnitude(answer: ReactionMap) -> FloatArray:
+    """|F_s| of a map, from F_s if need be."""
+    if answer.magnitude is not None:
+        return answer.magnitude
+    if answer.shoulder_force is None:
+        raise InvalidInput('neither |F_s| nor F_s was kept: add "magnitude" to keep')
+    return np.asarray(np.linalg.norm(answer.shoulder_force, axis=-1))

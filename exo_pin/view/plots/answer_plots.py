@@ -1,0 +1,272 @@
+"""Figures of whole answers: a pose, a stack of poses, a movement, a map, a study."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.conventions import shoulder_angles
+from ...core.errors import InvalidInput, UnknownName
+from ...core.validation import FloatArray, as_finite
+from ...reaction import MovementReaction, Reaction
+from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
+from .charts import force_history, tension_history
+from .plot_style import LINES, legend_below, pyplot, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ...study import StudyTable
+
+__all__ = ["map_figure", "movement_figure", "reaction_figure", "study_figure"]
+
+#: What a movement can be drawn over: its label, and which clinical angle.
+_AGAINST = {
+    "time": ("time, s", None),
+    "flexion": ("flexion, °", 0),
+    "abduction": ("abduction, °", 1),
+    "internal_rotation": ("internal rotation, °", 2),
+}
+#: Figures of a study that are shares of poses.
+_SHARES = ("holdable", "pull_only", "one_side", "reach")
+
+
+def reaction_figure(
+    reaction: Reaction,
+    along: ArrayLike | None = None,
+    label: str = "pose",
+    limits: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Figure:
+    """Figure of a reaction; see :meth:`exo_pin.Reaction.plot`."""
+    if reaction.status.ndim == 0:
+        return _pose_figure(reaction, limits)
+    if reaction.status.ndim > 1:
+        raise InvalidInput(
+            f"expected poses along one dimension, got a stack of shape {reaction.status.shape}; draw one row of it, or "
+            "a reaction_map of two dimensions"
+        )
+    places = np.arange(reaction.status.size, dtype=float) if along is None else as_finite("along", along, (None,))
+    return _curves(places, reaction, label, limits)
+
+
+def movement_figure(
+    answer: MovementReaction,
+    against: str = "time",
+    side: str = "left",
+    limits: tuple[ArrayLike, ArrayLike] | None = None,
+) -> Figure:
+    """Figure of a movement; see :meth:`exo_pin.MovementReaction.plot`."""
+    if against not in _AGAINST:
+        raise UnknownName("quantity to draw against", against, _AGAINST)
+    label, angle = _AGAINST[against]
+    movement = answer.movement
+    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)
+
+
+def map_figure(
+    magnitude: FloatArray,
+    along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
+    label: str | tuple[str, str] | None = None,
+) -> Figure:
+    """Figure of |F_s| over a stack of one or two dimensions; see :meth:`exo_pin.ReactionMap.plot`."""
+    if magnitude.ndim not in (1, 2):
+        raise InvalidInput(f"expected a map of one or two dimensions, got the shape {magnitude.shape}")
+    given: list[Any] = [along]
+    if magnitude.ndim == 2:
+        given = [None, None] if along is None else list(along)  # type: ignore[arg-type]
+    names = [label] if magnitude.ndim == 1 else list(label) if label is not None else [None, None]
+    if len(given) != magnitude.ndim or len(names) != magnitude.ndim:
+        raise InvalidInput(f"expected as many coordinates and labels as dimensions ({magnitude.ndim})")
+    places = [
+        np.arange(count, dtype=float) if values is None else as_finite("along", values, (count,))
+        for values, count in zip(given, magnitude.shape, strict=True)
+    ]
+    figure, axes = _figure(6.4, 4.2 if magnitude.ndim == 1 else 5.0)
+    if magnitude.ndim == 1:
+        axes.plot(places[0], magnitude, color=BLACK, linewidth=2.0)
+        axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, _top(magnitude)))
+        tidy(axes)
+        return figure
+    if any((np.diff(values) <= 0).any() for values in places):
+        raise InvalidInput("expected coordinates that rise")
+    shown = magnitude.T
+    norm, extend = _scale(shown)
+    image = axes.pcolormesh(*places, shown, cmap="cividis", norm=norm, shading="nearest", rasterized=True)
+    axes.set(xlabel=names[0] or "first dimension", ylabel=names[1] or "second dimension")
+    if np.isnan(shown).any():
+        axes.set_facecolor("0.85")
+        axes.set_title("grey: no answer", fontsize=10, loc="left")
+    bar = figure.colorbar(image, ax=axes, label="|F_s|, N", extend=extend)
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    return figure
+
+
+def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
+    """Figure of a study; see :meth:`exo_pin.study.StudyTable.plot`."""
+    values = np.asarray(table[figure])
+    if values.dtype.kind not in "fiu":
+        raise InvalidInput(f"expected a column of numbers, got {figure!r}")
+    varied = _varied(table)
+    canvas, axes = _figure(6.8, 4.2)
+    if not varied or len(varied) > 2:
+        names = table["design"] if "design" in table else np.arange(1, table.row_count + 1).astype(str)
+        rows = np.arange(table.row_count)
+        axes.barh(rows, values, color=BLUE, height=0.65)
+        axes.set_yticks(rows, [str(name) for name in names])
+        axes.invert_yaxis()
+        axes.set_xlabel(_words(figure))
+        if "design" not in table:
+            axes.set_ylabel("design, row of the table")
+        tidy(axes)
+        axes.grid(False, axis="y")
+        return canvas
+    first, *second = varied
+    groups: Any = np.unique(table[second[0]]) if second else [None]
+    for k, group in enumerate(groups):
+        rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
+        rows = rows[np.argsort(table[first][rows])]
+        colour, dashes = LINES[k % len(LINES)]
+        name = None if group is None else f"{_words(second[0])}: {group:.4g}"
+        axes.plot(
+            table[first][rows], values[rows], color=colour, linestyle=dashes, linewidth=1.8, marker="o", label=name
+        )
+    axes.set(xlabel=_words(first), ylabel=_words(figure))
+    tidy(axes)
+    if second:
+        legend_below(axes, columns=min(len(groups), 3))
+    return canvas
+
+
+def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
+    """Limb forces with their limits, and F_s with its components, both in N."""
+    figure, (left, right) = _figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
+    state = f"split “{reaction.split}”, {reaction.status}".replace("_", " ")
+    if not reaction.has_answer:
+        figure.suptitle(f"No forces: the pose is {str(reaction.status).replace('_', ' ')}", fontsize=11)
+    f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
+    names = [f"limb {i + 1}\npull f" for i in range(len(f))]
+    heights, known = list(f), list(sure.actuator_forces)
+    if np.nan_to_num(np.abs(g)).max(initial=0.0) > 0.0:
+        names += [f"limb {i + 1}\nside g" for i in range(len(g))]
+        heights, known = [*heights, *g], [*known, *sure.constraint_forces]
+    _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], known)
+    if limits is not None:
+        _limit_marks(left, limits, len(f))
+    left.set(ylabel="force, N", title="limbs: blue pulls, orange pushes")
+    whole = bool(sure.shoulder_force.all())
+    values = [float(reaction.magnitude), *reaction.shoulder_force]
+    known = [whole, *sure.shoulder_force]
+    _bars(right, ["|F_s|", "x\nforward", "y\nleft", "z\nup"], values, [RED, SKY, SKY, SKY], known)
+    share = reaction.percent_body_weight
+    weight = "" if share is None or not np.isfinite(share) else f", {float(share):.1f} % of body weight"
+    right.set_title(f"shoulder on the arm{weight}")
+    hatched = (
+        "" if all(known) and sure.constraint_forces.all() else "; hatched: equilibrium alone does not determine it"
+    )
+    figure.supxlabel(state + hatched, fontsize=9, color="0.3")
+    return figure
+
+
+def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str], known: list[Any]) -> None:
+    """Bars with their numbers; hatched where equilibrium does not determine them."""
+    places = np.arange(len(names))
+    drawn = np.nan_to_num(np.array(heights, dtype=float))
+    bars = axes.bar(places, drawn, 0.62, color=colours)
+    for bar, sure in zip(bars, known, strict=True):
+        if not sure:
+            bar.set(hatch="////", edgecolor="white", linewidth=0.0)
+    room = 0.02 * max(float(np.ptp([0.0, *drawn])), 1e-9)
+    for place, value, height in zip(places, heights, drawn, strict=True):
+        text = f"{value + 0.0:.0f}" if np.isfinite(value) else "none"
+        up = height >= 0
+        axes.text(place, height + (room if up else -room), text, ha="center", va="bottom" if up else "top", fontsize=9)
+    axes.axhline(0.0, color=BLACK, linewidth=0.8)
+    axes.set_xticks(places, names, fontsize=9)
+    axes.margins(y=0.14)
+    tidy(axes)
+    axes.grid(False, axis="x")
+
+
+def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> None:
+    try:
+        low, high = (np.broadcast_to(np.asarray(edge, dtype=float), (count,)) for edge in limits)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"expected limits (lower, upper) that broadcast to ({count},)") from None
+    if not (low <= high).all():
+        raise InvalidInput("expected limits with lower <= upper, and numbers throughout")
+    for k, edge in enumerate((low, high)):
+        finite = np.isfinite(edge)
+        places = np.flatnonzero(finite)
+        label = "what the actuator can give" if k == 0 or not np.isfinite(low).any() else None
+        axes.hlines(edge[finite], places - 0.42, places + 0.42, color=GREEN, linewidth=2.4, label=label)
+    if np.isfinite(low).any() or np.isfinite(high).any():
+        legend_below(axes)
+
+
+def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:
+    figure, (top, bottom) = _figure(7.6, 7.6, nrows=2, sharex=True)
+    force_history(places, reaction, top, label)
+    tension_history(places, reaction, limits, bottom, label)
+    top.set_xlabel("")
+    return figure
+
+
+def _scale(values: FloatArray) -> tuple[Any, str]:
+    """Scale of colours and which of its ends are cut: logarithmic where forces differ much."""
+    from matplotlib.colors import LogNorm, Normalize
+
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Normalize(0.0, 1.0), "neither"
+    low, high = (float(end) for end in np.percentile(known, [0.5, 98.5]))
+    if low > 0.0 and high > 5.0 * float(np.median(known)):
+        return LogNorm(low, high), "both"
+    return Normalize(0.0, _top(known)), "max" if known.max() > _top(known) else "neither"
+
+
+def _top(values: FloatArray) -> float:
+    """End of a scale that a few poses beside a singular one do not stretch."""
+    known = values[np.isfinite(values)]
+    if not known.size or not known.max() > 0.0:
+        return 1.0
+    usual = float(np.percentile(known, 95.0))
+    return float(known.max()) * 1.05 if known.max() <= 3.0 * usual else 1.5 * usual
+
+
+def _varied(table: StudyTable) -> list[str]:
+    """Columns of numbers before the figures that are not the same in every row."""
+    from ...study.parameter_sweep import FIGURES
+
+    found = []
+    for name in table:
+        if name in FIGURES:
+            break
+        column = np.asarray(table[name])
+        if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:
+            found.append(name)
+    return found
+
+
+def _words(column: str) -> str:
+    """A column's name as the label of an axis."""
+    from ...study.study_table import with_unit
+
+    if column in _SHARES:
+        return f"{column.replace('_', ' ')}, share of the poses"
+    if column == "least_margin":
+        return "least margin from a singular pose"
+    for ending, unit in (("_N", "N"), ("_m", "m"), ("_rad", "rad"), ("_kg", "kg"), ("_m_s2", "m/s²")):
+        full = with_unit(column)
+        if full.endswith(ending) and not (ending == "_m" and full.endswith("_m_s2")):
+            what = full.removesuffix(ending)
+            return f"{what.replace('_F_s', ' |F_s|')}, {unit}"
+    return column
+
+
+def _figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
+    figure = pyplot().figure(figsize=(width, height), layout="constrained")
+    ratios = {key: grid.pop(key) for key in ("width_ratios", "height_ratios") if key in grid}
+    return figure, figure.subplots(**grid, **ratios)

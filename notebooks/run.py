@@ -1,8 +1,9 @@
 """Run notebooks from top to bottom, each in a fresh kernel: python notebooks/run.py [--store] [NOTEBOOK ...]
 
-Ends with status 1 if a cell fails, or if a notebook's stored text is not what it prints now, and tells how long each
-took. Needs the extra ``notebooks``. With ``--store`` the outputs are written into the notebooks, as a reader without
-Python sees them: scenes as pictures, which needs a headless browser, and no sliders.
+Ends with status 1 if a cell fails, if a notebook's stored text is not what it prints now, or if a check of it in
+``tests/notebook_checks`` does not hold, and prints how long each took. Needs the extra ``notebooks``. With ``--store``
+the outputs are written into the notebooks, as a reader without Python sees them: scenes as pictures, live ones too,
+which needs a headless browser.
 """
 
 import os
@@ -25,18 +26,27 @@ SIZE = (1000, 620)
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]?\d+)?")
 
 
-def run(path, store):
+def run(path, store, checks):
     """Why a notebook fails, None if it does not."""
     start = time.monotonic()
     notebook = nbformat.read(path, as_version=4)
     stored = [printed(cell) for cell in notebook.cells]
+    check = checks / f"{path.stem}.py"
+    if check.is_file():
+        # Run last in the notebook's kernel, and no part of the notebook.
+        notebook.cells.append(nbformat.v4.new_code_cell(check.read_text(encoding="utf-8")))
     client = NotebookClient(
-        notebook, timeout=SECONDS, kernel_name="python3", resources={"metadata": {"path": str(path.parent)}}
+        notebook,
+        timeout=SECONDS,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(path.parent)}},
+        on_cell_executed=show_live if store else None,
     )
     try:
         client.execute()
     except (CellExecutionError, CellTimeoutError) as error:
         return str(error)
+    del notebook.cells[len(stored) :]
     if store:
         write(notebook, path)
     else:
@@ -45,6 +55,25 @@ def run(path, store):
                 return f"cell {number} prints\n{printed(cell)}\nand is stored with\n{old}\n(run with --store)"
     print(f"{path.name}: {time.monotonic() - start:.1f} s", flush=True)
     return None
+
+
+def show_live(cell, cell_index, execute_reply):
+    """Replace a live page by a picture of it, while the kernel that serves it still runs."""
+    for k, output in enumerate(cell.get("outputs", ())):
+        frame = re.search(r'<iframe src="(http[^"]*)"', output.get("data", {}).get("text/html", ""))
+        if frame is not None:
+            cell.outputs[k] = picture(lambda browser, url=html.unescape(frame[1]): browser.open(url))
+
+
+def picture(opened):
+    """The output that a page gives; ``opened`` opens it in a browser."""
+    from exo_pin.view import Browser
+
+    with Browser(SIZE) as browser:
+        opened(browser)
+        browser.evaluate("document.body.classList.add('still')")
+        shown = base64.b64encode(browser.screenshot()).decode("ascii")
+    return nbformat.v4.new_output("display_data", {"image/png": shown})
 
 
 def printed(cell):
@@ -74,14 +103,10 @@ def write(notebook, path):
 
 
 def still(output):
-    """The output as it can be stored: a framed scene as a picture; None for sliders and live pages."""
+    """The output as it can be stored: a framed scene as a picture; None for sliders."""
     frame = re.search(r'<iframe srcdoc="([^"]*)"', output.data.get("text/html", ""))
     if frame is not None:
-        from exo_pin.view import Browser
-
-        with Browser(SIZE) as browser:
-            picture = browser.picture(html.unescape(frame[1]))
-        return nbformat.v4.new_output("display_data", {"image/png": base64.b64encode(picture).decode("ascii")})
+        return picture(lambda browser: browser.open_html(html.unescape(frame[1])))
     lives = "<iframe" in output.data.get("text/html", "") or any("widget" in kind for kind in output.data)
     return None if lives else output
 
@@ -93,10 +118,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("notebooks", nargs="*", type=Path, default=sorted(here.glob("*.ipynb")))
     parser.add_argument("--store", action="store_true", help="write outputs into the notebooks")
+    parser.add_argument("--checks", type=Path, default=here.parent / "tests/notebook_checks", help="folder of checks")
     options = parser.parse_args()
     failed = 0
     for path in options.notebooks:
-        reason = run(path.resolve(), options.store)
+        reason = run(path.resolve(), options.store, options.checks)
         if reason is not None:
             failed += 1
             print(f"{path.name}: {reason}", file=sys.stderr)

@@ -1,0 +1,20 @@
+# ruff: noqa: F821
+"""What notebook 03 shows holds; run.py runs this in its kernel."""
+
+spherical, minimal, elastic, standalone = answers.values()
+cables = sps.reaction(pose)
+
+# Cables are determined and equal the UPU mechanism with g = 0.
+assert cables.certificate.shoulder_force.all()
+np.testing.assert_allclose(cables.shoulder_force, spherical.shoulder_force, rtol=1e-9)
+# Limb forces do not depend on the assumption; the shoulder force does.
+for answer in answers.values():
+    np.testing.assert_allclose(answer.actuator_forces, cables.actuator_forces, rtol=1e-9)
+    assert not answer.certificate.shoulder_force.any()
+assert standalone.magnitude < 1e-9 < minimal.magnitude < spherical.magnitude
+# The limits of the elastic answer.
+assert force[0] < 0.3 * force[-1]
+assert abs(force[-1] - cables.magnitude) < 0.01 * cables.magnitude
+# A centimetre off.
+assert tubes[4] > 2.0 * tubes[0]
+assert muscles[4] < 1.1 * muscles[0]

@@ -7,8 +7,10 @@ before = four.reaction(poses, **limits)
 np.testing.assert_array_equal(again.shoulder_force, seen[chosen][0].reaction(poses, **limits).shoulder_force)
 # A wider torso ring lowers the peak and widens the margin; so does an arm ring that is closer, which holds more, too.
 by_size = {name: table[name].reshape(3, 3) for name in figures}  # over r_A and h_B
-assert (np.diff(by_size["peak_F_s_N"], axis=0) < 0).all() and (np.diff(by_size["peak_F_s_N"], axis=1) > 0).all()
-assert (np.diff(by_size["least_margin"], axis=0) > 0).all() and (np.diff(by_size["least_margin"], axis=1) < 0).all()
+assert (np.diff(by_size["peak_F_s_N"], axis=0) < 0).all()
+assert (np.diff(by_size["peak_F_s_N"], axis=1) > 0).all()
+assert (np.diff(by_size["least_margin"], axis=0) > 0).all()
+assert (np.diff(by_size["least_margin"], axis=1) < 0).all()
 assert (np.diff(by_size["holdable"], axis=1) < 0).all()
 # Better on all three than the prototype with three muscles and with the best fourth, and where both hold, too.
 for k in range(2):

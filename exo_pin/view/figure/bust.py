@@ -59,7 +59,7 @@ _HEAD = np.array(
 _ROUND = 2.35
 #: Centre and radii of balls that are stretched to nose and ears, and to eyes: x, y, z, then their radii, m.
 _FEATURES = (
-    ((0.094, 0.0, 0.262), (0.017, 0.012, 0.024)),
+    ((0.092, 0.0, 0.262), (0.016, 0.010, 0.022)),
     ((-0.010, 0.077, 0.272), (0.017, 0.008, 0.028)),
     ((-0.010, -0.077, 0.272), (0.017, 0.008, 0.028)),
 )

@@ -39,6 +39,8 @@ _NO_ANSWER = {
     ),
     "not_solved": ("No solution found", "The solver did not converge, or the forces overflow."),
 }
+#: A space at which no line ends.
+_KEPT = "\N{NO-BREAK SPACE}"
 _NEAR = "Near a singular pose: limb forces far above the load. Move the arm away from it."
 
 
@@ -65,7 +67,9 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
     remarks += [{"text": note, "warn": True} for note in notes]
     return {
         "title": exo.mechanism.title or exo.name,
-        "pose": f"{exo.side} shoulder: flexion {flexion}, abduction {abduction}, internal rotation {internal}",
+        # No line ends inside an angle.
+        "pose": f"{exo.side} shoulder: {_KEPT.join(('flexion', flexion))}, {_KEPT.join(('abduction', abduction))}, "
+        f"{_KEPT.join(('internal', 'rotation', internal))}",
         "headline": headline,
         "values": values,
         "notes": remarks,

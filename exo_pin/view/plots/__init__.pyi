@@ -1,3 +1,7 @@
+from .answer_plots import map_figure as map_figure
+from .answer_plots import movement_figure as movement_figure
+from .answer_plots import reaction_figure as reaction_figure
+from .answer_plots import study_figure as study_figure
 from .charts import force_history as force_history
 from .charts import method_bars as method_bars
 from .charts import tension_history as tension_history

@@ -211,6 +211,7 @@ def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> 
     force_history(places, reaction, top, label)
     tension_history(places, reaction, limits, bottom, label)
     top.set_xlabel("")
+    legend_below(top, 3)
     return figure
 
 

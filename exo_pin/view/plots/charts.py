@@ -236,7 +236,8 @@ def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> No
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     end = 0.5 * _CUT * usual
     ax.set_ylim(max(1.05 * low, -end), min(1.05 * high, end))
-    ax.set_title(f"cut: {name} up to {known.max():.3g} N beside a singular pose", fontsize=9, loc="right", color="0.3")
+    peak = float(f"{known.max():.3g}")
+    ax.set_title(f"cut: {name} up to {peak:.0f} N beside a singular pose", fontsize=9, loc="right", color="0.3")
 
 
 def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:

@@ -41,10 +41,12 @@ def pyplot() -> Any:
 
 def legend_below(ax: Any, columns: int = 2) -> None:
     """A legend under the axes, where it covers neither curves nor numbers."""
-    # Room for the numbers and the label of the axis, in points below it.
     from matplotlib.transforms import ScaledTranslation
 
-    below = ax.transAxes + ScaledTranslation(0.0, -46.0 / 72.0, ax.figure.dpi_scale_trans)
+    # Room for the numbers and the label of the axis, if it has them, in points below it.
+    shared = ax.get_subplotspec() is not None and not ax.get_subplotspec().is_last_row()
+    room = 6.0 if shared and not ax.get_xlabel() else 38.0
+    below = ax.transAxes + ScaledTranslation(0.0, -room / 72.0, ax.figure.dpi_scale_trans)
     ax.legend(
         loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=columns, fontsize=8.5, frameon=False
     )

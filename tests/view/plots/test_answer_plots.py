@@ -1,0 +1,216 @@
+"""Figures of whole answers: what is drawn is what was answered, and no word covers another."""
+
+import builtins
+
+import matplotlib
+
+matplotlib.use("agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import exo_pin as ep
+from exo_pin.core import errors
+from exo_pin.load_case.trajectories import Movement
+from exo_pin.study import StudyTable
+from exo_pin.view.plots import force_plots
+
+FLEXION, ABDUCTION = np.arange(20.0, 80.0, 10.0), np.arange(20.0, 60.0, 10.0)
+PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
+
+
+@pytest.fixture(scope="module")
+def exo():
+    return ep.load("prototype").worn_by(PERSON)
+
+
+@pytest.fixture(scope="module")
+def pose(exo):
+    return exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), split="minimal", constraint_bounds=(-80, 80))
+
+
+@pytest.fixture(scope="module")
+def stack(exo):
+    return exo.reaction(ep.shoulder_rotation(np.arange(0.0, 91.0, 3.0), 30, 0, degrees=True))
+
+
+@pytest.fixture(scope="module")
+def grid(exo):
+    return exo.reaction_map(ep.shoulder_rotation(FLEXION[:, None], ABDUCTION, 0, degrees=True))
+
+
+@pytest.fixture(scope="module")
+def movement(exo):
+    times = np.linspace(0.0, 1.0, 21)
+    return exo.follow(Movement.from_samples(times, ep.shoulder_rotation(30 + 40 * times, 30, 0, degrees=True)))
+
+
+@pytest.fixture(scope="module")
+def table():
+    rows = [{"r_A": r, "h_B": h, "peak_F_s_N": 100 * r + h, "error": ""} for r in (0.1, 0.15) for h in (0.1, 0.2)]
+    return StudyTable(rows)
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+def heights(axes):
+    return [bar.get_height() for bar in axes.patches]
+
+
+def assert_words_are_apart(figure):
+    """No two texts of a figure overlap by more than a pixel, and all are on it."""
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    words = []
+    for axes in figure.axes:
+        legend = axes.get_legend()
+        words += [*axes.texts, axes.title, axes.xaxis.label, axes.yaxis.label, *(legend.get_texts() if legend else ())]
+        for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+            # Ticks beyond the limits are there and not drawn.
+            ticks = [tick for tick in axis.get_major_ticks() if min(low, high) <= tick.get_loc() <= max(low, high)]
+            words += [tick.label1 for tick in ticks]
+    boxes = [
+        (text.get_text(), text.get_window_extent(renderer)) for text in words if text.get_visible() and text.get_text()
+    ]
+    width, height = figure.canvas.get_width_height()
+    for i, (text, box) in enumerate(boxes):
+        assert box.x1 > 0
+        assert box.x0 < width, text
+        assert -1 <= box.y0 < height, text
+        for other, there in boxes[:i]:
+            wide = min(box.x1, there.x1) - max(box.x0, there.x0)
+            high = min(box.y1, there.y1) - max(box.y0, there.y0)
+            assert wide <= 1 or high <= 1, (text, other)
+
+
+def test_a_pose_is_bars_with_limits(pose):
+    figure = pose.plot(limits=(0.0, [400.0, 300.0, np.inf]))
+    assert isinstance(figure, Figure)
+    limbs, shoulder = figure.axes
+    np.testing.assert_allclose(heights(limbs), [*pose.actuator_forces, *pose.constraint_forces])
+    np.testing.assert_allclose(heights(shoulder), [pose.magnitude, *pose.shoulder_force])
+    # Equilibrium determines f, and neither g nor F_s.
+    assert [bool(bar.get_hatch()) for bar in limbs.patches] == [False] * 3 + [True] * 3
+    assert all(bar.get_hatch() for bar in shoulder.patches)
+    marks = np.vstack([segment for lines in limbs.collections for segment in lines.get_segments()])
+    assert sorted(set(marks[:, 1])) == [0.0, 300.0, 400.0]
+    assert "% of body weight" in shoulder.get_title()
+    assert_words_are_apart(figure)
+
+
+def test_a_pose_without_answer_says_so(exo):
+    answer = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), actuator_bounds=(0.0, 1.0))
+    assert not answer.has_answer
+    figure = answer.plot()
+    assert "No forces: the pose is infeasible" in figure.get_suptitle()
+    assert [text.get_text() for text in figure.axes[0].texts] == ["none"] * 3
+
+
+def test_a_stack_is_curves_along_what_is_given(stack):
+    angles = np.arange(0.0, 91.0, 3.0)
+    figure = stack.plot(angles, "flexion, °", limits=(0, 400))
+    top, bottom = figure.axes[:2]
+    drawn = {line.get_label(): line for line in [*top.get_lines(), *bottom.get_lines()]}
+    np.testing.assert_array_equal(drawn["|F_s|"].get_xdata(), angles)
+    np.testing.assert_array_equal(drawn["limb 2"].get_ydata(), stack.actuator_forces[:, 1])
+    assert bottom.get_xlabel() == "flexion, °"
+    assert_words_are_apart(figure)
+    # A peak beside a singular pose does not press the rest flat, and is named.
+    assert top.get_ylim()[1] < 0.5 * stack.peak
+    assert f"up to {float(f'{stack.peak:.3g}'):.0f} N" in top.get_title(loc="right")
+    # An angle may fall, where time may not.
+    assert isinstance(stack.plot(angles[::-1], "flexion, °"), Figure)
+
+
+def test_a_movement_is_drawn_over_time_or_an_angle(movement):
+    for against, expected in (
+        ("time", movement.movement.times),
+        ("flexion", 30 + 40 * movement.movement.times),
+    ):
+        figure = movement.plot(against)
+        np.testing.assert_allclose(figure.axes[0].get_lines()[0].get_xdata(), expected, atol=1e-9)
+        assert_words_are_apart(figure)
+    with pytest.raises(errors.UnknownName, match="abduction"):
+        movement.plot("elbow")
+
+
+def test_a_map_is_a_picture_or_a_curve(exo, grid):
+    figure = grid.plot((FLEXION, ABDUCTION), ("flexion, °", "abduction, °"))
+    axes = figure.axes[0]
+    np.testing.assert_allclose(np.asarray(axes.collections[0].get_array()), grid.magnitude.T)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("flexion, °", "abduction, °")
+    assert_words_are_apart(figure)
+    line = exo.reaction_map(ep.shoulder_rotation(FLEXION, 30, 0, degrees=True), keep=("shoulder_force",))
+    curve = line.plot(FLEXION, "flexion, °").axes[0].get_lines()[0]
+    np.testing.assert_allclose(curve.get_ydata(), np.linalg.norm(line.shoulder_force, axis=-1))
+    assert line.peak == pytest.approx(curve.get_ydata().max())
+
+
+def test_a_study_is_curves_or_bars(table):
+    figure = table.plot()
+    (axes,) = figure.axes
+    assert [line.get_label() for line in axes.get_lines()] == ["h_B, m: 0.1", "h_B, m: 0.2"]
+    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), [10.1, 15.1])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("r_A, m", "peak |F_s|, N")
+    assert_words_are_apart(figure)
+    named = StudyTable([{"design": "a", "holdable": 0.5}, {"design": "b", "holdable": 1.0}])
+    (axes,) = named.plot("holdable").axes
+    assert [bar.get_width() for bar in axes.patches] == [0.5, 1.0]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["a", "b"]
+    with pytest.raises(errors.InvalidInput, match="column of numbers"):
+        named.plot("design")
+    with pytest.raises(errors.UnknownName, match="peak_F_s_N"):
+        named.plot()
+
+
+def test_the_overview_has_no_colliding_words(exo):
+    figure = force_plots.overview(exo, ep.shoulder_rotation(60, 30, 0, degrees=True))
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    solid = figure.axes[0]
+    legend = solid.get_legend().get_window_extent(renderer)
+    for axis in (solid.xaxis, solid.yaxis, solid.zaxis):
+        for label in [axis.label, *axis.get_ticklabels()]:
+            box = label.get_window_extent(renderer)
+            assert not (label.get_text() and box.overlaps(legend)), label.get_text()
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda p, s, g: s.plot([0.0, 1.0]), "a pose for every time"),
+        (lambda p, s, g: p.plot(limits=(0.0, [1.0, 2.0])), "broadcast"),
+        (lambda p, s, g: p.plot(limits=(2.0, 1.0)), "lower <= upper"),
+        (lambda p, s, g: g.plot(FLEXION), "as many coordinates"),
+        (lambda p, s, g: g.plot((FLEXION[::-1], ABDUCTION)), "rise"),
+    ],
+)
+def test_bad_input_is_refused(pose, stack, grid, draw, message):
+    with pytest.raises(errors.InvalidInput, match=message):
+        draw(pose, stack, grid)
+
+
+def test_a_stack_of_two_dimensions_is_no_curve(exo):
+    answer = exo.reaction(ep.shoulder_rotation(FLEXION[:2, None], ABDUCTION[:3], 0, degrees=True))
+    with pytest.raises(errors.InvalidInput, match=r"\(2, 3\)"):
+        answer.plot()
+
+
+def test_without_matplotlib_the_missing_extra_is_named(pose, stack, movement, grid, table, monkeypatch):
+    real = builtins.__import__
+
+    def absent(name, *rest):
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", absent)
+    for answer in (pose, stack, movement, grid, table):
+        with pytest.raises(errors.MissingExtra, match=r"exo_pin\[plot\]"):
+            answer.plot()

@@ -44,7 +44,9 @@ def add_commands(commands: Any) -> None:
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
     parser.add_argument("--no-human", action="store_true", help="draw no person")
-    parser.add_argument("--scale", type=float, metavar="N", help="newtons for 10 cm of an arrow")
+    parser.add_argument(
+        "--scale", type=float, metavar="N", help="newtons for 10 cm of an arrow (default: by the largest force)"
+    )
     parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
     parser.add_argument("--ghost", metavar="F,A,I", help="a second pose as a ghost: three angles, degrees")
     parser.add_argument(

@@ -21,7 +21,7 @@ from .bust import MIDDLE
 __all__ = ["HarnessAndCuff"]
 
 #: Radius of bars and of the balls at the joints, m.
-_BAR, _BALL = 0.0065, 0.0125
+_BAR, _BALL = 0.0065, 0.0138
 #: The back plate: how far behind O, its middle's share of the way to the body's middle, its height and half sizes, m.
 _BEHIND, _INWARD, _PLATE_HEIGHT, _PLATE = 0.128, 0.55, -0.085, (0.006, 0.062, 0.115)
 #: The sleeve: radius about the arm's axis, least height, and how near to O its middle comes, m.

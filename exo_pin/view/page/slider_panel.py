@@ -122,6 +122,8 @@ class Sliders(OneProcess):
         margin = f"det X = {determinant:+.4f}"
         if self.reaction is None:
             return margin
+        if not self.reaction.has_answer:
+            return f"no forces: the pose is {str(self.reaction.status).replace('_', ' ')}, {margin}"
         tensions = ", ".join(f"{tension:.0f}" for tension in self.reaction.actuator_forces)
         force = float(self.reaction.magnitude)
         return f"|F_s| = {force:.1f} N, {margin}, limb forces {tensions} N ({self.reaction.status})"

@@ -130,7 +130,7 @@ class Stage(OneProcess):
         self.viewer["/Background"].set_property("top_color", [1.0, 1.0, 1.0])
         self.viewer["/Background"].set_property("bottom_color", [0.90, 0.92, 0.95])
         # More light from all around: the side away from the lamps is not dark.
-        self.set_property("/Lights/AmbientLight/<object>", "intensity", 0.75)
+        self.set_property("/Lights/AmbientLight/<object>", "intensity", 0.62)
         for name in ("/Grid", "/Axes"):
             self.viewer[name].set_property("visible", False)
 

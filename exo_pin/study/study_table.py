@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import MissingExtra, UnknownName
+from ..core.errors import UnknownName
 from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
 from ..core.records import Record
+from ..reaction.columns import frame_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,11 +72,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         MissingExtra
             If pandas is not installed.
         """
-        try:
-            pandas = import_module("pandas")
-        except ImportError as error:
-            raise MissingExtra("study", "pandas") from error
-        return pandas.DataFrame(self._columns)
+        return frame_of(self._columns)
 
     def to_dataframe(self) -> Any:
         """As :meth:`to_pandas`, with the units of the parameters in the names of their columns (``r_A_m``).

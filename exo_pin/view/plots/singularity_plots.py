@@ -222,7 +222,7 @@ def locus_picture(exo: ShoulderExo, orientation: Rotation | None = None) -> Figu
     figure = plt.figure(figsize=(13.5, 6.4), layout="constrained")
     pose = Rotation.identity() if orientation is None else as_rotation("orientation", orientation)
     flexion, abduction, internal = shoulder_angles(pose, exo.side, degrees=True)
-    left = determinant_map(exo, figure.add_subplot(1, 2, 1), internal_rotation=float(internal))
+    left = determinant_map(exo, figure.add_subplot(1, 2, 1), internal_rotation=round(float(internal), 6) + 0.0)
     if orientation is not None:
         state = wrist.singularity(exo.geometry, pose)
         left.plot(flexion, abduction, marker="X", markersize=11, color=BLACK, markeredgecolor="white", linestyle="none",

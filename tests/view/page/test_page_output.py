@@ -57,6 +57,22 @@ def test_recording_holds_the_motion(exo):
     assert values == [f"{size:.1f} N" for size in expected.magnitude]
 
 
+def test_playing_leaves_frames_out_where_drawing_is_slow(exo, monkeypatch):
+    """A pose takes longer to draw than it lasts: the motion keeps its time, and its last pose is drawn."""
+    scene = Scene(exo, human=False)
+    drawn, draw = [], scene._draw
+
+    def slow(pose, *rest):
+        time.sleep(0.05)
+        drawn.append(pose)
+        draw(pose, *rest)
+
+    monkeypatch.setattr(scene, "_draw", slow)
+    scene.play(pose(np.linspace(0.0, 10.0, 41), 0.0, 0.0), np.linspace(0.0, 0.2, 41))
+    assert len(drawn) < 20
+    assert drawn[-1].approx_equal(pose(10, 0, 0))
+
+
 def test_playing_takes_its_time(exo):
     scene = Scene(exo, human=False)
     start = time.monotonic()

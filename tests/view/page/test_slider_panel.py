@@ -69,3 +69,8 @@ def test_without_widgets_a_cell_shows_the_scene_as_it_is(exo, monkeypatch):
     sliders._ipython_display_()
     assert "no sliders" in shown[0]
     assert "srcdoc" in shown[1].data
+
+
+def test_a_pose_without_forces_is_said_in_words():
+    sliders = Sliders(ep.load("scenario-one").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male")), human=False)
+    assert sliders.summary().startswith("no forces: the pose is singular, det X")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scenes import panel, pose
 
+import exo_pin as ep
 from exo_pin.core import errors
 from exo_pin.view import Sliders
 

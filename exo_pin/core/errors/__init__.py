@@ -26,7 +26,7 @@ from .inputs import (
     NotAWrist,
     UnknownName,
 )
-from .muscles import NotIdentifiable, OutsideValidity
+from .muscles import NotIdentifiable, OutsideRangeOfMotion, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "NonConvexBound",
     "NotAWrist",
     "NotIdentifiable",
+    "OutsideRangeOfMotion",
     "OutsideValidity",
     "SimulationStopped",
     "SingularConfiguration",

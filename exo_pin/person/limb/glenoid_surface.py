@@ -2,8 +2,9 @@
 
 The joint surface is the connected part of the mesh around the triangles that face the centre of the joint (within
 42 mm of it, normal within 26° of the direction to it), as far as the normals stay within 45° of the mean one. Its plane
-is the plane of least squared distance (area-weighted). Superior is the direction in that plane that lies in the plane of
-the scapula, which passes through the socket's centre, the medial border at the level of the spine and the inferior angle.
+is the plane of least squared distance (area-weighted). Superior is the direction in that plane that lies in the plane
+of the scapula, which passes through the socket's centre, the medial border at the level of the spine and the inferior
+angle.
 
 On MyoArm's scapula: 34 triangles, 39 mm high and 27 mm wide; the centre of the joint is 30.6 mm in front of the plane.
 Against the scapula the socket is turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the

@@ -2,8 +2,8 @@
 
 A muscle's pull on a body part is read from the points of its path where it leaves that part for the rest: the tension
 acts there along the path. Wrapping surfaces have no friction, so that the tension is the same everywhere, and a path
-that wraps around a bone of the same part adds nothing. MuJoCo's generalised forces are not used: the joint that elevates
-the arm drags clavicle and scapula along, and at elevation zero the shoulder's axes are singular.
+that wraps around a bone of the same part adds nothing. MuJoCo's generalised forces are not used: the joint that
+elevates the arm drags clavicle and scapula along, and at elevation zero the shoulder's axes are singular.
 """
 
 from __future__ import annotations
@@ -105,14 +105,11 @@ def limb_state(
     return _mirrored(state) if left else state
 
 
-def limb_lengths(
-    matrices: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float, left: bool
-) -> FloatArray:
-    """Lengths of the muscles alone, shape (N, m), m, also a little beyond the range of motion."""
+def limb_lengths(matrices: FloatArray, elbow_flexion: float, forearm_rotation: float, scale: float) -> FloatArray:
+    """Lengths of the muscles of right arms alone, shape (N, m), m, also a little beyond the range of motion."""
     limb = myoarm()
-    right = MIRROR @ matrices @ MIRROR if left else matrices
-    lengths = np.empty((len(right), len(MUSCLES)))
-    for row, angles in enumerate(angles_of(limb, right)):
+    lengths = np.empty((len(matrices), len(MUSCLES)))
+    for row, angles in enumerate(angles_of(limb, matrices)):
         lengths[row] = _placed(limb, angles, elbow_flexion, forearm_rotation).ten_length[limb.tendons]
     return scale * lengths
 

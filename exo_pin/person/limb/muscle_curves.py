@@ -37,7 +37,8 @@ _ACTIVE = (
 )  # fmt: skip
 _PASSIVE = (
     (1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.35, 1.4, 1.45, 1.5, 1.55, 1.6, 1.6405),
-    (0.0, 0.00321, 0.00773, 0.01457, 0.02631, 0.04652, 0.07906, 0.1266, 0.1902, 0.27119, 0.37538, 0.52194, 0.75278, 1.0),
+    (0.0, 0.00321, 0.00773, 0.01457, 0.02631, 0.04652, 0.07906, 0.1266, 0.1902, 0.27119, 0.37538, 0.52194, 0.75278,
+     1.0),
 )  # fmt: skip
 #: Slope of the passive curve beyond its last point, where it is a straight line.
 _PASSIVE_SLOPE = 6.3163
@@ -85,7 +86,7 @@ def passive_curve(fibre: FloatArray) -> FloatArray:
 
 
 def velocity_curve(velocity: FloatArray) -> FloatArray:
-    """Factor of the active force at a normalised velocity: -1 shortening at full speed (0), 0 (1), lengthening (1.4)."""
+    """Factor of the active force at a normalised velocity: 0 at -1 (shortening at full speed), 1 at 0, 1.4 at 1."""
     return np.asarray(_interpolated(_VELOCITY)(np.clip(velocity, -1.0, 1.0)))
 
 

@@ -27,7 +27,7 @@ from ...core.validation import FloatArray
 
 __all__ = ["MUSCLES", "MuscleTable", "muscle_table"]
 
-#: Name: peak isometric force, N; optimal fibre length and tendon slack length, mm; pennation at optimal length, degrees.
+#: Name: peak isometric force, N; optimal fibre length, mm; slack length of the tendon, mm; pennation, degrees.
 _ROWS = {
     "DELT1": (1218.9, 97.6, 93.0, 22.0),
     "DELT2": (1103.5, 107.8, 109.5, 15.0),

@@ -137,7 +137,11 @@ def _indexed(mujoco: Any, model: Any) -> MyoArm:
     return MyoArm(
         mujoco,
         model,
-        *bodies.values(),
+        bodies["myoarm_r_root"],
+        bodies["scapula_r"],
+        bodies["humerus_r"],
+        bodies["ulna_r"],
+        bodies["radius_r"],
         frozen(model.jnt_qposadr[joints].astype(np.int64)),
         frozen(model.jnt_qposadr[model.eq_obj1id[with_elevation]].astype(np.int64)),
         frozen(np.array(follows[with_elevation])),
@@ -146,7 +150,9 @@ def _indexed(mujoco: Any, model: Any) -> MyoArm:
         frozen(np.array(model.jnt_axis[joints[1]])),
         frozen(np.array([model.tendon(f"{name}_tendon").id for name in MUSCLES])),
         *paths,
-        *(frozen(_hangs_from(model, bodies[name])) for name in ("humerus_r", "ulna_r", "radius_r")),
+        frozen(_hangs_from(model, bodies["humerus_r"])),
+        frozen(_hangs_from(model, bodies["ulna_r"])),
+        frozen(_hangs_from(model, bodies["radius_r"])),
     )
 
 
@@ -156,9 +162,8 @@ def _path_sites(mujoco: Any, model: Any) -> tuple[NDArray[np.int64], NDArray[np.
     start = [0]
     for tendon in range(model.ntendon):
         first = model.tendon_adr[tendon]
-        for item in range(first, first + model.tendon_num[tendon]):
-            if model.wrap_type[item] == mujoco.mjtWrap.mjWRAP_SITE:
-                sites.append(model.wrap_objid[item])
+        items = slice(first, first + model.tendon_num[tendon])
+        sites.extend(model.wrap_objid[items][model.wrap_type[items] == int(mujoco.mjtWrap.mjWRAP_SITE)].tolist())
         start.append(len(sites))
     return frozen(np.array(sites)), frozen(np.array(start))
 

@@ -2,16 +2,16 @@
 
 **Rest.** At the identity the model is in its zero posture: elevation and axial rotation zero, elbow straight. The
 vertical of {O_A} is the model's axis of axial rotation in that posture. It leans 2.4° to the side against the y axis of
-the model's thorax, so that the arm hangs straight down and not 2.4° inwards. The x axis of {O_A} is the thorax's forward
-axis, made perpendicular to that vertical (0.3°). The elbow's centre is 1.5° in front of the -z axis of {O_B}, and its
-axis of flexion 2.8° off the y axis.
+the model's thorax, so that the arm hangs straight down and not 2.4° inwards. The x axis of {O_A} is the thorax's
+forward axis, made perpendicular to that vertical (0.3°). The elbow's centre is 1.5° in front of the -z axis of {O_B},
+and its axis of flexion 2.8° off the y axis.
 
 **Angles.** With K = [e1 e2 e3], e3 the vertical and e1 the axis of elevation,
 
     R = K Rz(plane) Rx(elevation) Rz(rotation - plane) Kᵀ,
 
-so that the elevation of the model is the elevation angle of :func:`exo_pin.load_case.centre_path.elevation_angle`. For a
-hanging arm the plane has no meaning and is set to zero; the bones and the muscles do not depend on it there.
+so that the elevation of the model is that of :func:`exo_pin.load_case.centre_path.elevation_angle`. For a hanging arm
+the plane has no meaning and is set to zero; the bones and the muscles do not depend on it there.
 """
 
 from __future__ import annotations

@@ -1,0 +1,5 @@
+from .contact.device import DeviceAction as DeviceAction
+from .contact.query import ContactOptions as ContactOptions
+from .contact.result import JointContact as JointContact
+from .limb.muscle_table import MUSCLES as MUSCLES
+from .wearer import Person as Person

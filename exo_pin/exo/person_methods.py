@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -14,7 +14,7 @@ from ..reaction import ActuatorBounds, Reaction
 from .subject import Subject
 
 if TYPE_CHECKING:
-    from ..person import ContactOptions, JointContact, Person
+    from ..person import ContactOptions, ContactRange, JointContact, Person
 
 __all__ = ["PersonQuestions"]
 
@@ -105,3 +105,31 @@ class PersonQuestions(Subject):
             outside=outside,
             progress=progress,
         )
+
+    def contact_range(
+        self, orientation: Rotation, person: Person, *, options: ContactOptions | None = None, **arguments: Any
+    ) -> ContactRange:
+        """The contact force with the device under other assumptions, one changed at a time.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose of the arm, single or a stack of shape (...).
+        person : Person
+            The wearer.
+        options : ContactOptions, optional
+            The assumptions to start from.
+        **arguments
+            More of :meth:`joint_contact`.
+
+        Returns
+        -------
+        ContactRange
+        """
+        from ..person import ContactOptions
+        from ..person.contact.assumption_range import contact_range
+
+        def query(wearer: Person, chosen: ContactOptions) -> JointContact:
+            return self.joint_contact(orientation, wearer, options=chosen, **arguments)
+
+        return contact_range(query, person, ContactOptions() if options is None else options)

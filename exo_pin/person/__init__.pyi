@@ -1,3 +1,4 @@
+from .contact.assumption_range import ContactRange as ContactRange
 from .contact.device import DeviceAction as DeviceAction
 from .contact.query import ContactOptions as ContactOptions
 from .contact.result import JointContact as JointContact

@@ -18,6 +18,7 @@ from ..design import Arm
 from ..design.anthropometry import arm_segments
 from ..load_case import CentrePath, Load, Motion
 from ..load_case.pose_stacks import pose_matrices
+from .contact.assumption_range import ContactRange, contact_range
 from .contact.device import DeviceAction
 from .contact.query import ContactOptions, contact_forces
 from .contact.result import JointContact
@@ -230,7 +231,7 @@ class Person(Record):
 
         The humerus is in equilibrium, with the scapula held; activations are those of least effort
         (:mod:`exo_pin.person.contact.activation`). The result is a model's: it names its assumptions, and
-        :meth:`exo_pin.person.Person.contact_range` varies them.
+        :meth:`contact_range` varies them.
 
         Parameters
         ----------
@@ -269,3 +270,28 @@ class Person(Record):
         if not isinstance(chosen, ContactOptions):
             raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
         return contact_forces(self, orientation, motion, load, device, chosen, gravity, outside, progress)
+
+    def contact_range(
+        self, orientation: Rotation, *, options: ContactOptions | None = None, **arguments: Any
+    ) -> ContactRange:
+        """The contact force under other assumptions, one changed at a time.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose of the upper arm, single or a stack of shape (...).
+        options : ContactOptions, optional
+            The assumptions to start from.
+        **arguments
+            More of :meth:`joint_contact`.
+
+        Returns
+        -------
+        ContactRange
+            Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm.
+        """
+
+        def query(person: Person, chosen: ContactOptions) -> JointContact:
+            return person.joint_contact(orientation, options=chosen, **arguments)
+
+        return contact_range(query, self, ContactOptions() if options is None else options)

@@ -31,6 +31,8 @@ __all__ = ["BALANCED", "Chosen", "MusclePose", "least_effort", "least_missing"]
 
 #: Unit of force, N, and of moment, N m, of the scaled programs.
 _FORCE, _MOMENT = 500.0, 10.0
+#: Lever arm of a muscle, m.
+_LEVER = 0.02
 #: Row of the elbow in the moment balance.
 _ELBOW = 3
 #: Missing moment below which a pose counts as balanced, N m.
@@ -143,7 +145,8 @@ def _scaled(pose: MusclePose) -> EffortProgram:
     held = np.arange(5) != _ELBOW if pose.stopped else np.ones(5, dtype=bool)
     B = d = None
     if pose.socket is not None:
-        B, d = pose.socket @ pose.pull * pose.unit / _FORCE, pose.socket @ pose.rest / _FORCE
+        size = max(_FORCE, float(np.linalg.norm(pose.rest)))
+        B, d = pose.socket @ pose.pull * pose.unit / size, pose.socket @ pose.rest / size
     low, high = pose.low / pose.unit, pose.high / pose.unit
     return EffortProgram(pose.weights, pose.power, A[held], b[held], A[~held], b[~held], low, high, B, d)
 
@@ -173,21 +176,26 @@ def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:
     Returns
     -------
     ndarray
-        Shape (5,), N m: three about the glenohumeral centre, elbow flexion, forearm.
+        Shape (5,), N m: three about the glenohumeral centre, elbow flexion, forearm. NaN if no moment would do,
+        because the muscles cannot bring the contact force into the socket.
     bool
-        Whether the solver has proved it least.
+        Whether the solver has proved it.
     """
     size = len(pose.low)
     P = np.zeros((size + 5, size + 5))
     P[size:, size:] = np.eye(5)
     program = ConicProgram(P, np.zeros(size + 5))
     effort = _scaled(pose)
-    _add_balance(program, effort, _outside(pose))
+    # A moment far above what muscles can make is measured in a unit of its own.
+    unit = max(_MOMENT, float(np.linalg.norm(pose.rest)) * _LEVER)
+    _add_balance(program, effort, _outside(pose) * unit / _MOMENT)
     _add_bounds(program, effort, 5)
     if in_socket:
         _add_socket(program, effort, 5)
     answer = program.solve()
-    return answer.x[size:] * _MOMENT, answer.is_optimal
+    if answer.is_infeasible:
+        return np.full(5, np.nan), True
+    return answer.x[size:] * unit, answer.is_optimal
 
 
 def _outside(pose: MusclePose) -> FloatArray:

@@ -27,7 +27,7 @@ from ...load_case.pose_stacks import Query
 from ..limb.limb_state import LimbState
 from ..limb.muscle_curves import MuscleState
 
-__all__ = ["Balance", "ExternalLoads", "balance_of", "external_loads"]
+__all__ = ["Balance", "ExternalLoads", "about_shifted_centre", "balance_of", "external_loads"]
 
 
 class ExternalLoads(NamedTuple):
@@ -99,6 +99,16 @@ def external_loads(
     below, about_centre = carried(forearm, gravity, query, *loaded)
     about_elbow = about_centre - np.cross(query.matrices @ elbow, below)
     return ExternalLoads(force, moment, np.einsum("ni,ni->n", axis, about_elbow))
+
+
+def about_shifted_centre(limb: LimbState, loads: ExternalLoads, shift: FloatArray) -> tuple[LimbState, ExternalLoads]:
+    """Moments about a centre of the joint that is displaced by ``shift``, shape (3,), m, against bones and muscles."""
+    if not shift.any():
+        return limb, loads
+    return (
+        limb._replace(moment=limb.moment - np.cross(shift, limb.pull)),
+        loads._replace(moment=loads.moment - np.cross(shift, loads.force)),
+    )
 
 
 def balance_of(limb: LimbState, muscles: MuscleState, loads: ExternalLoads) -> Balance:

@@ -57,6 +57,8 @@ class ConicAnswer(NamedTuple):
         Duality gap.
     is_optimal : bool
         Whether both are small enough.
+    is_infeasible : bool
+        Whether the solver has found a proof that no x meets the constraints.
     """
 
     x: FloatArray
@@ -64,6 +66,7 @@ class ConicAnswer(NamedTuple):
     kkt: float
     gap: float
     is_optimal: bool
+    is_infeasible: bool
 
 
 class ConicProgram:
@@ -99,7 +102,7 @@ class ConicProgram:
         answers = []
         for aim in _AIMS:
             answers.append(self._solve(aim))
-            if answers[-1].is_optimal:
+            if answers[-1].is_optimal or answers[-1].is_infeasible:
                 break
         return answers[-1]
 
@@ -122,7 +125,8 @@ class ConicProgram:
         size = max(1.0, abs(float(0.5 * x @ pull + self._q @ x)))
         solved = str(found.status) in ("Solved", "AlmostSolved", "InsufficientProgress")
         finite = bool(np.isfinite(kkt + gap))
-        return ConicAnswer(x, self._active(s, z), kkt, gap, solved and finite and max(kkt, gap / size) <= ACCEPTED)
+        optimal = solved and finite and max(kkt, gap / size) <= ACCEPTED
+        return ConicAnswer(x, self._active(s, z), kkt, gap, optimal, str(found.status) == "PrimalInfeasible")
 
     def _active(self, s: FloatArray, z: FloatArray) -> list[NDArray[np.bool_]]:
         """By strict complementarity: the multiplier is larger than the room."""

@@ -54,6 +54,15 @@ class DeviceAction(Record):
         turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
         return replace(self, constant=self.constant * turn, limbs=self.limbs * turn)
 
+    def about(self, shift: FloatArray) -> DeviceAction:
+        """The same wrenches with moments about a centre that is displaced by ``shift``, shape (3,), m."""
+
+        def moved(wrench: FloatArray) -> FloatArray:
+            moment = wrench[..., 3:] - np.cross(shift, wrench[..., :3])
+            return np.concatenate([wrench[..., :3], moment], axis=-1)
+
+        return replace(self, constant=moved(self.constant), limbs=moved(self.limbs))
+
     def flat(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Constant wrench (N, 6), limb wrenches (N, n, 6) and bounds (N, n) for a stack of N poses.
 

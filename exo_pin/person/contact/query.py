@@ -22,7 +22,7 @@ from ..limb.muscle_curves import MuscleState, muscle_state
 from ..limb.muscle_table import MUSCLES
 from ..limb.posture import LIMIT_NAMES, beyond
 from .activation import BALANCED, MusclePose, least_effort, least_missing
-from .balance import Balance, balance_of, external_loads
+from .balance import Balance, about_shifted_centre, balance_of, external_loads
 from .device import DeviceAction, as_action
 from .result import STATUS, JointContact
 
@@ -55,6 +55,8 @@ class ContactOptions(Record):
         Rim that the contact force stays inside; its ratios count, its axes are those of the bone. None: no condition.
     load_on : {"upper arm", "forearm"}
         What the load acts on.
+    centre_shift : ndarray
+        Displacement of the joint's centre against bones and muscles, shape (3,), m, {O_A}.
     """
 
     power: int = 2
@@ -62,6 +64,7 @@ class ContactOptions(Record):
     passive: bool = False
     cone: GlenoidCone | None = GlenoidCone()  # noqa: RUF009 (frozen)
     load_on: str = "upper arm"
+    centre_shift: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if self.power not in (2, 3) or isinstance(self.power, bool):
@@ -70,6 +73,10 @@ class ContactOptions(Record):
         as_choice("load_on", self.load_on, ("upper arm", "forearm"))
         if not isinstance(self.passive, bool):
             raise InvalidInput(f"expected passive to be True or False, got {self.passive!r}")
+        shift = as_finite("centre_shift", self.centre_shift, (3,))
+        if np.abs(shift).max() > 0.05:
+            raise InvalidInput(f"expected centre_shift in m, within 0.05 m, got {shift} (millimetres?)")
+        object.__setattr__(self, "centre_shift", shift)
         if self.cone is not None:
             if not isinstance(self.cone, GlenoidCone):
                 raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")
@@ -143,6 +150,10 @@ def contact_forces(
         query,
         options.load_on == "forearm",
     )
+    shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
+    limb, loads = about_shifted_centre(limb, loads, shift)
+    if action is not None and shift.any():
+        action = action.about(shift)
     balance = balance_of(limb, muscles, loads)
     assumptions = options.described(person, motion is not None)
     result = _answer(person, query, limb, muscles, balance, None, options, assumptions, progress, None)
@@ -267,38 +278,42 @@ def _solve(
     out.status[limb.outside.any(axis=1)] = STATUS.index("outside")
     no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
     out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
-    moments = np.concatenate([limbs[:, :, 3:], np.zeros((count, n, 2))], axis=2)
-    outer = np.concatenate([constant[:, 3:], np.zeros((count, 2))], axis=1)
     for row in track(np.flatnonzero(out.status == 0).tolist(), "muscles", progress):
+        # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
+        fixed = lower[row] == upper[row]
+        out.z[row, m:][fixed] = lower[row, fixed]
+        wrench = constant[row] + limbs[row, fixed].T @ lower[row, fixed]
+        free = limbs[row, ~fixed]
         pose = MusclePose(
-            rows=np.concatenate([balance.rows[row], moments[row].T], axis=1),
-            constant=balance.constant[row] + outer[row],
-            pull=np.concatenate([balance.pull[row], -limbs[row, :, :3].T], axis=1),
-            rest=balance.rest[row] - constant[row, :3],
-            low=np.concatenate([np.zeros(m), lower[row]]),
-            high=np.concatenate([np.ones(m), upper[row]]),
+            rows=np.concatenate([balance.rows[row], np.vstack([free[:, 3:].T, np.zeros((2, len(free)))])], axis=1),
+            constant=balance.constant[row] + np.concatenate([wrench[3:], np.zeros(2)]),
+            pull=np.concatenate([balance.pull[row], -free[:, :3].T], axis=1),
+            rest=balance.rest[row] - wrench[:3],
+            low=np.concatenate([np.zeros(m), lower[row, ~fixed]]),
+            high=np.concatenate([np.ones(m), upper[row, ~fixed]]),
             weights=weights,
             power=options.power,
             socket=None if ratios is None else limb.glenoid[row] / ratios,
             stopped=person.elbow_flexion < _STRAIGHT,
-            least=least if n else "effort",
+            least=least if len(free) else "effort",
         )
-        _solve_pose(pose, row, out)
+        _solve_pose(pose, row, np.concatenate([np.ones(m, dtype=bool), ~fixed]), out)
     return out
 
 
-def _solve_pose(pose: MusclePose, row: int, out: _Solved) -> None:
-    """Solve one pose, and say what is missing where it has no solution."""
+def _solve_pose(pose: MusclePose, row: int, chosen: NDArray[np.bool_], out: _Solved) -> None:
+    """Solve one pose, and say what is missing where it has no solution; ``chosen`` are the places of its variables."""
     found = least_effort(pose)
     if found.is_optimal:
-        out.z[row], out.kkt[row], out.gap[row] = found.z, found.kkt, found.gap
+        out.z[row, chosen], out.kkt[row], out.gap[row] = found.z, found.kkt, found.gap
         return
     missing, proved = least_missing(pose, in_socket=False)
     status = "too_weak"
     if proved and np.abs(missing).max() <= BALANCED and pose.socket is not None:
         missing, proved = least_missing(pose, in_socket=True)
         status = "unstable"
-    if not proved or np.abs(missing).max() <= BALANCED:
+    # Not "<=": a moment that is NaN is no answer of nothing missing.
+    if not proved or bool((np.abs(missing) <= BALANCED).all()):
         out.status[row] = STATUS.index("not_solved")
         return
     out.status[row], out.missing[row] = STATUS.index(status), missing

@@ -48,7 +48,7 @@ class JointContact(ReadOnly):
         limb forces have no value here); "not_solved".
     missing_moment : ndarray
         Shape (..., 3), N m: moment about the glenohumeral centre that would have to be added for a pose that is too
-        weak or unstable. Zero where the pose is held.
+        weak or unstable. Zero where the pose is held, NaN where no moment would do.
     missing_elbow : ndarray
         Shape (..., 2), N m: the same for elbow flexion and pronation.
     residual : ndarray

@@ -134,5 +134,5 @@ def test_reaction_of_other_poses_is_refused(device):
     reaction = device.worn_by(PERSON).reaction(POSES[:2])
     with pytest.raises(InvalidInput, match="same poses"):
         device.joint_contact(POSES, PERSON, reaction)
-    with pytest.raises(InvalidInput, match="of its own|its own"):
+    with pytest.raises(InvalidInput, match="its own"):
         device.joint_contact(POSES[:2], PERSON, reaction, centre_offset=PERSON.centre_path())

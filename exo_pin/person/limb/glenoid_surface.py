@@ -6,7 +6,7 @@ is the plane of least squared distance (area-weighted). Superior is the directio
 of the scapula, which passes through the socket's centre, the medial border at the level of the spine and the inferior
 angle.
 
-On MyoArm's scapula: 34 triangles, 39 mm high and 27 mm wide; the centre of the joint is 30.6 mm in front of the plane.
+On MyoArm's scapula: 34 triangles, 36 mm high and 28 mm wide; the centre of the joint is 30.6 mm in front of the plane.
 Against the scapula the socket is turned 5.5° backwards; adults have 1 ± 3°. Its inclination is 0°, and -8 to +6° as the
 point at the level of the spine, which the mesh does not show clearly, is moved 15 mm down or up; adults have 7 ± 4° of
 the bone and 1.6 ± 3° with the labrum.

@@ -13,8 +13,8 @@ source:
 * the active force of SUPSP has the numbers of SUP, another muscle;
 * the stored lengths of LAT1 lie beyond all lengths of its path, so that it has no active force in any pose.
 
-With the numbers below on MyoArm's paths the fibres of all shoulder muscles stay between 0.5 and 1.65 of their optimal
-length over the range of motion.
+With the numbers below on MyoArm's paths the fibres of all shoulder muscles stay between 0.48 and 1.65 of their
+optimal length over the range of motion.
 """
 
 from __future__ import annotations

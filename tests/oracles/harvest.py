@@ -1,6 +1,7 @@
 """One example of every public class, caught while questions of every kind are answered."""
 
 import importlib
+import importlib.util
 import inspect
 import pkgutil
 import sys
@@ -92,7 +93,7 @@ def _form(value):
 def harvest(folder):
     """Examples by class, one of every form (types of attributes), up to ``MOST``."""
     with Catcher() as catcher:
-        for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures):
+        for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures, _persons):
             scenario(folder)
     for example in (*muscle_examples(), *rare_examples(), *error_examples()):
         catcher.keep_all(example, set())
@@ -183,6 +184,22 @@ def _files(folder):
     ep.load(str(folder / "exo.toml"))
     exo.to_urdf(folder)
     ep.load(str(folder / "prototype.urdf"))
+
+
+def has_persons():
+    """Whether the extra ``person`` is installed."""
+    return all(importlib.util.find_spec(name) is not None for name in ("myo_sim", "clarabel"))
+
+
+def _persons(folder):
+    if not has_persons():
+        return
+    person, exo = ep.Person(1.75, 75, "male"), ep.load("prototype")
+    person.joint_contact(POSE)
+    person.contact_range(POSE)
+    person.centre_path()
+    exo.joint_contact(POSE, person, "least_effort", actuator_bounds="pull")
+    person.on_side("right").with_changes(strength=0.1).joint_contact(POSE, outside="mark")
 
 
 def _pictures(folder):

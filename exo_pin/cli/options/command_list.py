@@ -11,7 +11,7 @@ __all__ = ["COMMANDS", "help_of"]
 COMMANDS = {
     "reaction": ("reaction_command", "forces on shoulder, limbs, cuff and torso in a pose"),
     "contact": (
-        "contact_command",
+        "person.contact_command",
         "force in the shoulder joint with the wearer's own muscles, with and without the device",
     ),
     "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),

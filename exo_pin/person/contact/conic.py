@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ...core.errors import MissingExtra
+from ...core.records import OneProcess
 from ...core.validation import FloatArray
 
 __all__ = ["Block", "ConicAnswer", "ConicProgram"]
@@ -69,7 +70,7 @@ class ConicAnswer(NamedTuple):
     is_infeasible: bool
 
 
-class ConicProgram:
+class ConicProgram(OneProcess):
     """A program that is built block by block.
 
     Parameters

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.records import reduced_tuple
 from ...core.validation import FloatArray, frozen
 from .myoarm import MyoArm, myoarm
 
@@ -54,6 +55,9 @@ class GlenoidSurface(NamedTuple):
     height: float
     width: float
     triangles: NDArray[np.int64]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def scapula_mesh(limb: MyoArm) -> tuple[FloatArray, NDArray[np.int64]]:

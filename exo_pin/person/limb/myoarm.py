@@ -20,13 +20,15 @@ from __future__ import annotations
 
 import threading
 import warnings
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...chain.formats.mjcf.mjcf_compiling import mujoco_warnings
 from ...core.errors import MissingExtra
+from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from .muscle_table import MUSCLES
 
@@ -36,7 +38,8 @@ _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "s
 _ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
 
 
-class MyoArm(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class MyoArm(OneProcess):
     """The compiled model and the indices that are used of it.
 
     Vectors are in the frame of the model's thorax: x forward, y up, z to the right.

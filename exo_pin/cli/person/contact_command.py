@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import tilt_torsion_angles, tilt_torsion_rotation
-from ..core.errors import InvalidInput
-from ..core.files import write_figure
-from ..exo.shoulder_exo import ShoulderExo, load
-from ..person import ContactOptions, ContactRange, JointContact, Person
-from ..view.plots.contact_plots import contact_over_elevation
-from ..view.plots.force_plots import use_file_backend
-from .options.command_list import help_of
-from .options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
+from ...core.conventions import tilt_torsion_angles, tilt_torsion_rotation
+from ...core.errors import InvalidInput
+from ...core.files import write_figure
+from ...exo.shoulder_exo import ShoulderExo, load
+from ...person import ContactOptions, ContactRange, JointContact, Person
+from ...view.plots.contact_plots import contact_over_elevation
+from ...view.plots.force_plots import use_file_backend
+from ..options.command_list import help_of
+from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
 
 __all__ = ["add_commands"]
 

@@ -3,6 +3,7 @@
 import json
 import pickle
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -270,9 +271,30 @@ def test_wrong_arguments_are_refused():
 
 
 def test_missing_extra_is_named(monkeypatch):
-    from exo_pin.person.limb import myoarm as module
-
-    monkeypatch.setattr(module, "_made", None)
     monkeypatch.setitem(sys.modules, "myo_sim", None)
     with pytest.raises(MissingExtra, match=r"exo_pin\[person\]"):
+        myoarm.__wrapped__()
+    monkeypatch.setitem(sys.modules, "clarabel", None)
+    with pytest.raises(MissingExtra, match="clarabel"):
         PERSON.joint_contact(abduction(30))
+
+
+def test_results_do_not_depend_on_threads():
+    poses = [some_poses(6, seed) for seed in range(6)]
+
+    def forces(pose):
+        return PERSON.joint_contact(pose, outside="mark").force
+
+    with ThreadPoolExecutor(3) as pool:
+        together = list(pool.map(forces, poses))
+    assert all(np.array_equal(forces(pose), other, equal_nan=True) for pose, other in zip(poses, together, strict=True))
+
+
+def test_follows_a_movement():
+    times = np.linspace(0.0, 1.0, 9)
+    movement = ep.Movement.from_samples(times, ep.shoulder_rotation(0, 20 + 60 * times**2, 0, degrees=True))
+    moving = PERSON.joint_contact(movement.orientations, motion=movement.motion)
+    still = PERSON.joint_contact(movement.orientations)
+    assert (moving.status == "ok").all()
+    assert "force-velocity" in moving.assumptions["muscles"]
+    assert np.abs(moving.magnitude - still.magnitude).max() > 5.0

@@ -16,6 +16,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Query, as_query
+from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.constraints.glenoid_cone import GlenoidCone
 from ..limb.limb_state import LimbState, limb_lengths, limb_state
 from ..limb.muscle_curves import MuscleState, muscle_state
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ContactOptions", "contact_forces"]
 
-#: Gravity by which a person's weight is counted, m/s².
-_STANDARD_GRAVITY = 9.81
 #: An elbow bent by less than this is straight, rad.
 _STRAIGHT = np.radians(1.0)
 #: Turn by which the rate of the muscles' lengths is taken, rad: small against the wrapping, large against rounding.
@@ -244,7 +243,7 @@ def _answer(
         residual=_residual(balance, a, wrench, person.elbow_flexion < _STRAIGHT).reshape(shape),
         kkt=solved.kkt.reshape(shape),
         gap=solved.gap.reshape(shape),
-        body_weight=person.mass * _STANDARD_GRAVITY,
+        body_weight=person.mass * STANDARD_GRAVITY,
         side="right",
         assumptions=assumptions,
         without_device=bare,

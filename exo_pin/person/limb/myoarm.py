@@ -18,7 +18,7 @@ Facts about the model that matter here:
 
 from __future__ import annotations
 
-import threading
+import functools
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -91,10 +91,7 @@ class MyoArm(OneProcess):
     in_radius: NDArray[np.bool_]
 
 
-_lock = threading.Lock()
-_made: MyoArm | None = None
-
-
+@functools.cache
 def myoarm() -> MyoArm:
     """The model, compiled at the first call of the process (under a second).
 
@@ -103,14 +100,6 @@ def myoarm() -> MyoArm:
     MissingExtra
         If ``myo_sim`` is not installed, or MuJoCo has a major version that it does not know.
     """
-    global _made
-    with _lock:
-        if _made is None:
-            _made = _compiled()
-        return _made
-
-
-def _compiled() -> MyoArm:
     try:
         import mujoco
         import myo_sim

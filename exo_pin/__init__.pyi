@@ -43,6 +43,7 @@ from .person.contact.assumption_range import ContactRange as ContactRange
 from .person.contact.device import DeviceAction as DeviceAction
 from .person.contact.query import ContactOptions as ContactOptions
 from .person.contact.result import JointContact as JointContact
+from .person.external_loads import write_external_loads as write_external_loads
 from .person.wearer import Person as Person
 from .reaction.batch.elastic_kernels import Elasticity as Elasticity
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap

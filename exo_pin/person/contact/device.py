@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.conventions import MIRROR
-from ...core.errors import InvalidInput
+from ...core.errors import InfeasibleBounds, InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_real
 
@@ -48,6 +48,15 @@ class DeviceAction(Record):
         for name in ("lower", "upper"):
             object.__setattr__(self, name, as_real(name, getattr(self, name)))
         as_choice("what is made small", self.least, ("effort", "contact"))
+        if self.limbs.ndim < 2 or self.limbs.shape[-1] != 6:
+            raise InvalidInput(f"expected limbs to have shape (..., n, 6), got {self.limbs.shape}")
+        n = self.limbs.shape[-2]
+        for name in ("lower", "upper"):
+            if getattr(self, name).shape[-1:] != (n,):
+                raise InvalidInput(f"expected {name} to have shape (..., {n}), got {getattr(self, name).shape}")
+        crossed = np.asarray(self.lower > self.upper)
+        if crossed.any():
+            raise InfeasibleBounds(np.flatnonzero(crossed.reshape(-1, n).any(axis=0)))
 
     def mirrored(self) -> DeviceAction:
         """Mirror image in the x-z plane; moments are pseudovectors."""

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, as_choice, as_finite
+from ..core.validation import FloatArray, as_choice, as_finite, as_real
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.arm_loads import carried
@@ -102,7 +102,7 @@ def _given(
 ) -> tuple[FloatArray, str]:
     """Limb forces of a share, or as given, shape (N, n)."""
     shape, (count, n) = query.shape, limbs.shape[:2]
-    if np.ndim(forces) > 0:
+    if as_real("forces", forces).ndim > 0:
         given = as_finite("forces", forces, (n,), stack=True)
         try:
             return np.array(np.broadcast_to(given, (*shape, n)).reshape(count, n)), "given limb forces"

@@ -92,6 +92,8 @@ class Person(Record):
     degrees: InitVar[bool] = False
 
     def __post_init__(self, degrees: bool) -> None:
+        if not isinstance(degrees, bool):
+            raise InvalidInput(f"expected degrees to be True or False, got {degrees!r:.80}")
         for name in ("height", "mass", "strength"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name)))
         if self.strength > 10.0:

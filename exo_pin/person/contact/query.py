@@ -66,7 +66,7 @@ class ContactOptions(Record):
     centre_shift: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if self.power not in (2, 3) or isinstance(self.power, bool):
+        if not isinstance(self.power, int) or self.power not in (2, 3):
             raise InvalidInput(f"expected power to be 2 or 3, got {self.power!r}")
         as_choice("weights", self.weights, ("equal", "volume"))
         as_choice("load_on", self.load_on, ("upper arm", "forearm"))

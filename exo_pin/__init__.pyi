@@ -40,8 +40,8 @@ from .load_case.motion_and_load import Motion as Motion
 from .load_case.trajectories import Movement as Movement
 from .load_case.trajectory_files import read_movement as read_movement
 from .person.contact.assumption_range import ContactRange as ContactRange
+from .person.contact.contact_options import ContactOptions as ContactOptions
 from .person.contact.device import DeviceAction as DeviceAction
-from .person.contact.query import ContactOptions as ContactOptions
 from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads
 from .person.wearer import Person as Person

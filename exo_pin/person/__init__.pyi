@@ -1,6 +1,6 @@
 from .contact.assumption_range import ContactRange as ContactRange
+from .contact.contact_options import ContactOptions as ContactOptions
 from .contact.device import DeviceAction as DeviceAction
-from .contact.query import ContactOptions as ContactOptions
 from .contact.result import JointContact as JointContact
 from .external_loads import write_external_loads as write_external_loads
 from .limb.muscle_table import MUSCLES as MUSCLES

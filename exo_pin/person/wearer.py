@@ -19,8 +19,9 @@ from ..design.anthropometry import arm_segments
 from ..load_case import CentrePath, Load, Motion
 from ..load_case.pose_stacks import pose_matrices
 from .contact.assumption_range import ContactRange, contact_range
+from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
-from .contact.query import ContactOptions, contact_forces
+from .contact.query import contact_forces
 from .contact.result import JointContact
 from .limb.limb_state import LimbState, limb_state
 from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table

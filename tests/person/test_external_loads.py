@@ -47,7 +47,8 @@ def test_wrenches_are_turned_into_opensims_axes(tmp_path, followed):
     assert ET.parse(xml).getroot().findtext(".//datafile") == "device.sto"
 
 
-def test_opensim_applies_them_to_the_humerus(tmp_path, followed):
+def test_opensim_applies_them_to_the_humerus(tmp_path, followed, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # OpenSim writes a log where it is imported
     osim = pytest.importorskip("opensim", reason="a check with OpenSim: pip install opensim")
     xml, _ = write_external_loads(tmp_path / "device.xml", TIMES, followed.cuff_wrench)
     model = osim.Model()

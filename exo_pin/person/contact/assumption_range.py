@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.records import Record
 from ...core.validation import FloatArray
-from .query import ContactOptions
+from .contact_options import ContactOptions
 from .result import JointContact
 
 if TYPE_CHECKING:

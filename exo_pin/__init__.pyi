@@ -18,6 +18,7 @@ from .core.errors import NoisyMovement as NoisyMovement
 from .core.errors import NonConvexBound as NonConvexBound
 from .core.errors import NotAWrist as NotAWrist
 from .core.errors import OutsideHumanRange as OutsideHumanRange
+from .core.errors import OutsideRangeOfMotion as OutsideRangeOfMotion
 from .core.errors import SimulationStopped as SimulationStopped
 from .core.errors import SingularConfiguration as SingularConfiguration
 from .core.errors import SolverFailed as SolverFailed
@@ -42,6 +43,12 @@ from .load_case.motion_and_load import Load as Load
 from .load_case.motion_and_load import Motion as Motion
 from .load_case.trajectories import Movement as Movement
 from .load_case.trajectory_files import read_movement as read_movement
+from .person.contact.assumption_range import ContactRange as ContactRange
+from .person.contact.contact_options import ContactOptions as ContactOptions
+from .person.contact.device import DeviceAction as DeviceAction
+from .person.contact.result import JointContact as JointContact
+from .person.external_loads import write_external_loads as write_external_loads
+from .person.wearer import Person as Person
 from .reaction.batch.elastic_kernels import Elasticity as Elasticity
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap
 from .reaction.constraints.glenoid_cone import GlenoidCone as GlenoidCone

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from examples import error_examples, raise_example
-from harvest import harvest, public_classes
+from harvest import harvest, has_persons, public_classes
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -118,6 +118,8 @@ def check_class(kind, examples):
 
 @pytest.mark.parametrize("kind", public_classes(), ids=lambda kind: f"{kind.__module__}.{kind.__qualname__}")
 def test_every_public_class(kind, examples):
+    if kind.__module__.startswith("exo_pin.person.") and not has_persons():
+        pytest.skip("needs the extra person: pip install 'exo_pin[person]'")
     check_class(kind, examples)
 
 

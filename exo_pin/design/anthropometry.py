@@ -20,7 +20,7 @@ import numpy as np
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive
 
-__all__ = ["arm_segments"]
+__all__ = ["arm_segments", "upper_arm_length"]
 
 
 class _Segment(NamedTuple):
@@ -84,3 +84,8 @@ def arm_segments(
     if payload > 0.0:
         bodies.append((payload, start, np.zeros((3, 3))))
     return bodies
+
+
+def upper_arm_length(height: float, sex: str) -> float:
+    """Length of the upper arm, from the shoulder's centre to the elbow's, m."""
+    return _SEGMENTS[sex][0].length_mm / _MEAN_STATURE_MM[sex] * height

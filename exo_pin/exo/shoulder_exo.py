@@ -19,9 +19,11 @@ from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, pres
 from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
 from .force_methods import ForceQuestions
 from .kinematic_methods import KinematicQuestions
+from .person_methods import PersonQuestions
 from .uncertainty_methods import UncertaintyQuestions
 
 if TYPE_CHECKING:
+    from ..person import Person
     from ..study import StudyTable
     from ..view import ChainScene, Scene
 
@@ -30,7 +32,7 @@ __all__ = ["ShoulderExo", "load"]
 _ASSUMED = AssumedMasses()
 
 
-class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions):
+class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, PersonQuestions):
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
@@ -192,17 +194,19 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions):
         """
         return ShoulderExo.from_mechanism(self.mechanism.replace(**changes))
 
-    def worn_by(self, person: Arm) -> ShoulderExo:
+    def worn_by(self, person: Arm | Person) -> ShoulderExo:
         """The design on a person's arm: what the device itself moves is kept, another person's arm is not.
 
         Parameters
         ----------
-        person : Arm
-            A left arm, as :meth:`Arm.from_anthropometry` makes it; it is mirrored for a right-sided design.
+        person : Arm or Person
+            A left arm, as :meth:`Arm.from_anthropometry` makes it; it is mirrored for a right-sided design. Of a
+            Person, the arm.
         """
-        if not isinstance(person, Arm):
-            raise InvalidInput(f"expected person to be an Arm, got {type(person).__name__}")
-        arm = person if self.side == "left" else person.mirrored()
+        own = person if isinstance(person, Arm) else getattr(person, "arm", None)
+        if not isinstance(own, Arm):
+            raise InvalidInput(f"expected person to be an Arm or a Person, got {type(person).__name__}")
+        arm = own if self.side == "left" else own.mirrored()
         for part in () if self.arm is None else self.arm.parts:
             if part.device:
                 arm = arm + part

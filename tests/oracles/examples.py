@@ -61,6 +61,7 @@ def error_examples():
         errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
         errors.BrowserFailed("chromium", "no answer"),
         errors.SolverFailed("ProxQP", 1e-3, "in pose 3"),
+        errors.OutsideRangeOfMotion("elevation of 200.0°, where the model goes from 0 to 180°", 2, (1, 0)),
         muscle.OutsideValidity("best", "pressure 9 bar above 4 bar", 2, (1, 0)),
         muscle.NotIdentifiable("too few", ("K_1", "K_2")),
     ]

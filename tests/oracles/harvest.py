@@ -1,6 +1,7 @@
 """One example of every public class, caught while questions of every kind are answered."""
 
 import importlib
+import importlib.util
 import inspect
 import pkgutil
 import sys
@@ -17,6 +18,8 @@ import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.numerics import least_forces
+from exo_pin.person.limb.glenoid_surface import glenoid_surface
+from exo_pin.person.limb.myoarm import myoarm
 from exo_pin.reaction import reaction_map
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.wrist_chain import wrist_urdf as urdf
@@ -93,9 +96,11 @@ def _form(value):
 def harvest(folder):
     """Examples by class, one of every form (types of attributes), up to ``MOST``."""
     with Catcher() as catcher:
-        for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures):
+        for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures, _persons):
             scenario(folder)
-    for example in (*muscle_examples(), *rare_examples(), *error_examples()):
+    # Made once in a process: a query of another test may have made them.
+    made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
+    for example in (*muscle_examples(), *rare_examples(), *error_examples(), *made_once):
         catcher.keep_all(example, set())
     return {kind: list(found.values()) for kind, found in catcher.caught.items()}
 
@@ -186,6 +191,22 @@ def _files(folder):
     ep.load(str(folder / "exo.toml"))
     exo.to_urdf(folder)
     ep.load(str(folder / "prototype.urdf"))
+
+
+def has_persons():
+    """Whether the extra ``person`` is installed."""
+    return all(importlib.util.find_spec(name) is not None for name in ("myo_sim", "clarabel"))
+
+
+def _persons(folder):
+    if not has_persons():
+        return
+    person, exo = ep.Person(1.75, 75, "male"), ep.load("prototype")
+    person.joint_contact(POSE)
+    person.contact_range(POSE)
+    person.centre_path()
+    exo.joint_contact(POSE, person, "least_effort", actuator_bounds="pull")
+    person.on_side("right").with_changes(strength=0.1).joint_contact(POSE, outside="mark")
 
 
 def _pictures(folder):

@@ -13,7 +13,17 @@ from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
 
-__all__ = ["add_design", "add_limits", "add_person", "add_pose", "design", "limits", "pose", "pose_angles"]
+__all__ = [
+    "add_design",
+    "add_limits",
+    "add_person",
+    "add_pose",
+    "design",
+    "limits",
+    "person_numbers",
+    "pose",
+    "pose_angles",
+]
 
 _ANGLES = (
     ("flexion", "arm forward"),
@@ -86,10 +96,15 @@ def pose(options: argparse.Namespace, exo: ShoulderExo) -> Rotation:
     return orientation
 
 
-def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
+def person_numbers(text: str) -> tuple[float, float, str]:
+    """Height, mass and sex of ``--person``."""
     try:
         height, mass, sex = (part.strip() for part in text.split(","))
-        numbers = float(height), float(mass)
+        return float(height), float(mass), sex
     except ValueError:
         raise InvalidInput(f"expected --person HEIGHT,MASS,SEX such as 1.75,75,male, got {text!r}") from None
-    return Arm.from_anthropometry(*numbers, sex=sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)
+
+
+def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
+    height, mass, sex = person_numbers(text)
+    return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)

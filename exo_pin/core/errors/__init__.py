@@ -26,7 +26,7 @@ from .inputs import (
     NotAWrist,
     UnknownName,
 )
-from .muscles import NotIdentifiable, OutsideValidity
+from .muscles import NotIdentifiable, OutsideRangeOfMotion, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
 from .warning_categories import ExoPinWarning, NoisyMovement, OutsideHumanRange
 
@@ -51,6 +51,7 @@ __all__ = [
     "NotAWrist",
     "NotIdentifiable",
     "OutsideHumanRange",
+    "OutsideRangeOfMotion",
     "OutsideValidity",
     "SimulationStopped",
     "SingularConfiguration",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .base import ExoPinError
 from .inputs import InvalidInput
 
-__all__ = ["NotIdentifiable", "OutsideValidity"]
+__all__ = ["NotIdentifiable", "OutsideRangeOfMotion", "OutsideValidity"]
 
 
 class OutsideValidity(InvalidInput):
@@ -32,6 +32,31 @@ class OutsideValidity(InvalidInput):
         many = f" ({self.count} states are outside)" if self.count > 1 else ""
         super().__init__(
             f"muscle model {model!r} does not hold{where}: {reason}{many}; outside='mark' returns marked values"
+        )
+
+
+class OutsideRangeOfMotion(InvalidInput):
+    """A pose lies outside the range of motion of the wearer's anatomical model.
+
+    Attributes
+    ----------
+    reason : str
+        The angle, its value and its limits.
+    count : int
+        Number of poses outside.
+    index : tuple of int
+        Position of the first of them in the stack; empty for a single pose.
+    """
+
+    def __init__(self, reason: str, count: int = 1, index: tuple[int, ...] = ()) -> None:
+        self.reason = reason
+        self.count = int(count)
+        self.index = tuple(int(i) for i in index)
+        where = f" at index {self.index}" if self.index else ""
+        many = f" ({self.count} poses are outside)" if self.count > 1 else ""
+        super().__init__(
+            f"the person's arm cannot take this pose{where}: {reason}{many}. Choose a pose within these limits, or "
+            "outside='mark' to mark such poses in the result"
         )
 
 

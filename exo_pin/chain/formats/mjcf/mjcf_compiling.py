@@ -18,8 +18,8 @@ from ....core.records import OneProcess
 
 __all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
 
-#: Major version of MuJoCo whose compiled model is read.
-_VERSION = "4"
+#: Versions of MuJoCo whose compiled model is read: from the first up to, but not including, the second.
+_VERSIONS = (3, 10), (5, 0)
 #: MuJoCo has one handler of warnings in a process.
 _HANDLER = threading.Lock()
 
@@ -88,7 +88,7 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     FileFormatError
         If there is no such file, MuJoCo cannot compile it, or it is a URDF.
     MissingExtra
-        If MuJoCo is not installed, or has another major version.
+        If MuJoCo is not installed, or has a version that is not read.
     InvalidInput
         If the source is neither a path nor text.
     """
@@ -96,8 +96,8 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
         import mujoco
     except ImportError as error:
         raise MissingExtra("robots", "mujoco") from error
-    if mujoco.__version__.split(".")[0] != _VERSION:
-        raise MissingExtra("robots", f"mujoco {_VERSION} (version {mujoco.__version__} is installed)")
+    if not _VERSIONS[0] <= tuple(int(part) for part in mujoco.__version__.split(".")[:2]) < _VERSIONS[1]:
+        raise MissingExtra("robots", f"mujoco 3.10 to 4 (version {mujoco.__version__} is installed)")
     if not isinstance(source, (str, PathLike)):
         raise InvalidInput(f"expected the path of an MJCF file, or the XML itself, got {source!r}")
     if isinstance(source, str):

@@ -138,10 +138,12 @@ def _bodies(source: Compiled) -> Iterator[str]:
 
 def _joints(source: Compiled) -> Iterator[str]:
     model, kinds = source.model, source.mujoco.mjtJoint
+    rigid = np.zeros(model.njnt)
     for joint in range(model.njnt):
         name, kind = source.called("JOINT", joint), int(model.jnt_type[joint])
         dofs = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + {0: 6, 1: 3}.get(kind, 1))
-        if model.jnt_stiffnesspoly[joint].any() or model.jnt_springyield[joint]:
+        # MuJoCo 3 has no plastic springs.
+        if model.jnt_stiffnesspoly[joint].any() or getattr(model, "jnt_springyield", rigid)[joint]:
             yield f"the spring of joint {name} is not linear (polynomial or plastic): use one stiffness"
         if model.dof_dampingpoly[dofs].any():
             yield f"the damping of joint {name} is not linear: use one coefficient"

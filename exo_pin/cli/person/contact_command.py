@@ -1,0 +1,158 @@
+"""``exo-pin contact``: the force in the shoulder joint with the wearer's own muscles."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import tilt_torsion_angles, tilt_torsion_rotation
+from ...core.errors import InvalidInput
+from ...core.files import write_figure
+from ...exo.shoulder_exo import ShoulderExo, load
+from ...person import ContactOptions, ContactRange, JointContact, Person
+from ...view.plots.contact_plots import contact_over_elevation
+from ...view.plots.force_plots import use_file_backend
+from ..options.command_list import help_of
+from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
+
+__all__ = ["add_commands"]
+
+#: Elevations of a plot, degrees.
+_ELEVATIONS = np.arange(5.0, 121.0, 5.0)
+
+
+def add_commands(commands: Any) -> None:
+    """Register the command."""
+    parser = commands.add_parser("contact", help=help_of("contact"))
+    add_design(parser)
+    add_pose(parser)
+    parser.add_argument(
+        "--person", default="1.75,75,male", metavar="HEIGHT,MASS,SEX", help="the wearer (m, kg; default 1.75,75,male)"
+    )
+    parser.add_argument("--strength", type=float, default=100.0, metavar="PERCENT", help="of all muscles (default 100)")
+    parser.add_argument("--elbow-flexion", type=float, default=0.0, metavar="DEG", help="0 to 130 degrees (default 0)")
+    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="in the hand, kg")
+    parser.add_argument("--bare", action="store_true", help="without a device")
+    parser.add_argument(
+        "--share",
+        type=float,
+        metavar="PERCENT",
+        help="of the moments of the arm that the device carries (default 100; 0: it carries only itself)",
+    )
+    parser.add_argument(
+        "--least",
+        choices=("effort", "contact"),
+        help="choose the limb forces for least muscle effort, or for least contact force (a lower bound)",
+    )
+    add_limits(parser)
+    parser.add_argument(
+        "--moving-centre", action="store_true", help="the device's centre stays where the shoulder's is at rest"
+    )
+    parser.add_argument("--cubes", action="store_true", help="least sum of cubed instead of squared activations")
+    parser.add_argument("--volumes", action="store_true", help="weigh the muscles by their volume")
+    parser.add_argument("--passive", action="store_true", help="stretched muscles pull without activation")
+    parser.add_argument("--any-direction", action="store_true", help="let the force leave the socket's rim")
+    parser.add_argument("--range", action="store_true", help="change the assumptions one at a time")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument(
+        "--plot", type=Path, metavar="FILE", help="contact force over the elevation in the plane of the pose"
+    )
+    parser.set_defaults(run=_contact)
+
+
+def _contact(options: argparse.Namespace) -> int:
+    exo, person = load(options.design, side=options.side), _person(options)
+    person = person.on_side(exo.side)
+    orientation = pose(options, exo.side)
+    if options.json and options.range:
+        raise InvalidInput("--json and --range do not go together: leave one out")
+    if options.range:
+        _print(exo, person, options, str(_asked(exo, person, orientation, options, ranged=True)))
+    else:
+        result = _asked(exo, person, orientation, options)
+        assert isinstance(result, JointContact)
+        if options.json:
+            print(result.to_json())
+        else:
+            _print(exo, person, options, str(result))
+    if options.plot is not None:
+        _plot(exo, person, orientation, options)
+    return 0
+
+
+def _person(options: argparse.Namespace) -> Person:
+    height, mass, sex = person_numbers(options.person)
+    return Person(
+        height,
+        mass,
+        sex,
+        strength=options.strength / 100.0,
+        elbow_flexion=options.elbow_flexion,
+        payload=options.payload,
+        degrees=True,
+    )
+
+
+def _asked(
+    exo: ShoulderExo,
+    person: Person,
+    orientation: Rotation,
+    options: argparse.Namespace,
+    ranged: bool = False,
+    **more: Any,
+) -> JointContact | ContactRange:
+    """The result that the options name."""
+    chosen = ContactOptions(
+        power=3 if options.cubes else 2,
+        weights="volume" if options.volumes else "equal",
+        passive=options.passive,
+        cone=None if options.any_direction else ContactOptions().cone,
+    )
+    bounds = limits(options)
+    if options.bare:
+        if options.share is not None or options.least is not None or bounds is not None or options.moving_centre:
+            raise InvalidInput(
+                "--bare is without a device: leave out --share, --least, --pull, --tension, --moving-centre"
+            )
+        ask = person.contact_range if ranged else person.joint_contact
+        return ask(orientation, options=chosen, **more)
+    if options.share is not None and options.least is not None:
+        raise InvalidInput("--share gives the limb forces and --least chooses them: give one of the two")
+    if options.least is not None:
+        forces: Any = f"least_{options.least}"
+        more["actuator_bounds"] = bounds
+    else:
+        if bounds is not None:
+            raise InvalidInput("--pull and --tension are limits for --least: give it too")
+        forces = (100.0 if options.share is None else options.share) / 100.0
+    offset = person.centre_path() if options.moving_centre else None
+    query = exo.contact_range if ranged else exo.joint_contact
+    return query(orientation, person, forces=forces, centre_offset=offset, options=chosen, **more)
+
+
+def _print(exo: ShoulderExo, person: Person, options: argparse.Namespace, text: str) -> None:
+    angles = pose_angles(options)
+    device = "no device" if options.bare else exo.mechanism.title or exo.name
+    print(
+        f"{device}\n"
+        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
+        f"{person.height:g} m, {person.mass:g} kg, {person.sex}\n\n{text}"
+    )
+
+
+def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argparse.Namespace) -> None:
+    """Over the elevation in the plane of the pose, outwards for a hanging arm."""
+    use_file_backend()
+    azimuth, tilt, torsion = tilt_torsion_angles(orientation, exo.side, degrees=True)
+    azimuth = 90.0 if tilt < 1.0 else azimuth
+    poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=exo.side, degrees=True)
+    result = _asked(exo, person, poses, options, outside="mark")
+    assert isinstance(result, JointContact)
+    axes = contact_over_elevation(_ELEVATIONS, result)
+    axes.set_title(f"{'No device' if options.bare else exo.name}: plane of elevation {azimuth:.0f}° from forward")
+    write_figure(options.plot, axes.figure)
+    print(options.plot)

@@ -1,0 +1,122 @@
+"""From the limb forces of a device to its wrenches on the wearer's arm."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, as_choice, as_finite, as_real
+from ..design import Mechanism
+from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..load_case.arm_loads import carried
+from ..load_case.pose_stacks import Query, as_query, require_massless
+from ..person import DeviceAction, Person
+from ..reaction import ActuatorBounds, Reaction
+from ..reaction.constraints.limb_limits import ForceLimits
+from ..wrist.forces.displaced import as_offset
+from ..wrist.forces.side_forces import side_wrenches
+from ..wrist.kernels import SINGULAR_MARGIN
+
+__all__ = ["action_of_limbs", "action_of_reaction"]
+
+#: Ways to choose the limb forces together with the muscles, and their words.
+_CHOSEN = {
+    "least_effort": "limb forces of least muscle effort, chosen together with the activations",
+    "least_contact": "limb forces and activations of least contact force: a lower bound, as muscles do not choose so",
+}
+
+
+def action_of_reaction(reaction: Reaction, orientation: Rotation) -> DeviceAction:
+    """What a computed reaction puts on the person's arm."""
+    if reaction.status.shape != orientation.shape:
+        raise InvalidInput(
+            f"expected a Reaction of the same poses, of shape {orientation.shape}, got {reaction.status.shape}"
+        )
+    f = np.asarray(reaction.actuator_forces)
+    nothing = np.zeros((*f.shape, 6))
+    blank = np.asarray(np.isnan(reaction.cuff_wrench).any(axis=-1))
+    # A row without wrench is marked by its bounds.
+    f = np.where(blank[..., None], np.nan, f)
+    wrench = np.where(blank[..., None], 0.0, reaction.cuff_wrench)
+    return DeviceAction(wrench, nothing, f, f, chosen_by=f"limb forces of a reaction, split {reaction.split}")
+
+
+def action_of_limbs(
+    mechanism: Mechanism,
+    wearer: Person,
+    orientation: Rotation,
+    forces: ArrayLike | str,
+    motion: Motion | None,
+    load: Load | None,
+    actuator_bounds: ActuatorBounds,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None,
+) -> DeviceAction:
+    """Limbs without side force: what each does per newton, and its bounds."""
+    require_massless(mechanism)
+    if isinstance(centre_offset, CentrePath):
+        centre_offset = centre_offset.offset(orientation)
+    query = as_query(orientation, motion, load)
+    shape, count, n = query.shape, len(query.matrices), mechanism.limb_count
+    base, cuff = as_offset(np.zeros(3) if centre_offset is None else centre_offset, shape)
+    side = side_wrenches(mechanism, query.matrices, base, cuff)
+    limbs = -np.concatenate([side.directions, side.moment_arms], axis=-1)
+    device = np.zeros((count, 6))
+    nothing = np.zeros((count, 3))
+    for part in () if mechanism.arm is None else mechanism.arm.parts:
+        if part.device:
+            device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
+    if isinstance(forces, str):
+        as_choice("choice of limb forces", forces, _CHOSEN)
+        limits = ForceLimits(
+            actuator_bounds, shape, n, lambda: np.linalg.norm(_spans(mechanism, query.matrices, base, cuff), axis=-1)
+        )
+        lower, upper, words = limits.lower, limits.upper, _CHOSEN[forces]
+        least = forces.removeprefix("least_")
+    else:
+        if actuator_bounds is not None:
+            raise InvalidInput('actuator_bounds are for forces="least_effort" and "least_contact": leave them out')
+        lower, words = _given(forces, limbs, device, wearer, mechanism, query)
+        upper, least = lower, "effort"
+    return DeviceAction(
+        device.reshape(*shape, 6),
+        limbs.reshape(*shape, n, 6),
+        lower.reshape(*shape, n),
+        upper.reshape(*shape, n),
+        least,
+        words,
+    )
+
+
+def _spans(mechanism: Mechanism, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> FloatArray:
+    """Vectors from A_i to B_i, shape (N, n, 3), m."""
+    geometry = mechanism.geometry
+    arm = geometry.platform_points @ np.swapaxes(matrices, 1, 2)
+    carried_centre = np.einsum("kij,kj->ki", matrices, cuff)
+    return np.asarray(arm + carried_centre[:, None] - geometry.base_points - base[:, None])
+
+
+def _given(
+    forces: ArrayLike, limbs: FloatArray, device: FloatArray, wearer: Person, mechanism: Mechanism, query: Query
+) -> tuple[FloatArray, str]:
+    """Limb forces of a share, or as given, shape (N, n)."""
+    shape, (count, n) = query.shape, limbs.shape[:2]
+    if as_real("forces", forces).ndim > 0:
+        given = as_finite("forces", forces, (n,), stack=True)
+        try:
+            return np.array(np.broadcast_to(given, (*shape, n)).reshape(count, n)), "given limb forces"
+        except ValueError:
+            raise InvalidInput(f"expected forces to broadcast to {(*shape, n)}, got {given.shape}") from None
+    share = float(as_finite("forces", forces, ()))
+    if not 0.0 <= share <= 1.0:
+        raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
+    arm = wearer.arm
+    moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
+    needed = -(device[:, 3:] + share * moment)
+    arms = np.swapaxes(limbs[:, :, 3:], 1, 2)
+    values = np.linalg.svd(arms, compute_uv=False)
+    reach = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
+    f = np.einsum("kni,ki->kn", np.linalg.pinv(arms), needed)
+    f[values[:, -1] < SINGULAR_MARGIN * reach] = np.nan
+    return f, f"limbs carry {100.0 * share:g} % of the moments of the person's arm, without side forces"

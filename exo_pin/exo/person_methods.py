@@ -1,0 +1,135 @@
+"""Contact force of the wearer's shoulder joint with the device on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.validation import require_method
+from ..load_case import CentreOffset, CentrePath, Load, Motion
+from ..reaction import ActuatorBounds, Reaction
+from .subject import Subject
+
+if TYPE_CHECKING:
+    from ..person import ContactOptions, ContactRange, JointContact, Person
+
+__all__ = ["PersonQuestions"]
+
+
+class PersonQuestions(Subject):
+    """What the wearer's shoulder joint feels."""
+
+    def joint_contact(
+        self,
+        orientation: Rotation,
+        person: Person,
+        forces: Reaction | ArrayLike | str = 1.0,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        *,
+        actuator_bounds: ActuatorBounds = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        options: ContactOptions | None = None,
+        outside: str = "raise",
+        progress: bool = False,
+    ) -> JointContact:
+        """Contact force of the glenohumeral joint with the person's own muscles and the device.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose of the arm, single or a stack of shape (...).
+        person : Person
+            The wearer; the arm on the device's side is taken.
+        forces : number, array_like, Reaction, "least_effort" or "least_contact"
+            The limb forces:
+
+            * a number: the share of the moments of the person's arm (weight, inertia and load) that the device
+              carries, 1 for all, 0 for a device that carries no more than itself;
+            * an array of shape (..., n), N, tension positive;
+            * a Reaction of the same poses: its wrenches, with side forces and limb masses;
+            * "least_effort": within ``actuator_bounds``, chosen together with the activations for least effort;
+            * "least_contact": the same for least contact force, a lower bound.
+
+            Limbs carry no side force, except in a Reaction.
+        motion, load : Motion, Load, optional
+            As in :meth:`exo_pin.ShoulderExo.reaction`.
+        actuator_bounds : optional
+            Limits of the limb forces for the last two, as in :meth:`exo_pin.ShoulderExo.reaction`.
+        centre_offset : CentreOffset, CentrePath or array_like, optional
+            Where the device's centre lies, seen from the anatomical one; ``person.centre_path()`` for a device whose
+            centre is fixed to the torso. Not with a Reaction, which has its own.
+        options : ContactOptions, optional
+            Criterion, socket, passive forces.
+        outside : {"raise", "mark"}
+            What to do with poses outside the person's range of motion.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        JointContact
+            With ``without_device``, the same for the arm alone.
+
+        Raises
+        ------
+        OutsideRangeOfMotion
+            If a pose is outside the person's range of motion and ``outside`` is "raise".
+        MissingExtra
+            If the extra ``person`` is not installed.
+        InvalidInput
+            If an argument does not fit, or a limb has mass and ``forces`` is no Reaction.
+        """
+        from .device_action import action_of_limbs, action_of_reaction  # here, because few queries need a person
+
+        require_method("person", person, "joint_contact", "a Person")
+        mechanism, wearer = self.mechanism, person.on_side(self.mechanism.side)
+        if isinstance(forces, Reaction):
+            if centre_offset is not None or actuator_bounds is not None:
+                raise InvalidInput("a Reaction has its own centre_offset and actuator_bounds: leave them out here")
+            action = action_of_reaction(forces, orientation)
+        else:
+            action = action_of_limbs(
+                mechanism, wearer, orientation, forces, motion, load, actuator_bounds, centre_offset
+            )
+        return wearer.joint_contact(
+            orientation,
+            load,
+            motion,
+            action,
+            options=options,
+            gravity=mechanism.gravity,
+            outside=outside,
+            progress=progress,
+        )
+
+    def contact_range(
+        self, orientation: Rotation, person: Person, *, options: ContactOptions | None = None, **arguments: Any
+    ) -> ContactRange:
+        """The contact force with the device under other assumptions, one changed at a time.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose of the arm, single or a stack of shape (...).
+        person : Person
+            The wearer.
+        options : ContactOptions, optional
+            The assumptions to start from.
+        **arguments
+            More of :meth:`joint_contact`.
+
+        Returns
+        -------
+        ContactRange
+        """
+        from ..person import ContactOptions
+        from ..person.contact.assumption_range import contact_range
+
+        def query(wearer: Person, chosen: ContactOptions) -> JointContact:
+            return self.joint_contact(orientation, wearer, options=chosen, **arguments)
+
+        return contact_range(query, person, ContactOptions() if options is None else options)

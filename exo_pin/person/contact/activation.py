@@ -1,0 +1,237 @@
+"""Choice of the activations: static optimisation of one pose.
+
+Of all activations a that balance the arm, with 0 <= a <= 1, the ones of least effort are chosen:
+
+    min Σ_j w_j a_j^p,   p = 2 or 3,
+
+with equal weights or the volumes of the muscles. Three conditions may be added:
+
+* The contact force stays in the socket: with compression N and shear S, P towards superior and anterior,
+  (S / superior)² + (P / anterior)² <= N², N >= 0. This is an elliptic cone, so the program is a second-order cone
+  program (Clarabel).
+* Limb forces of the device are chosen in the same program, within their bounds.
+* At the end of its extension the elbow has a stop: it can carry a moment that would extend it further.
+
+Without a socket and with p = 2 the program is a quadratic one (ProxSuite).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.validation import FloatArray
+from ...numerics.quadratic import LeastSquares
+from ...numerics.quadratic import solve as solve_quadratic
+from .conic import ConicAnswer, ConicProgram
+from .polish import ActiveSet, EffortProgram, polished
+
+__all__ = ["BALANCED", "Chosen", "MusclePose", "least_effort", "least_missing"]
+
+#: Unit of force, N, and of moment, N m, of the scaled programs.
+_FORCE, _MOMENT = 500.0, 10.0
+#: Lever arm of a muscle, m.
+_LEVER = 0.02
+#: Row of the elbow in the moment balance.
+_ELBOW = 3
+#: Missing moment below which a pose counts as balanced, N m.
+BALANCED = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class MusclePose:
+    """Everything about one pose that the choice depends on; m activations and n limb forces.
+
+    Attributes
+    ----------
+    rows, constant : ndarray
+        Moment balance ``rows @ z + constant = 0``, shapes (5, m + n) and (5,), N m.
+    pull, rest : ndarray
+        Contact force ``pull @ z + rest``, shapes (3, m + n) and (3,), N, {O_A}.
+    low, high : ndarray
+        Shape (m + n,), bounds; limb forces in N, may be infinite.
+    weights : ndarray
+        Shape (m,).
+    power : int
+        2 or 3.
+    socket : ndarray or None
+        Shape (3, 3): axes of the glenoid, superior and anterior row divided by the ratios of its rim.
+    stopped : bool
+        Whether the elbow is straight, so that its stop can carry what would extend it.
+    least : {"effort", "contact"}
+        What is made small. "contact": the contact force, with muscles and device alike.
+    """
+
+    rows: FloatArray
+    constant: FloatArray
+    pull: FloatArray
+    rest: FloatArray
+    low: FloatArray
+    high: FloatArray
+    weights: FloatArray
+    power: int
+    socket: FloatArray | None
+    stopped: bool
+    least: str = "effort"
+
+    @property
+    def muscles(self) -> int:
+        """Number of muscles m."""
+        return len(self.weights)
+
+    @property
+    def unit(self) -> FloatArray:
+        """Units of the variables, shape (m + n,): 1 and N."""
+        return np.where(np.arange(len(self.low)) < self.muscles, 1.0, _FORCE)
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """The choice.
+
+    Attributes
+    ----------
+    z : ndarray
+        Shape (m + n,).
+    kkt, gap : float
+        Violation of the optimality conditions and duality gap of the scaled program.
+    is_optimal : bool
+        Whether they prove it optimal.
+    """
+
+    z: FloatArray
+    kkt: float
+    gap: float
+    is_optimal: bool
+
+
+def least_effort(pose: MusclePose) -> Chosen:
+    """Choose activations and limb forces."""
+    if pose.power == 2 and pose.socket is None and pose.least == "effort":
+        return _by_quadratic(pose)
+    size = len(pose.low)
+    extra = pose.muscles if pose.power == 3 and pose.least == "effort" else 0
+    P, q = np.zeros((size + extra, size + extra)), np.zeros(size + extra)
+    if extra:
+        q[size:] = pose.weights
+    elif pose.least == "effort":
+        P[np.arange(pose.muscles), np.arange(pose.muscles)] = 2.0 * pose.weights
+    else:
+        towards = pose.pull * pose.unit / _FORCE
+        P[:size, :size], q[:size] = towards.T @ towards, towards.T @ pose.rest / _FORCE
+    program = ConicProgram(P, q)
+    effort = _scaled(pose)
+    outside = np.zeros((5, extra))
+    _add_balance(program, effort, outside)
+    _add_bounds(program, effort, extra)
+    _add_socket(program, effort, extra)
+    for muscle in range(extra):
+        cube = np.zeros((3, size + extra))
+        cube[0, size + muscle] = cube[2, muscle] = -1.0
+        program.add("cube", cube, np.array([0.0, 1.0, 0.0]))
+    answer = program.solve()
+    x, kkt, gap = np.clip(answer.x[:size], effort.low, effort.high), answer.kkt, answer.gap
+    if answer.is_optimal and pose.least == "effort":
+        exact = polished(effort, x, _active_set(effort, answer))
+        if exact is not None:
+            (x, kkt), gap = exact, 0.0
+    return Chosen(x * pose.unit, kkt, gap, answer.is_optimal)
+
+
+def _scaled(pose: MusclePose) -> EffortProgram:
+    """The program in numbers of order 1."""
+    A, b = pose.rows * pose.unit / _MOMENT, -pose.constant / _MOMENT
+    held = np.arange(5) != _ELBOW if pose.stopped else np.ones(5, dtype=bool)
+    B = d = None
+    if pose.socket is not None:
+        size = max(_FORCE, float(np.linalg.norm(pose.rest)))
+        B, d = pose.socket @ pose.pull * pose.unit / size, pose.socket @ pose.rest / size
+    low, high = pose.low / pose.unit, pose.high / pose.unit
+    return EffortProgram(pose.weights, pose.power, A[held], b[held], A[~held], b[~held], low, high, B, d)
+
+
+def _active_set(effort: EffortProgram, answer: ConicAnswer) -> ActiveSet:
+    """Active constraints of the solver's answer; the blocks are those of :func:`least_effort`, in its order."""
+    blocks = iter(answer.active[1:])
+    rows = next(blocks) if len(effort.c) else np.zeros(0, dtype=bool)
+    fixed = np.zeros(len(effort.low), dtype=np.int64)
+    at_bound = next(blocks)
+    below, above = np.flatnonzero(np.isfinite(effort.low)), np.flatnonzero(np.isfinite(effort.high))
+    fixed[above[at_bound[len(below) :]]] = 1
+    fixed[below[at_bound[: len(below)]]] = -1
+    return ActiveSet(fixed, rows, effort.B is not None and bool(next(blocks)[0]))
+
+
+def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:
+    """The least moment that something else would have to add for the pose to be held.
+
+    Parameters
+    ----------
+    pose : MusclePose
+        A pose that cannot be balanced.
+    in_socket : bool
+        Whether the contact force has to stay in the socket.
+
+    Returns
+    -------
+    ndarray
+        Shape (5,), N m: three about the glenohumeral centre, elbow flexion, forearm. NaN if no moment would do,
+        because the muscles cannot bring the contact force into the socket.
+    bool
+        Whether the solver has proved it.
+    """
+    size = len(pose.low)
+    P = np.zeros((size + 5, size + 5))
+    P[size:, size:] = np.eye(5)
+    program = ConicProgram(P, np.zeros(size + 5))
+    effort = _scaled(pose)
+    # A moment far above what muscles can make is measured in a unit of its own.
+    unit = max(_MOMENT, float(np.linalg.norm(pose.rest)) * _LEVER)
+    _add_balance(program, effort, _outside(pose) * unit / _MOMENT)
+    _add_bounds(program, effort, 5)
+    if in_socket:
+        _add_socket(program, effort, 5)
+    answer = program.solve()
+    if answer.is_infeasible:
+        return np.full(5, np.nan), True
+    return answer.x[size:] * unit, answer.is_optimal
+
+
+def _outside(pose: MusclePose) -> FloatArray:
+    """Moments from outside in the rows of the scaled balance: equalities first, then the elbow that may be stopped."""
+    if not pose.stopped:
+        return np.eye(5)
+    return np.eye(5)[[*np.flatnonzero(np.arange(5) != _ELBOW), _ELBOW]]
+
+
+def _add_balance(program: ConicProgram, effort: EffortProgram, outside: FloatArray) -> None:
+    """Moment balance; ``outside``, shape (5, extra), is the part of further variables in it."""
+    count = len(effort.b)
+    program.add("zero", np.hstack([effort.A, outside[:count]]), effort.b)
+    if len(effort.c):
+        program.add("positive", np.hstack([effort.C, outside[count:]]), effort.c)
+
+
+def _add_bounds(program: ConicProgram, effort: EffortProgram, extra: int) -> None:
+    below, above = np.isfinite(effort.low), np.isfinite(effort.high)
+    one = np.eye(len(effort.low), len(effort.low) + extra)
+    program.add(
+        "positive",
+        np.vstack([-one[below], one[above]]),
+        np.concatenate([-effort.low[below], effort.high[above]]),
+    )
+
+
+def _add_socket(program: ConicProgram, effort: EffortProgram, extra: int) -> None:
+    if effort.B is not None and effort.d is not None:
+        program.add("second_order", -np.hstack([effort.B, np.zeros((3, extra))]), effort.d)
+
+
+def _by_quadratic(pose: MusclePose) -> Chosen:
+    effort = _scaled(pose)
+    E = np.eye(pose.muscles, len(pose.low)) * np.sqrt(pose.weights)[:, None]
+    answer = solve_quadratic(
+        LeastSquares(E, np.zeros(pose.muscles), effort.A, effort.b, effort.low, effort.high, effort.C, effort.c)
+    )
+    return Chosen(answer.z * pose.unit, answer.kkt, answer.gap, answer.is_optimal)

@@ -1,0 +1,124 @@
+"""How far the contact force moves with the assumptions that it rests on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...core.records import Record
+from ...core.validation import FloatArray
+from .contact_options import ContactOptions
+from .result import JointContact
+
+if TYPE_CHECKING:
+    from ..wearer import Person
+
+__all__ = ["ContactRange", "contact_range"]
+
+#: Relative change of the strength, and displacement of the joint's centre, m.
+_STRENGTH, _SHIFT = 0.2, 0.005
+_AXES = (("forwards", 0), ("to the left", 1), ("up", 2))
+
+
+@dataclass(frozen=True, eq=False)
+class ContactRange(Record):
+    """One query under several assumptions.
+
+    Attributes
+    ----------
+    reference : JointContact
+        Under the assumptions that were given.
+    variants : dict of str to JointContact
+        With one assumption changed each.
+    """
+
+    reference: JointContact
+    variants: dict[str, JointContact]
+
+    @property
+    def _all(self) -> list[JointContact]:
+        return [self.reference, *self.variants.values()]
+
+    @property
+    def lowest(self) -> FloatArray:
+        """Least contact force of all variants that have a result, shape (...), N."""
+        return _over(np.fmin, [result.magnitude for result in self._all])
+
+    @property
+    def highest(self) -> FloatArray:
+        """Largest contact force of all variants that have a result, shape (...), N."""
+        return _over(np.fmax, [result.magnitude for result in self._all])
+
+    @property
+    def relief_percent(self) -> tuple[FloatArray, FloatArray] | None:
+        """Least and largest relief by the device, percent, shape (...) each; None without a device."""
+        reliefs = [relief for result in self._all if (relief := result.relief_percent) is not None]
+        return (_over(np.fmin, reliefs), _over(np.fmax, reliefs)) if reliefs else None
+
+    def __str__(self) -> str:
+        rows = [("as given", self.reference), *self.variants.items()]
+        width = max(len(name) for name, _ in rows)
+        with_device = self.reference.without_device is not None
+        lines = [f"{'':{width}}  {'N':>6}  {'% BW':>5}" + (f"  {'relief %':>8}" if with_device else "")]
+        for name, result in rows:
+            line = f"{name:{width}}  {_median(result.magnitude):>6}  {_median(result.percent_body_weight):>5}"
+            if with_device and result.relief_percent is not None:
+                line += f"  {_median(result.relief_percent):>8}"
+            lines.append(line)
+        if self.reference.status.ndim:
+            lines.append("medians over the poses that have a result")
+        return "\n".join(lines)
+
+
+def _over(which: Callable[..., FloatArray], values: list[FloatArray]) -> FloatArray:
+    found = values[0]
+    for value in values[1:]:
+        found = which(found, value)
+    return np.asarray(found)
+
+
+def _median(values: FloatArray) -> str:
+    good = values[np.isfinite(values)]
+    return f"{np.median(good):.0f}" if good.size else "-"
+
+
+def contact_range(
+    query: Callable[[Person, ContactOptions], JointContact], person: Person, options: ContactOptions
+) -> ContactRange:
+    """Repeat a query with one assumption changed at a time.
+
+    Parameters
+    ----------
+    query : callable
+        Gives the contact force of a person under options.
+    person : Person
+        The wearer.
+    options : ContactOptions
+        The assumptions to start from.
+
+    Returns
+    -------
+    ContactRange
+        Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm along each axis.
+    """
+    other_power, other_weights = 5 - options.power, "volume" if options.weights == "equal" else "equal"
+    changes = {
+        f"{'cubed' if other_power == 3 else 'squared'} activations": (person, replace(options, power=other_power)),
+        f"{other_weights} weights": (person, replace(options, weights=other_weights)),
+        f"passive forces {'off' if options.passive else 'on'}": (person, replace(options, passive=not options.passive)),
+    }
+    if options.cone is not None:
+        changes["no condition on the socket"] = person, replace(options, cone=None)
+    for sign in (-1.0, 1.0):
+        stronger = replace(person, strength=person.strength * (1.0 + sign * _STRENGTH))
+        changes[f"strength {100.0 * sign * _STRENGTH:+.0f} %"] = stronger, options
+    for name, axis in _AXES:
+        for sign in (-1.0, 1.0):
+            shift = np.array(options.centre_shift, dtype=np.float64)
+            shift[axis] += sign * _SHIFT
+            moved = replace(options, centre_shift=shift)
+            changes[f"centre {1e3 * sign * _SHIFT:+.0f} mm {name}"] = person, moved
+    return ContactRange(query(person, options), {name: query(*changed) for name, changed in changes.items()})

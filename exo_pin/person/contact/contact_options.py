@@ -1,0 +1,85 @@
+"""Assumptions of a contact query."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.errors import InvalidInput
+from ...core.records import Record
+from ...core.validation import FloatArray, as_choice, as_finite
+from ...reaction.constraints.glenoid_cone import GlenoidCone
+
+if TYPE_CHECKING:
+    from ..wearer import Person
+
+__all__ = ["ContactOptions"]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactOptions(Record):
+    """Assumptions of a contact query.
+
+    Attributes
+    ----------
+    power : int
+        p of the effort Σ w a^p: 2 or 3.
+    weights : {"equal", "volume"}
+        w: 1, or the muscle's volume over the mean one.
+    passive : bool
+        Whether stretched fibres pull without activation.
+    cone : GlenoidCone or None
+        Rim that the contact force stays inside; its ratios count, its axes are those of the bone. None: no condition.
+    load_on : {"upper arm", "forearm"}
+        What the load acts on.
+    centre_shift : ndarray
+        Displacement of the joint's centre against bones and muscles, shape (3,), m, {O_A}.
+    """
+
+    power: int = 2
+    weights: str = "equal"
+    passive: bool = False
+    cone: GlenoidCone | None = GlenoidCone()  # noqa: RUF009 (frozen)
+    load_on: str = "upper arm"
+    centre_shift: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.power, int) or self.power not in (2, 3):
+            raise InvalidInput(f"expected power to be 2 or 3, got {self.power!r}")
+        as_choice("weights", self.weights, ("equal", "volume"))
+        as_choice("load_on", self.load_on, ("upper arm", "forearm"))
+        if not isinstance(self.passive, bool):
+            raise InvalidInput(f"expected passive to be True or False, got {self.passive!r}")
+        shift = as_finite("centre_shift", self.centre_shift, (3,))
+        if np.abs(shift).max() > 0.05:
+            raise InvalidInput(f"expected centre_shift in m, within 0.05 m, got {shift} (millimetres?)")
+        object.__setattr__(self, "centre_shift", shift)
+        if self.cone is not None:
+            if not isinstance(self.cone, GlenoidCone):
+                raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")
+            own = (self.cone.retroversion, self.cone.inclination, self.cone.protraction, self.cone.muscle_compression)
+            if any(own) or self.cone.penalty is not None:
+                raise InvalidInput(
+                    "expected a cone with ratios only: its axes are those of the person's scapula, and the muscles' "
+                    "compression is computed. Leave out retroversion, inclination, protraction, muscle_compression "
+                    "and penalty"
+                )
+
+    def described(self, person: Person, moving: bool) -> dict[str, str]:
+        """The assumptions in words."""
+        rim = "none"
+        if self.cone is not None:
+            rim = f"inside the rim, shear over compression up to {self.cone.superior:g} (superior) and "
+            rim += f"{self.cone.anterior:g} (anterior)"
+        return {
+            "criterion": f"least sum of {'squared' if self.power == 2 else 'cubed'} activations, {self.weights} "
+            "weights, no co-contraction beyond it",
+            "socket": rim,
+            "muscles": f"Saul 2015 on MyoArm's paths, strength x {person.strength_scale:.3g}, lengths x "
+            f"{person.length_scale:.3g}, force-length{' and force-velocity' if moving else ''}, "
+            f"passive forces {'on' if self.passive else 'off'}",
+            "scapula": "follows the elevation rigidly; its own equilibrium is not computed; ligaments carry nothing",
+        }

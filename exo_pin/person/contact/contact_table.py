@@ -1,0 +1,95 @@
+"""Contact forces as short tables for reading."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .result import JointContact
+
+__all__ = ["contact_table"]
+
+#: How many muscles are listed, and the least activation of a listed one.
+_LISTED, _LEAST = 8, 0.01
+
+
+def contact_table(contact: JointContact) -> str:
+    """Lay out a result: the verdict, forces, muscles and assumptions; for a stack, peaks.
+
+    Parameters
+    ----------
+    contact : JointContact
+        The result; with a device also the one without it.
+
+    Returns
+    -------
+    str
+    """
+    columns = [("", contact)] if contact.without_device is None else [
+        ("with device", contact),
+        ("without", contact.without_device),
+    ]  # fmt: skip
+    rows = _pose_rows(columns) if contact.status.ndim == 0 else _stack_rows(columns)
+    header = ["", *(name for name, _ in columns)]
+    width = [max(len(row[k]) for row in [header, *rows]) for k in range(len(header))]
+    body = [
+        "  ".join([row[0].ljust(width[0]), *(cell.rjust(size) for cell, size in zip(row[1:], width[1:], strict=True))])
+        for row in ([header] if len(columns) > 1 else []) + rows
+    ]
+    notes = [f"{name}: {text}" for name, text in contact.assumptions.items()]
+    return "\n".join([contact.verdict, "", *(line.rstrip() for line in body), "", "Assumptions", *notes])
+
+
+def _number(value: float, digits: int = 0) -> str:
+    if not np.isfinite(value):
+        return "-"
+    return f"{0.0 if abs(value) < 0.5 * 10.0**-digits else value:.{digits}f}"
+
+
+def _pose_rows(columns: list[tuple[str, JointContact]]) -> list[list[str]]:
+    results = [contact for _, contact in columns]
+    rows = [["status", *(str(r.status) for r in results)]]
+    for label, name in (
+        ("contact force, N", "magnitude"),
+        ("  % of body weight", "percent_body_weight"),
+        ("  compression, N", "compression"),
+        ("  shear, N", "shear"),
+    ):
+        rows.append([label, *(_number(float(getattr(r, name))) for r in results)])
+    if any(str(r.status) in ("too_weak", "unstable") for r in results):
+        rows.append(["missing moment, N m", *(_number(float(np.linalg.norm(r.missing_moment)), 1) for r in results)])
+        rows.append(["  at elbow and forearm", *(_number(float(np.abs(r.missing_elbow).sum()), 1) for r in results)])
+    rows += [
+        [f"limb {limb + 1} force, N", _number(float(force)), "-"] for limb, force in enumerate(results[0].device_forces)
+    ]
+    strongest = np.nan_to_num(np.max([r.activations for r in results], axis=0))
+    order = [k for k in np.argsort(-strongest)[:_LISTED] if strongest[k] >= _LEAST]
+    for k in order:
+        cells = [f"{_number(100.0 * float(r.activations[k]))} %" for r in results]
+        rows.append([f"activation {results[0].muscles[k]}", *cells])
+    return rows
+
+
+def _stack_rows(columns: list[tuple[str, JointContact]]) -> list[list[str]]:
+    results = [contact for _, contact in columns]
+    rows = [["poses", *(str(r.status.size) for r in results)]]
+    found = dict.fromkeys(np.concatenate([np.unique(r.status) for r in results]).tolist())
+    rows += [[f"  {status}", *(str(int((r.status == status).sum())) for r in results)] for status in found]
+    for label, name in (
+        ("contact force, N", "magnitude"),
+        ("  % of body weight", "percent_body_weight"),
+        ("  compression, N", "compression"),
+        ("  shear, N", "shear"),
+    ):
+        for word, of in (("median", np.nanmedian), ("peak", np.nanmax)):
+            cells = []
+            for r in results:
+                values = getattr(r, name)[r.has_result]
+                cells.append(_number(float(of(values))) if values.size else "-")
+            rows.append([f"{label}, {word}", *cells])
+    relief = results[0].relief_percent
+    if relief is not None and np.isfinite(relief).any():
+        rows.append(["relief, %, median", _number(float(np.nanmedian(relief))), ""])
+    return rows

@@ -1,0 +1,97 @@
+"""What a device does to the person's arm, in a form that knows nothing of the device."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.conventions import MIRROR
+from ...core.errors import InfeasibleBounds, InvalidInput
+from ...core.records import Record
+from ...core.validation import FloatArray, as_choice, as_finite, as_real
+
+__all__ = ["DeviceAction", "as_action"]
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceAction(Record):
+    """Wrenches of a device with n limbs on the person's upper arm, for poses of shape (...).
+
+    Attributes
+    ----------
+    constant : ndarray
+        Shape (..., 6): force, N, and moment about the glenohumeral centre, N m, in {O_A}, that does not depend on the
+        limb forces.
+    limbs : ndarray
+        Shape (..., n, 6): the same per newton of each limb force.
+    lower, upper : ndarray
+        Shape (..., n), N: bounds of the limb forces; equal where the forces are given. NaN rows have no result.
+    least : {"effort", "contact"}
+        What is made small where the limb forces are not given.
+    chosen_by : str
+        How the limb forces are chosen, for the reader.
+    """
+
+    constant: FloatArray
+    limbs: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    least: str = "effort"
+    chosen_by: str = "given wrench"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "constant", as_finite("constant", self.constant, (6,), stack=True))
+        object.__setattr__(self, "limbs", as_real("limbs", self.limbs))
+        for name in ("lower", "upper"):
+            object.__setattr__(self, name, as_real(name, getattr(self, name)))
+        as_choice("what is made small", self.least, ("effort", "contact"))
+        if self.limbs.ndim < 2 or self.limbs.shape[-1] != 6:
+            raise InvalidInput(f"expected limbs to have shape (..., n, 6), got {self.limbs.shape}")
+        n = self.limbs.shape[-2]
+        for name in ("lower", "upper"):
+            if getattr(self, name).shape[-1:] != (n,):
+                raise InvalidInput(f"expected {name} to have shape (..., {n}), got {getattr(self, name).shape}")
+        crossed = np.asarray(self.lower > self.upper)
+        if crossed.any():
+            raise InfeasibleBounds(np.flatnonzero(crossed.reshape(-1, n).any(axis=0)))
+
+    def mirrored(self) -> DeviceAction:
+        """Mirror image in the x-z plane; moments are pseudovectors."""
+        turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
+        return replace(self, constant=self.constant * turn, limbs=self.limbs * turn)
+
+    def about(self, shift: FloatArray) -> DeviceAction:
+        """The same wrenches with moments about a centre that is displaced by ``shift``, shape (3,), m."""
+
+        def moved(wrench: FloatArray) -> FloatArray:
+            moment = wrench[..., 3:] - np.cross(shift, wrench[..., :3])
+            return np.concatenate([wrench[..., :3], moment], axis=-1)
+
+        return replace(self, constant=moved(self.constant), limbs=moved(self.limbs))
+
+    def flat(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Constant wrench (N, 6), limb wrenches (N, n, 6) and bounds (N, n) for a stack of N poses.
+
+        Raises
+        ------
+        InvalidInput
+            If they do not broadcast to the stack.
+        """
+        n, count = self.limbs.shape[-2], math.prod(shape)
+        parts = ((self.constant, (6,)), (self.limbs, (n, 6)), (self.lower, (n,)), (self.upper, (n,)))
+        try:
+            spread = [np.broadcast_to(array, (*shape, *tail)).reshape(count, *tail) for array, tail in parts]
+        except ValueError:
+            raise InvalidInput(f"expected the device's wrenches to broadcast to the poses' shape {shape}") from None
+        return spread[0], spread[1], spread[2], spread[3]
+
+
+def as_action(device: DeviceAction | ArrayLike) -> DeviceAction:
+    """A device given as a wrench on the arm, shape (..., 6), or as an action."""
+    if isinstance(device, DeviceAction):
+        return device
+    wrench = as_finite("device", device, (6,), stack=True)
+    return DeviceAction(wrench, np.zeros((0, 6)), np.zeros(0), np.zeros(0))

@@ -1,0 +1,262 @@
+"""The query: person, poses, loads and device in, contact forces out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import MIRROR
+from ...core.errors import OutsideRangeOfMotion
+from ...core.progress import track
+from ...core.validation import FloatArray, as_choice, as_finite
+from ...load_case import Load, Motion
+from ...load_case.pose_stacks import Query, as_query
+from ...reaction.answer import STANDARD_GRAVITY
+from ..limb.limb_state import LimbState, limb_lengths, limb_state
+from ..limb.muscle_curves import MuscleState, muscle_state
+from ..limb.muscle_table import MUSCLES
+from ..limb.posture import LIMIT_NAMES, beyond
+from .activation import BALANCED, MusclePose, least_effort, least_missing
+from .balance import Balance, about_shifted_centre, balance_of, external_loads
+from .contact_options import ContactOptions
+from .device import DeviceAction, as_action
+from .result import STATUS, JointContact
+
+if TYPE_CHECKING:
+    from ..wearer import Person
+
+__all__ = ["contact_forces"]
+
+#: An elbow bent by less than this is straight, rad.
+_STRAIGHT = np.radians(1.0)
+#: Turn by which the rate of the muscles' lengths is taken, rad: small against the wrapping, large against rounding.
+_TURN = 1e-5
+
+
+class _Solved(NamedTuple):
+    """Outputs of all poses, and the part of them that has no balance."""
+
+    z: FloatArray
+    status: NDArray[np.int8]
+    missing: FloatArray
+    kkt: FloatArray
+    gap: FloatArray
+
+
+def contact_forces(
+    person: Person,
+    orientation: Rotation,
+    motion: Motion | None,
+    load: Load | None,
+    device: DeviceAction | ArrayLike | None,
+    options: ContactOptions,
+    gravity: ArrayLike,
+    outside: str,
+    progress: bool,
+) -> JointContact:
+    """Contact forces of a person's shoulder; see :meth:`exo_pin.Person.joint_contact`."""
+    as_choice("outside", outside, ("raise", "mark"))
+    query = as_query(orientation, motion, load)
+    pull = as_finite("gravity", gravity, (3,))
+    action = None if device is None else as_action(device)
+    left = person.side == "left"
+    if left:
+        # The model is a right arm: a left one is its mirror image, bit for bit.
+        query, pull = _mirrored_query(query), pull @ MIRROR
+        action = None if action is None else action.mirrored()
+    limb = limb_state(query.matrices, person.elbow_flexion, person.forearm_rotation, person.length_scale, left=False)
+    if outside == "raise":
+        _refuse(limb, query.shape)
+    velocity = None if motion is None else _length_rates(person, query)
+    muscles = muscle_state(person.muscle_table, limb.length, velocity, options.passive)
+    loads = external_loads(
+        person.arm,
+        person.forearm,
+        person.elbow_centre,
+        limb.elbow_axis,
+        pull,
+        query,
+        options.load_on == "forearm",
+    )
+    shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
+    limb, loads = about_shifted_centre(limb, loads, shift)
+    if action is not None and shift.any():
+        action = action.about(shift)
+    balance = balance_of(limb, muscles, loads)
+    assumptions = options.described(person, motion is not None)
+    result = _answer(person, query, limb, muscles, balance, None, options, assumptions, progress, None)
+    if action is not None:
+        assumptions = {**assumptions, "device": action.chosen_by}
+        result = _answer(person, query, limb, muscles, balance, action, options, assumptions, progress, result)
+    return result.mirrored() if left else result
+
+
+def _mirrored_query(query: Query) -> Query:
+    """Mirror image in the x-z plane; angular velocity and moments are pseudovectors."""
+    return query._replace(
+        matrices=np.ascontiguousarray(MIRROR @ query.matrices @ MIRROR),
+        velocity=-query.velocity @ MIRROR,
+        acceleration=-query.acceleration @ MIRROR,
+        force=query.force @ MIRROR,
+        moment=-query.moment @ MIRROR,
+    )
+
+
+def _refuse(limb: LimbState, shape: tuple[int, ...]) -> None:
+    """Raise for the first pose that is outside the range of motion."""
+    rows = np.flatnonzero(limb.outside.any(axis=1))
+    if not rows.size:
+        return
+    from ..limb.myoarm import myoarm
+
+    row = int(rows[0])
+    which = int(np.argmax(limb.outside[row]))
+    low, high = np.degrees(beyond(myoarm(), limb.angles[row : row + 1])[1][which])
+    reason = (
+        f"{LIMIT_NAMES[which]} of {np.degrees(limb.angles[row, which]):.1f}°, where the model goes from "
+        f"{low:.0f} to {high:.0f}°"
+    )
+    index = tuple(int(i) for i in np.unravel_index(row, shape)) if shape else ()
+    raise OutsideRangeOfMotion(reason, len(rows), index)
+
+
+def _length_rates(person: Person, query: Query) -> FloatArray:
+    """Rates of the muscles' lengths, shape (N, m), m/s, by central differences along the motion."""
+    speed = np.linalg.norm(query.velocity, axis=1)
+    axis = query.velocity / np.where(speed > 0.0, speed, 1.0)[:, None]
+    sides = []
+    for sign in (1.0, -1.0):
+        turned = Rotation.from_rotvec(sign * _TURN * axis).as_matrix() @ query.matrices
+        sides.append(limb_lengths(turned, person.elbow_flexion, person.forearm_rotation, person.length_scale))
+    return (sides[0] - sides[1]) / (2.0 * _TURN) * speed[:, None]
+
+
+def _answer(
+    person: Person,
+    query: Query,
+    limb: LimbState,
+    muscles: MuscleState,
+    balance: Balance,
+    action: DeviceAction | None,
+    options: ContactOptions,
+    assumptions: dict[str, str],
+    progress: bool,
+    bare: JointContact | None,
+) -> JointContact:
+    m = len(MUSCLES)
+    if action is None:
+        action = DeviceAction(np.zeros(6), np.zeros((0, 6)), np.zeros(0), np.zeros(0))
+    constant, limbs, lower, upper = action.flat(query.shape)
+    n = limbs.shape[1]
+    solved = _solve(person, limb, balance, constant, limbs, lower, upper, action.least, options, progress)
+    z, status = solved.z, solved.status
+    a, f = z[:, :m], z[:, m:]
+    wrench = constant + np.einsum("kni,kn->ki", limbs, f)
+    force = balance.rest - wrench[:, :3] + np.einsum("kim,km->ki", balance.pull, a)
+    tension = muscles.active * a + muscles.passive
+    empty = status != 0
+    for array in (force, a, f, tension, wrench, solved.kkt, solved.gap):
+        array[empty] = np.nan
+    shape = query.shape
+    return JointContact(
+        force=force.reshape(*shape, 3),
+        activations=a.reshape(*shape, m),
+        muscle_forces=tension.reshape(*shape, m),
+        device_forces=f.reshape(*shape, n),
+        device_wrench=wrench.reshape(*shape, 6),
+        glenoid=limb.glenoid.reshape(*shape, 3, 3),
+        centre=limb.centre.reshape(*shape, 3),
+        status=np.array(STATUS)[status].reshape(shape),
+        missing_moment=solved.missing[:, :3].reshape(*shape, 3),
+        missing_elbow=solved.missing[:, 3:].reshape(*shape, 2),
+        residual=_residual(balance, a, wrench, person.elbow_flexion < _STRAIGHT).reshape(shape),
+        kkt=solved.kkt.reshape(shape),
+        gap=solved.gap.reshape(shape),
+        body_weight=person.mass * STANDARD_GRAVITY,
+        side="right",
+        assumptions=assumptions,
+        without_device=bare,
+    )
+
+
+def _solve(
+    person: Person,
+    limb: LimbState,
+    balance: Balance,
+    constant: FloatArray,
+    limbs: FloatArray,
+    lower: FloatArray,
+    upper: FloatArray,
+    least: str,
+    options: ContactOptions,
+    progress: bool,
+) -> _Solved:
+    count, n = limbs.shape[:2]
+    m = len(MUSCLES)
+    out = _Solved(
+        np.full((count, m + n), np.nan),
+        np.zeros(count, dtype=np.int8),
+        np.zeros((count, 5)),
+        np.full(count, np.nan),
+        np.full(count, np.nan),
+    )
+    volume = person.muscle_table.volume
+    weights = np.ones(m) if options.weights == "equal" else volume / volume.mean()
+    ratios = None if options.cone is None else np.array([[1.0], [options.cone.superior], [options.cone.anterior]])
+    out.status[limb.outside.any(axis=1)] = STATUS.index("outside")
+    no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
+    out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
+    for row in track(np.flatnonzero(out.status == 0).tolist(), "muscles", progress):
+        # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
+        fixed = lower[row] == upper[row]
+        out.z[row, m:][fixed] = lower[row, fixed]
+        wrench = constant[row] + limbs[row, fixed].T @ lower[row, fixed]
+        free = limbs[row, ~fixed]
+        pose = MusclePose(
+            rows=np.concatenate([balance.rows[row], np.vstack([free[:, 3:].T, np.zeros((2, len(free)))])], axis=1),
+            constant=balance.constant[row] + np.concatenate([wrench[3:], np.zeros(2)]),
+            pull=np.concatenate([balance.pull[row], -free[:, :3].T], axis=1),
+            rest=balance.rest[row] - wrench[:3],
+            low=np.concatenate([np.zeros(m), lower[row, ~fixed]]),
+            high=np.concatenate([np.ones(m), upper[row, ~fixed]]),
+            weights=weights,
+            power=options.power,
+            socket=None if ratios is None else limb.glenoid[row] / ratios,
+            stopped=person.elbow_flexion < _STRAIGHT,
+            least=least if len(free) else "effort",
+        )
+        _solve_pose(pose, row, np.concatenate([np.ones(m, dtype=bool), ~fixed]), out)
+    return out
+
+
+def _solve_pose(pose: MusclePose, row: int, chosen: NDArray[np.bool_], out: _Solved) -> None:
+    """Solve one pose, and say what is missing where it has no solution; ``chosen`` are the places of its variables."""
+    found = least_effort(pose)
+    if found.is_optimal:
+        out.z[row, chosen], out.kkt[row], out.gap[row] = found.z, found.kkt, found.gap
+        return
+    missing, proved = least_missing(pose, in_socket=False)
+    status = "too_weak"
+    if proved and np.abs(missing).max() <= BALANCED and pose.socket is not None:
+        missing, proved = least_missing(pose, in_socket=True)
+        status = "unstable"
+    # Not "<=": a moment that is NaN is no answer of nothing missing.
+    if not proved or bool((np.abs(missing) <= BALANCED).all()):
+        out.status[row] = STATUS.index("not_solved")
+        return
+    out.status[row], out.missing[row] = STATUS.index(status), missing
+
+
+def _residual(balance: Balance, a: FloatArray, wrench: FloatArray, stopped: bool) -> FloatArray:
+    """What the moment balance misses, over the sum of the sizes of its terms."""
+    terms = balance.rows * a[:, None, :]
+    outer = balance.constant.copy()
+    outer[:, :3] += wrench[:, 3:]
+    miss = terms.sum(axis=2) + outer
+    if stopped:
+        miss[:, 3] = np.maximum(miss[:, 3], 0.0)
+    size = np.abs(terms).sum(axis=(1, 2)) + np.abs(outer).sum(axis=1)
+    return np.asarray(np.abs(miss).max(axis=1) / np.where(size > 0.0, size, 1.0))

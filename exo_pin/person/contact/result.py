@@ -1,0 +1,205 @@
+"""The contact force of the glenohumeral joint, with the muscles that cause it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.conventions import MIRROR
+from ...core.validation import FloatArray, ReadOnly
+from ..limb.muscle_table import MUSCLES
+from .contact_table import contact_table
+
+__all__ = ["STATUS", "JointContact"]
+
+#: What can become of a pose. Only "ok" has a result.
+STATUS = ("ok", "too_weak", "unstable", "outside", "no_device_force", "not_solved")
+
+
+@dataclass(frozen=True, eq=False)
+class JointContact(ReadOnly):
+    """Contact force and muscles in a pose or a stack of poses of shape (...), m muscles and n limbs.
+
+    Vectors are in {O_A}. Rows without a result are NaN; ``status`` says why.
+
+    Attributes
+    ----------
+    force : ndarray
+        Shape (..., 3), N: force of the scapula **on the humerus**, at the glenohumeral centre.
+    activations : ndarray
+        Shape (..., m), 0 to 1, in the order of :attr:`muscles`.
+    muscle_forces : ndarray
+        Tensions, active and passive, shape (..., m), N.
+    device_forces : ndarray
+        Limb forces of the device, tension positive, shape (..., n), N.
+    device_wrench : ndarray
+        Force, N, and moment about the glenohumeral centre, N m, of the device on the arm, shape (..., 6).
+    glenoid : ndarray
+        Axes of the socket, shape (..., 3, 3), rows: out of the socket, superior, anterior.
+    centre : ndarray
+        Displacement of the glenohumeral centre from its place at rest, shape (..., 3), m.
+    status : ndarray of str
+        Shape (...): "ok"; "too_weak" (the muscles cannot balance the arm); "unstable" (they can, but only with a
+        contact force outside the socket's rim); "outside" (beyond the range of motion); "no_device_force" (the given
+        limb forces have no value here); "not_solved".
+    missing_moment : ndarray
+        Shape (..., 3), N m: moment about the glenohumeral centre that would have to be added for a pose that is too
+        weak or unstable. Zero where the pose is held, NaN where no moment would do.
+    missing_elbow : ndarray
+        Shape (..., 2), N m: the same for elbow flexion and pronation.
+    residual : ndarray
+        Shape (...): what the moment balance of the arm misses, relative to the sum of its terms.
+    kkt, gap : ndarray
+        Shape (...): violation of the optimality conditions and duality gap of the scaled program.
+    body_weight : float
+        N, under standard gravity.
+    side : {"left", "right"}
+        Side of the body.
+    assumptions : dict of str to str
+        What the result rests on.
+    without_device : JointContact or None
+        The same for the arm alone; None where there is no device.
+    """
+
+    force: FloatArray
+    activations: FloatArray
+    muscle_forces: FloatArray
+    device_forces: FloatArray
+    device_wrench: FloatArray
+    glenoid: FloatArray
+    centre: FloatArray
+    status: NDArray[np.str_]
+    missing_moment: FloatArray
+    missing_elbow: FloatArray
+    residual: FloatArray
+    kkt: FloatArray
+    gap: FloatArray
+    body_weight: float
+    side: str
+    assumptions: dict[str, str]
+    without_device: JointContact | None = None
+
+    def mirrored(self) -> JointContact:
+        """Mirror image in the x-z plane, of the other side of the body; moments are pseudovectors."""
+        turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
+        return replace(
+            self,
+            force=self.force @ MIRROR,
+            device_wrench=self.device_wrench * turn,
+            glenoid=self.glenoid @ MIRROR,
+            centre=self.centre @ MIRROR,
+            missing_moment=-self.missing_moment @ MIRROR,
+            side="left" if self.side == "right" else "right",
+            without_device=None if self.without_device is None else self.without_device.mirrored(),
+        )
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the muscles."""
+        return MUSCLES
+
+    @property
+    def magnitude(self) -> FloatArray:
+        """Size of the contact force, shape (...), N."""
+        return np.asarray(np.linalg.norm(self.force, axis=-1))
+
+    @property
+    def percent_body_weight(self) -> FloatArray:
+        """Size of the contact force in percent of the person's weight, shape (...)."""
+        return 100.0 * self.magnitude / self.body_weight
+
+    @property
+    def components(self) -> FloatArray:
+        """Compression, superior and anterior shear on the humerus, shape (..., 3), N."""
+        return np.asarray(np.einsum("...ij,...j->...i", self.glenoid, self.force))
+
+    @property
+    def compression(self) -> FloatArray:
+        """Force that presses the joint surfaces together, shape (...), N."""
+        return self.components[..., 0]
+
+    @property
+    def shear(self) -> FloatArray:
+        """Size of the shear force, shape (...), N."""
+        return np.asarray(np.hypot(self.components[..., 1], self.components[..., 2]))
+
+    @property
+    def effort(self) -> FloatArray:
+        """Sum of the squared activations, shape (...)."""
+        return np.asarray((self.activations**2).sum(axis=-1))
+
+    @property
+    def relief_percent(self) -> FloatArray | None:
+        """By how much the device lowers the contact force, percent, shape (...); negative where it raises it."""
+        bare = self.without_device
+        return None if bare is None else 100.0 * (1.0 - self.magnitude / bare.magnitude)
+
+    @property
+    def has_result(self) -> NDArray[np.bool_]:
+        """Shape (...): whether the pose has a result."""
+        return np.asarray(self.status == "ok")
+
+    @property
+    def verdict(self) -> str:
+        """One sentence."""
+        if self.status.ndim:
+            good = int(self.has_result.sum())
+            if not good:
+                return "No pose has a result."
+            peak = float(np.nanmax(self.percent_body_weight))
+            held = f"{good} of {self.status.size} poses have a result"
+            return f"{held}; the largest contact force is {peak:.0f} % of body weight."
+        words = {
+            "too_weak": "The muscles are too weak to hold the arm in this pose.",
+            "unstable": "The muscles can hold the arm only with a contact force outside the socket's rim.",
+            "outside": "The pose is outside the range of motion.",
+            "no_device_force": "The device has no limb forces in this pose.",
+            "not_solved": "The solver found no result.",
+        }
+        if str(self.status) in words:
+            return words[str(self.status)]
+        text = (
+            f"The joint carries {float(self.magnitude):.0f} N, {float(self.percent_body_weight):.0f} % of body weight"
+        )
+        if self.relief_percent is None:
+            return text + "."
+        relief = float(self.relief_percent)
+        if not np.isfinite(relief):
+            return text + " with the device."
+        return f"{text}, {abs(relief):.0f} % {'less' if relief >= 0 else 'more'} than without the device."
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as arrays and plain values, in one flat dict."""
+        names = (
+            "force", "magnitude", "percent_body_weight", "compression", "shear", "activations", "muscle_forces",
+            "device_forces", "device_wrench", "glenoid", "centre", "status", "missing_moment", "missing_elbow",
+            "residual", "kkt", "gap", "body_weight", "side", "muscles", "verdict", "relief_percent",
+        )  # fmt: skip
+        fields = {name: getattr(self, name) for name in names}
+        bare = self.without_device
+        return {
+            **fields,
+            "assumptions": dict(self.assumptions),
+            "without_device": None if bare is None else bare.as_dict(),
+        }
+
+    def to_json(self, indent: int | None = 2) -> str:
+        """Return the result as JSON; a number that is not finite becomes null."""
+
+        def plain(value: Any) -> Any:
+            if isinstance(value, dict):
+                return {key: plain(item) for key, item in value.items()}
+            if isinstance(value, (np.ndarray, np.generic)):
+                return plain(value.tolist())
+            if isinstance(value, (list, tuple)):
+                return [plain(item) for item in value]
+            return None if isinstance(value, float) and not np.isfinite(value) else value
+
+        return json.dumps(plain(self.as_dict()), indent=indent)
+
+    def __str__(self) -> str:
+        return contact_table(self)

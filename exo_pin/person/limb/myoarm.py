@@ -1,0 +1,168 @@
+"""MyoArm, the musculoskeletal model of the upper limb that a person's anatomy is taken from, compiled once.
+
+MyoArm (package ``myo_sim``, Apache-2.0) has thorax, clavicle, scapula, humerus, ulna, radius and hand of a right arm,
+and 63 muscles with paths that wrap around the bones. It is derived from the MoBL-ARMS model (Holzbaur et al. 2005,
+doi 10.1007/s10439-005-3320-7; Saul et al. 2015). Clavicle and scapula follow the elevation of the arm by linear
+couplings (scapulohumeral rhythm).
+
+Facts about the model that matter here:
+
+* It is a right arm. A left arm is its mirror image.
+* The couplings and the counter-rotations of its massless bodies cancel exactly, so that the humerus turns against the
+  thorax by three angles only: plane of elevation, elevation and axial rotation.
+* Its axis of elevation is 3e-6 rad off the perpendicular to its axis of axial rotation. Here it is made perpendicular,
+  so that the three angles reach every orientation.
+* Its four glenohumeral ligaments have no stiffness: they carry no force. They do not count here either.
+* It has no muscles between thorax and scapula. So the equilibrium of the scapula is not computed.
+"""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...chain.formats.mjcf.mjcf_compiling import mujoco_warnings
+from ...core.errors import MissingExtra
+from ...core.records import OneProcess
+from ...core.validation import FloatArray, frozen
+from .muscle_table import MUSCLES
+
+__all__ = ["MyoArm", "myoarm"]
+
+_ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"
+_ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
+
+
+@dataclass(frozen=True, eq=False)
+class MyoArm(OneProcess):
+    """The compiled model and the indices that are used of it.
+
+    Vectors are in the frame of the model's thorax: x forward, y up, z to the right.
+
+    Attributes
+    ----------
+    mujoco, model : module, mujoco.MjModel
+        The package and the compiled model; neither is ever changed.
+    root, scapula, humerus, ulna, radius : int
+        Bodies.
+    angles : ndarray of int
+        Shape (6,): places in ``qpos`` of plane, elevation, plane back, rotation, elbow and forearm.
+    coupled : ndarray of int
+        Places in ``qpos`` of the joints that follow the elevation.
+    coupling : ndarray
+        Their angles over the elevation.
+    limits : ndarray
+        Shape (5, 2), rad: plane, elevation, rotation, elbow and forearm.
+    vertical, elevation_axis : ndarray
+        Shape (3,), unit vectors: axis of plane and axial rotation, and axis of elevation in the zero posture.
+    tendons : ndarray of int
+        Shape (m,): tendon of each muscle.
+    path_sites : ndarray of int
+        Sites of all tendons' paths, one after the other, with ``site_start`` of each tendon.
+    site_start : ndarray of int
+        Shape (tendons + 1,).
+    in_arm, in_forearm, in_radius : ndarray of bool
+        Shape (bodies,): humerus and what hangs from it; ulna and what hangs from it; radius and what hangs from it.
+    """
+
+    mujoco: Any
+    model: Any
+    root: int
+    scapula: int
+    humerus: int
+    ulna: int
+    radius: int
+    angles: NDArray[np.int64]
+    coupled: NDArray[np.int64]
+    coupling: FloatArray
+    limits: FloatArray
+    vertical: FloatArray
+    elevation_axis: FloatArray
+    tendons: NDArray[np.int64]
+    path_sites: NDArray[np.int64]
+    site_start: NDArray[np.int64]
+    in_arm: NDArray[np.bool_]
+    in_forearm: NDArray[np.bool_]
+    in_radius: NDArray[np.bool_]
+
+
+@functools.cache
+def myoarm() -> MyoArm:
+    """The model, compiled at the first call of the process (under a second).
+
+    Raises
+    ------
+    MissingExtra
+        If ``myo_sim`` is not installed, or MuJoCo has a major version that it does not know.
+    """
+    try:
+        import mujoco
+        import myo_sim
+    except ImportError as error:
+        raise MissingExtra("person", "myo_sim and mujoco") from error
+    if int(mujoco.__version__.split(".")[0]) != 3:
+        raise MissingExtra("person", f"mujoco 3 (version {mujoco.__version__} is installed)")
+    with mujoco_warnings(mujoco, []), warnings.catch_warnings():
+        # A remark about empty prefixes, for those who write the model to a file.
+        warnings.simplefilter("ignore")
+        spec = myo_sim.load_spec("myoarm_r")
+        axis = np.array(spec.joint(_PLANE).axis, dtype=np.float64)
+        axis /= np.linalg.norm(axis)
+        elevation = np.array(spec.joint(_ELEVATION).axis, dtype=np.float64)
+        spec.joint(_ELEVATION).axis = elevation - elevation @ axis * axis
+        model = spec.compile()
+    return _indexed(mujoco, model)
+
+
+def _indexed(mujoco: Any, model: Any) -> MyoArm:
+    bodies = {name: model.body(name).id for name in ("myoarm_r_root", "scapula_r", "humerus_r", "ulna_r", "radius_r")}
+    names = (_PLANE, _ELEVATION, _PLANE_BACK, _ROTATION, _ELBOW, _FOREARM)
+    joints = [model.joint(name).id for name in names]
+    leading, follows = model.eq_obj2id, model.eq_data[:, 1]
+    with_elevation = leading == joints[1]
+    paths = _path_sites(mujoco, model)
+    return MyoArm(
+        mujoco,
+        model,
+        bodies["myoarm_r_root"],
+        bodies["scapula_r"],
+        bodies["humerus_r"],
+        bodies["ulna_r"],
+        bodies["radius_r"],
+        frozen(model.jnt_qposadr[joints].astype(np.int64)),
+        frozen(model.jnt_qposadr[model.eq_obj1id[with_elevation]].astype(np.int64)),
+        frozen(np.array(follows[with_elevation])),
+        frozen(np.array(model.jnt_range[[joints[0], joints[1], joints[3], joints[4], joints[5]]])),
+        frozen(np.array(model.jnt_axis[joints[0]])),
+        frozen(np.array(model.jnt_axis[joints[1]])),
+        frozen(np.array([model.tendon(f"{name}_tendon").id for name in MUSCLES])),
+        *paths,
+        frozen(_hangs_from(model, bodies["humerus_r"])),
+        frozen(_hangs_from(model, bodies["ulna_r"])),
+        frozen(_hangs_from(model, bodies["radius_r"])),
+    )
+
+
+def _path_sites(mujoco: Any, model: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sites of all paths in their order, and where each tendon's begin."""
+    sites: list[int] = []
+    start = [0]
+    for tendon in range(model.ntendon):
+        first = model.tendon_adr[tendon]
+        items = slice(first, first + model.tendon_num[tendon])
+        sites.extend(model.wrap_objid[items][model.wrap_type[items] == int(mujoco.mjtWrap.mjWRAP_SITE)].tolist())
+        start.append(len(sites))
+    return frozen(np.array(sites)), frozen(np.array(start))
+
+
+def _hangs_from(model: Any, body: int) -> NDArray[np.bool_]:
+    """Which bodies are ``body`` or one of its descendants; parents stand before their children."""
+    found = np.zeros(model.nbody, dtype=bool)
+    for index in range(model.nbody):
+        found[index] = index == body or (index > 0 and found[model.body_parentid[index]])
+    return found

@@ -1,0 +1,300 @@
+"""The wearer: a person's upper limb with its muscles, scaled to height and mass."""
+
+from __future__ import annotations
+
+from dataclasses import InitVar, dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import GRAVITY, MIRROR, as_side
+from ..core.errors import InvalidInput
+from ..core.records import Record
+from ..core.validation import FloatArray, as_finite, as_positive, frozen
+from ..design import Arm
+from ..design.anthropometry import arm_segments
+from ..load_case import CentrePath, Load, Motion
+from ..load_case.pose_stacks import pose_matrices
+from .contact.assumption_range import ContactRange, contact_range
+from .contact.contact_options import ContactOptions
+from .contact.device import DeviceAction
+from .contact.query import contact_forces
+from .contact.result import JointContact
+from .limb.limb_state import LimbState, limb_state
+from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
+from .limb.myoarm import myoarm
+from .limb.posture import LIMIT_NAMES
+
+__all__ = ["Person"]
+
+#: Length of the model's upper arm, m: from the glenohumeral centre to the elbow's.
+_UPPER_ARM = 0.2907243711831287
+#: Body mass whose arm, by the table of de Leva (1996) for men, weighs as much as the arm of the MoBL-ARMS model, kg.
+_MODEL_MASS = 3.91832 / 0.0494
+#: Elevations between which the path of the centre is given, rad.
+_ELEVATIONS = np.radians(np.arange(0.0, 180.1, 2.5))
+
+
+@dataclass(frozen=True, eq=False)
+class Person(Record):
+    """A person with one arm: anatomy, muscles and the force in the shoulder joint.
+
+    The anatomy is MyoArm's (:mod:`exo_pin.person.limb.myoarm`), the muscles' strengths and fibre lengths are Saul's
+    (:mod:`exo_pin.person.limb.muscle_table`), scaled to the person:
+
+    * **Lengths** of bones, paths, fibres and tendons: by one factor, so that the upper arm is as long as that of
+      :meth:`exo_pin.Arm.from_anthropometry` (de Leva 1996, proportional to height). It is 1 for a man of 1.80 m.
+    * **Masses** of the arm: :meth:`exo_pin.Arm.from_anthropometry`.
+    * **Strengths**: (mass / 79.3 kg)^(2/3), as cross-sections grow in bodies of the same shape, times ``strength``. The
+      sex does not enter; women's shoulders are weaker than this on average: give ``strength``.
+
+    The pose is the rotation of the upper arm, as everywhere in this package; {O_A} has its origin in the glenohumeral
+    centre at rest (:mod:`exo_pin.person.limb.posture` says which posture that is). Clavicle and scapula follow the
+    elevation, so the centre moves (:meth:`centre_path`).
+
+    Attributes
+    ----------
+    height, mass : float
+        m, kg.
+    sex : {"male", "female"}
+        Which half of the anthropometric table.
+    strength : float
+        Factor of all muscle forces: 1 for an average person, less for a weak one.
+    elbow_flexion : float
+        Rad (degrees with ``degrees=True``), 0 to 130°. At 0 the elbow's stop carries what would extend it further.
+    forearm_rotation : float
+        Pronation, rad (or degrees), -90 to 90°.
+    payload : float
+        A point mass at the end of the hand, kg.
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether the angles are in degrees.
+
+    Raises
+    ------
+    InvalidInput
+        If a value is outside of what a person has, or a joint of the model.
+    UnknownName
+        If ``sex`` or ``side`` is unknown.
+    """
+
+    height: float
+    mass: float
+    sex: str
+    strength: float = 1.0
+    elbow_flexion: float = 0.0
+    forearm_rotation: float = 0.0
+    payload: float = 0.0
+    side: str = "left"
+    degrees: InitVar[bool] = False
+
+    def __post_init__(self, degrees: bool) -> None:
+        if not isinstance(degrees, bool):
+            raise InvalidInput(f"expected degrees to be True or False, got {degrees!r:.80}")
+        for name in ("height", "mass", "strength"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        if self.strength > 10.0:
+            raise InvalidInput(f"expected strength as a factor up to 10, got {self.strength:g} (percent?)")
+        object.__setattr__(self, "payload", as_positive("payload", self.payload, zero=True))
+        object.__setattr__(self, "side", as_side(self.side))
+        for name, high in (("elbow_flexion", 130.0), ("forearm_rotation", 90.0)):
+            angle = float(as_finite(name, getattr(self, name), ()))
+            angle = float(np.radians(angle)) if degrees else angle
+            low = 0.0 if name == "elbow_flexion" else -high
+            if not np.radians(low) - 1e-9 <= angle <= np.radians(high) + 1e-9:
+                raise InvalidInput(
+                    f"expected {name} of {low:g} to {high:g}°, where the model's joint goes, got "
+                    f"{np.degrees(angle):g}°{'' if degrees else ' (give degrees=True for degrees)'}"
+                )
+            object.__setattr__(self, name, angle)
+        arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)  # its checks
+
+    def with_changes(self, **changes: Any) -> Person:
+        """A copy with some attributes changed; angles in rad."""
+        return replace(self, **changes)
+
+    def on_side(self, side: str) -> Person:
+        """The same person with the arm of a side."""
+        return self if as_side(side) == self.side else replace(self, side=side)
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the m muscles, in the order of all results."""
+        return MUSCLES
+
+    @cached_property
+    def arm(self) -> Arm:
+        """Mass properties of the whole arm with the payload, in {O_B}."""
+        bend, load = self.elbow_flexion, self.payload
+        return Arm.from_anthropometry(self.height, self.mass, self.sex, elbow_flexion=bend, payload=load)
+
+    @cached_property
+    def forearm(self) -> Arm:
+        """Mass properties of forearm, hand and payload, in {O_B}."""
+        bodies = arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)
+        total = Arm(*bodies[1])
+        for body in bodies[2:]:
+            total = total + Arm(*body)
+        return total
+
+    @cached_property
+    def elbow_centre(self) -> FloatArray:
+        """Centre of the elbow in {O_B}, shape (3,), m."""
+        return frozen(np.array([0.0, 0.0, -_UPPER_ARM * self.length_scale]))
+
+    @cached_property
+    def length_scale(self) -> float:
+        """Person's lengths over those of the model."""
+        from ..design.anthropometry import upper_arm_length
+
+        return upper_arm_length(self.height, self.sex) / _UPPER_ARM
+
+    @property
+    def strength_scale(self) -> float:
+        """Person's muscle forces over those of the model."""
+        return float(self.strength * (self.mass / _MODEL_MASS) ** (2.0 / 3.0))
+
+    @cached_property
+    def muscle_table(self) -> MuscleTable:
+        """Strengths, fibre lengths, tendon lengths and pennation angles of this person's muscles."""
+        return muscle_table(self.length_scale, self.strength_scale)
+
+    def limb_state(self, orientation: Rotation) -> LimbState:
+        """Bones and muscle paths in a stack of poses, flattened to N rows; NaN outside the range of motion.
+
+        Raises
+        ------
+        MissingExtra
+            If the extra ``person`` is not installed.
+        """
+        matrices = pose_matrices(orientation)[1]
+        return limb_state(matrices, self.elbow_flexion, self.forearm_rotation, self.length_scale, self.side == "left")
+
+    def allows(self, orientation: Rotation) -> np.ndarray:
+        """Whether the poses lie within the range of motion of the model.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Single or a stack of shape (...).
+
+        Returns
+        -------
+        ndarray of bool
+            Shape (...).
+        """
+        shape = pose_matrices(orientation)[0]
+        return np.asarray(~self.limb_state(orientation).outside.any(axis=1)).reshape(shape)
+
+    @property
+    def range_of_motion(self) -> dict[str, tuple[float, float]]:
+        """Limits of the model's angles, rad."""
+        return {name: (float(low), float(high)) for name, (low, high) in zip(LIMIT_NAMES, myoarm().limits, strict=True)}
+
+    def centre_path(self, fit: ArrayLike = (0.0, 0.0, 0.0)) -> CentrePath:
+        """Where the glenohumeral centre goes as the arm is elevated (scapulohumeral rhythm).
+
+        In the model, clavicle and scapula follow the elevation alone, so that the path holds in every plane of
+        elevation.
+
+        Parameters
+        ----------
+        fit : array_like
+            Offset of a device at rest, base and cuff together, shape (3,), m, in {O_A}.
+
+        Returns
+        -------
+        CentrePath
+            For ``centre_offset`` of :meth:`exo_pin.ShoulderExo.reaction`: the misalignment of a device whose centre is
+            fixed to the torso.
+        """
+        from .limb.posture import model_axes
+
+        e1 = model_axes(myoarm())[:, 0]
+        lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (MIRROR @ e1 * -1.0 if self.side == "left" else e1))
+        return CentrePath(_ELEVATIONS, self.limb_state(lifted).centre, fit)
+
+    def joint_contact(
+        self,
+        orientation: Rotation,
+        load: Load | None = None,
+        motion: Motion | None = None,
+        device: DeviceAction | ArrayLike | None = None,
+        *,
+        options: ContactOptions | None = None,
+        gravity: ArrayLike = GRAVITY,
+        outside: str = "raise",
+        progress: bool = False,
+    ) -> JointContact:
+        """Contact force of the glenohumeral joint with the person's own muscles.
+
+        The humerus is in equilibrium, with the scapula held; activations are those of least effort
+        (:mod:`exo_pin.person.contact.activation`). The result is a model's: it names its assumptions, and
+        :meth:`contact_range` varies them.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose of the upper arm, single or a stack of shape (...).
+        load : Load, optional
+            Force and couple on the arm, besides its weight and the payload.
+        motion : Motion, optional
+            Angular velocity and acceleration: inertia and force-velocity count then.
+        device : array_like or DeviceAction, optional
+            Wrench of a device on the upper arm, shape (..., 6): force, N, and moment about the glenohumeral centre,
+            N m, in {O_A}; or an action with limb forces to choose. :meth:`exo_pin.ShoulderExo.joint_contact` makes one.
+        options : ContactOptions, optional
+            Criterion, socket, passive forces.
+        gravity : array_like
+            Shape (3,), m/s², in {O_A}: another one for a leaning trunk.
+        outside : {"raise", "mark"}
+            What to do with poses outside the range of motion.
+        progress : bool
+            Whether to show a progress bar.
+
+        Returns
+        -------
+        JointContact
+
+        Raises
+        ------
+        OutsideRangeOfMotion
+            If a pose is outside the range of motion and ``outside`` is "raise".
+        MissingExtra
+            If the extra ``person`` is not installed.
+        InvalidInput
+            If an argument does not fit.
+        """
+        chosen = ContactOptions() if options is None else options
+        if not isinstance(chosen, ContactOptions):
+            raise InvalidInput(f"expected options to be ContactOptions, got {type(options).__name__}")
+        return contact_forces(self, orientation, motion, load, device, chosen, gravity, outside, progress)
+
+    def contact_range(
+        self, orientation: Rotation, *, options: ContactOptions | None = None, **arguments: Any
+    ) -> ContactRange:
+        """The contact force under other assumptions, one changed at a time.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose of the upper arm, single or a stack of shape (...).
+        options : ContactOptions, optional
+            The assumptions to start from.
+        **arguments
+            More of :meth:`joint_contact`.
+
+        Returns
+        -------
+        ContactRange
+            Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm.
+        """
+
+        def query(person: Person, chosen: ContactOptions) -> JointContact:
+            return person.joint_contact(orientation, options=chosen, **arguments)
+
+        return contact_range(query, self, ContactOptions() if options is None else options)

@@ -1,0 +1,167 @@
+"""Activations of least effort against SciPy, and the proof that they are optimal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy
+
+pytest.importorskip("clarabel", reason="needs the extra person: pip install 'exo_pin[person]'")
+
+from exo_pin.person.contact.activation import MusclePose, least_effort, least_missing
+
+
+def some_pose(seed, muscles=12, limbs=0, power=2, rim=True, stopped=False, weights=None):
+    """Random muscles that can hold a random load with a force in the socket."""
+    rng = np.random.default_rng(seed)
+    rows = rng.normal(0.0, 15.0, (5, muscles + limbs))
+    pull = rng.normal(0.0, 200.0, (3, muscles + limbs))
+    pull[0, :muscles] = 0.5 * np.abs(pull[0, :muscles]) + 40.0
+    if limbs:
+        rows[:, muscles:], pull[:, muscles:] = rows[:, muscles:] / 100.0, pull[:, muscles:] / 200.0
+        rows[3:, muscles:] = 0.0
+    inside = np.concatenate([rng.uniform(0.05, 0.6, muscles), rng.uniform(-50.0, 50.0, limbs)])
+    rest = np.array([50.0, 0.0, 0.0])
+    socket = np.eye(3) / np.array([[1.0], [0.61], [0.34]])
+    # Push the load so far into the socket that the condition can be met, and often binds.
+    v = socket @ (pull @ inside + rest)
+    rest[0] += max(0.0, float(np.hypot(v[1], v[2]) - v[0]))
+    return MusclePose(
+        rows=rows,
+        constant=-rows @ inside,
+        pull=pull,
+        rest=rest,
+        low=np.concatenate([np.zeros(muscles), np.full(limbs, -80.0)]),
+        high=np.concatenate([np.ones(muscles), np.full(limbs, 80.0)]),
+        weights=np.ones(muscles) if weights is None else weights,
+        power=power,
+        socket=socket if rim else None,
+        stopped=stopped,
+    )
+
+
+def by_scipy(pose, start):
+    """An independent minimiser, from an optimal neighbourhood to an accuracy of about 1e-6."""
+    m = pose.muscles
+    held = np.arange(5) != 3 if pose.stopped else np.ones(5, dtype=bool)
+    conditions = [{"type": "eq", "fun": lambda z: (pose.rows @ z + pose.constant)[held] / 10.0}]
+    if pose.stopped:
+        conditions.append({"type": "ineq", "fun": lambda z: -(pose.rows @ z + pose.constant)[3] / 10.0})
+    if pose.socket is not None:
+
+        def inside(z):
+            v = pose.socket @ (pose.pull @ z + pose.rest) / 500.0
+            return v[0] - np.hypot(v[1], v[2])
+
+        conditions.append({"type": "ineq", "fun": inside})
+    found = scipy.optimize.minimize(
+        lambda z: float((pose.weights * np.abs(z[:m]) ** pose.power).sum()),
+        start,
+        jac=lambda z: np.concatenate(
+            [pose.power * pose.weights * np.maximum(z[:m], 0.0) ** (pose.power - 1), np.zeros(len(z) - m)]
+        ),
+        bounds=list(zip(pose.low, pose.high, strict=True)),
+        constraints=conditions,
+        method="SLSQP",
+        options={"ftol": 1e-13, "maxiter": 400},
+    )
+    return found.x, float(found.fun)
+
+
+def checked(pose):
+    """Chosen activations, after a comparison with SciPy."""
+    chosen = least_effort(pose)
+    assert chosen.is_optimal
+    z = chosen.z
+    cost = float((pose.weights * z[: pose.muscles] ** pose.power).sum())
+    reference, least = by_scipy(pose, np.clip(z + 0.03, pose.low, pose.high))
+    assert cost <= least * (1.0 + 1e-7) + 1e-9
+    assert np.abs(reference - z)[: pose.muscles].max() < (2e-4 if pose.power == 2 else 2e-2)
+    return chosen
+
+
+@pytest.mark.parametrize("power", [2, 3])
+@pytest.mark.parametrize("rim", [True, False])
+@pytest.mark.parametrize("seed", range(4))
+def test_least_effort_is_that_of_another_solver(power, rim, seed):
+    chosen = checked(some_pose(seed, power=power, rim=rim))
+    assert chosen.kkt < (1e-9 if power == 2 else 1e-6)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("power", [2, 3])
+@pytest.mark.parametrize("seed", range(100, 200))
+def test_least_effort_of_many_poses(power, seed):
+    checked(some_pose(seed, power=power, stopped=bool(seed % 2)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_conic_and_quadratic_programs_agree(seed):
+    pose = some_pose(seed, rim=False)
+    wide = replace(pose, socket=np.eye(3) / np.array([[1.0], [1e4], [1e4]]))
+    assert np.abs(least_effort(pose).z - least_effort(wide).z).max() < 1e-8
+
+
+def test_weights_shift_effort_away_from_heavy_muscles():
+    pose = some_pose(3, rim=False)
+    weights = np.ones(12)
+    before = least_effort(pose).z
+    weights[int(before.argmax())] = 20.0
+    after = checked(replace(pose, weights=weights)).z
+    assert after[before.argmax()] < before.max()
+
+
+def test_contact_force_lies_on_the_rim_where_the_condition_binds():
+    bound = 0
+    for seed in range(12):
+        pose = some_pose(seed)
+        v = pose.socket @ (pose.pull @ least_effort(pose).z + pose.rest)
+        room = v[0] - np.hypot(v[1], v[2])
+        assert room > -1e-7
+        free = pose.pull @ least_effort(replace(pose, socket=None)).z + pose.rest
+        w = pose.socket @ free
+        if np.hypot(w[1], w[2]) > w[0] + 1.0:
+            bound += 1
+            assert abs(room) < 1e-6
+    assert bound >= 3
+
+
+def test_elbow_stop_carries_extension_only():
+    for seed in range(6):
+        pose = some_pose(seed, stopped=True, rim=False)
+        z = checked(pose).z
+        assert (pose.rows @ z + pose.constant)[3] < 1e-9
+        assert np.abs((pose.rows @ z + pose.constant)[[0, 1, 2, 4]]).max() < 1e-9
+
+
+def test_limb_forces_are_chosen_within_their_bounds_and_lower_the_effort():
+    for seed in range(4):
+        pose = some_pose(seed, limbs=3)
+        chosen = least_effort(pose)
+        assert chosen.is_optimal
+        assert (np.abs(chosen.z[12:]) <= 80.0 + 1e-9).all()
+        assert np.abs(pose.rows @ chosen.z + pose.constant).max() < 1e-8
+        fixed = chosen.z.copy()
+        still = replace(pose, low=np.r_[pose.low[:12], np.zeros(3)], high=np.r_[pose.high[:12], np.zeros(3)])
+        without = least_effort(still)
+        if without.is_optimal:
+            assert (fixed[:12] ** 2).sum() <= (without.z[:12] ** 2).sum() + 1e-9
+
+
+def test_least_contact_is_below_that_of_least_effort():
+    pose = some_pose(1, limbs=3)
+    effort, contact = least_effort(pose), least_effort(replace(pose, least="contact"))
+    sizes = [np.linalg.norm(pose.pull @ chosen.z + pose.rest) for chosen in (effort, contact)]
+    assert contact.is_optimal
+    assert sizes[1] <= sizes[0] + 1e-6
+
+
+def test_missing_moment_is_the_least_one():
+    pose = some_pose(2, rim=False)
+    weak = replace(pose, high=np.full(12, 0.1))
+    assert not least_effort(weak).is_optimal
+    missing, proved = least_missing(weak, in_socket=False)
+    assert proved
+    best = scipy.optimize.lsq_linear(weak.rows, -weak.constant, (weak.low, weak.high), tol=1e-14)
+    assert np.linalg.norm(missing) == pytest.approx(np.sqrt(2.0 * best.cost), rel=1e-6)
+    assert np.abs(weak.rows @ best.x + weak.constant + missing).max() < 1e-5

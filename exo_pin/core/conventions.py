@@ -32,6 +32,8 @@ __all__ = [
     "shoulder_rotation",
     "thesis_angles",
     "thesis_rotation",
+    "tilt_torsion_angles",
+    "tilt_torsion_rotation",
 ]
 
 Side = Literal["left", "right"]
@@ -186,6 +188,78 @@ def shoulder_angles(orientation: Rotation, side: str = "left", degrees: bool = F
     """
     sign = _outward(side)
     angles = _euler(orientation, "YXZ") * np.array([-1.0, sign, -sign])
+    return np.degrees(angles) if degrees else angles
+
+
+def tilt_torsion_rotation(
+    azimuth: ArrayLike, tilt: ArrayLike, torsion: ArrayLike, side: str = "left", degrees: bool = False
+) -> Rotation:
+    """Orientation from tilt and torsion of the arm: swing straight out, then turn about the arm's own axis.
+
+    Left shoulder: Rz(azimuth) Ry(-tilt) Rz(-azimuth) Rz(-torsion). The arm then points along
+    (sin tilt cos azimuth, sin tilt sin azimuth, -cos tilt). Where Euler angles lock inside the daily range, these are
+    singular only for an arm that points straight up, and at rest only the azimuth is free. The right shoulder is the
+    mirror image, so the names keep their meaning.
+
+    Parameters
+    ----------
+    azimuth : array_like
+        Vertical plane in which the arm is raised: 0 forward, 90° outward, rad (degrees with ``degrees=True``).
+    tilt : array_like
+        How far it is raised from hanging.
+    torsion : array_like
+        Turn about its own axis, positive inward.
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether the angles are in degrees.
+
+    Returns
+    -------
+    scipy.spatial.transform.Rotation
+        Takes {O_B} to {O_A}; single, or a stack of shape (...).
+
+    Raises
+    ------
+    InvalidInput
+        If an angle is not finite or the shapes do not broadcast.
+    UnknownName
+        If ``side`` is neither "left" nor "right".
+    """
+    angles = _angles(("azimuth", "tilt", "torsion"), (azimuth, tilt, torsion), degrees)
+    sign = _outward(side)
+    turned = np.stack([sign * angles[..., 0], -angles[..., 1], -sign * (angles[..., 0] + angles[..., 2])], axis=-1)
+    return Rotation.from_euler("ZYZ", turned)
+
+
+def tilt_torsion_angles(orientation: Rotation, side: str = "left", degrees: bool = False) -> FloatArray:
+    """Angles (azimuth, tilt, torsion) of an orientation, the inverse of :func:`tilt_torsion_rotation`.
+
+    Parameters
+    ----------
+    orientation : Rotation
+        Single or a stack of shape (...).
+    side : {"left", "right"}
+        Side of the body.
+    degrees : bool
+        Whether to return degrees.
+
+    Returns
+    -------
+    ndarray
+        Shape (..., 3), rad or degrees: azimuth and torsion within ±180°, tilt within 0 to 180°. For a hanging arm
+        the azimuth is 0.
+    """
+    matrix = as_rotation("orientation", orientation).as_matrix()
+    sign = _outward(side)
+    # Below this the direction of so small a tilt is rounding.
+    level = np.hypot(matrix[..., 0, 2], matrix[..., 1, 2])
+    azimuth = np.where(level > 1e-12, np.arctan2(-matrix[..., 1, 2], -matrix[..., 0, 2]), 0.0)
+    tilt = np.arctan2(level, matrix[..., 2, 2])
+    back = Rotation.from_euler("ZYZ", np.stack([azimuth, tilt, -azimuth], axis=-1)).as_matrix()
+    own = back @ matrix
+    torsion = -np.arctan2(own[..., 1, 0], own[..., 0, 0])
+    angles = np.stack([sign * azimuth, tilt, sign * torsion], axis=-1)
     return np.degrees(angles) if degrees else angles
 
 

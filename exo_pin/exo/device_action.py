@@ -10,14 +10,13 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_choice, as_finite, as_real
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..load_case.arm_loads import carried
-from ..load_case.pose_stacks import Query, as_query, require_massless
+from ..load_case.pose_stacks import Query, as_query, carried, require_massless
+from ..numerics.vectors import SINGULAR_MARGIN
 from ..person import DeviceAction, Person
 from ..reaction import ActuatorBounds, Reaction
 from ..reaction.constraints.limb_limits import ForceLimits
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
-from ..wrist.kernels import SINGULAR_MARGIN
 
 __all__ = ["action_of_limbs", "action_of_reaction"]
 

@@ -57,6 +57,7 @@ def error_examples():
         errors.InfeasibleBounds([0, 2]),
         errors.NotAWrist("delta", "it has no ball joint"),
         errors.ExoPinWarning("mind this"),
+        errors.NoisyMovement("the forces are made of noise"),
         errors.OutsideHumanRange("this pose cannot be reached"),
         errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
         errors.BrowserFailed("chromium", "no answer"),
@@ -124,7 +125,5 @@ def rare_examples():
         OtherReading.computed(),
         best_reading("s", "q", 1.0, 0.1, [("a", 1.0), ("b", 2.0)]),
         SplineBasis(np.arange(20.0)),
-        ep.ExoPinWarning("noise"),
-        ep.NoisyMovement("noise"),
         Browser.__new__(Browser),
     ]

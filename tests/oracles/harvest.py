@@ -12,6 +12,7 @@ from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
 from scipy.spatial.transform import Rotation
+from sdf_robots import random_sdf
 from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -178,6 +179,7 @@ def _chains(folder):
     found = chain.inverse_dynamics_derivatives(q, v, a)
     found.joint_reaction(chain.model.names[1])
     sdf_writing.sdf_text(chain.state, q)
+    ep.ClosedChain.from_sdf(random_sdf(3))
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
         path = made(folder)
     ep.ClosedChain.from_mjcf(path)

@@ -67,7 +67,7 @@ def add_commands(commands: Any) -> None:
 def _contact(options: argparse.Namespace) -> int:
     exo, person = load(options.design, side=options.side), _person(options)
     person = person.on_side(exo.side)
-    orientation = pose(options, exo.side)
+    orientation = pose(options, exo)
     if options.json and options.range:
         raise InvalidInput("--json and --range do not go together: leave one out")
     if options.range:

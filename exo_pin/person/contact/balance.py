@@ -22,8 +22,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ...design import Arm
-from ...load_case.arm_loads import carried
-from ...load_case.pose_stacks import Query
+from ...load_case.pose_stacks import Query, carried
 from ..limb.limb_state import LimbState
 from ..limb.muscle_curves import MuscleState
 

@@ -20,6 +20,7 @@ from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, w
 from .force_methods import ForceQuestions
 from .kinematic_methods import KinematicQuestions
 from .uncertainty_methods import UncertaintyQuestions
+from .workspace_methods import WorkspaceQuestions
 
 if TYPE_CHECKING:
     from ..study import StudyTable
@@ -30,7 +31,7 @@ __all__ = ["ShoulderExo", "load"]
 _ASSUMED = AssumedMasses()
 
 
-class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions):
+class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, WorkspaceQuestions):
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the

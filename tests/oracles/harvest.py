@@ -11,6 +11,7 @@ from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
 from scipy.spatial.transform import Rotation
+from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -95,7 +96,7 @@ def harvest(folder):
     with Catcher() as catcher:
         for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures):
             scenario(folder)
-    for example in (*muscle_examples(), *rare_examples(), *error_examples()):
+    for example in (*muscle_examples(), *rare_examples(), *error_examples(), *workspace_examples()):
         catcher.keep_all(example, set())
     return {kind: list(found.values()) for kind, found in catcher.caught.items()}
 

@@ -68,3 +68,7 @@ def test_optimise_writes_a_design(capsys, tmp_path):
     assert exo.name == "found"
     assert exo.limbs[0].actuator.family == "linear"
     assert exo.arm.body_mass == 75.0
+    command = exo.mechanism.sources["mechanism"]
+    assert command.startswith("found by: exo-pin optimise --limbs 3 --family linear")
+    assert "--seed 2" in command
+    assert "--supply" not in command

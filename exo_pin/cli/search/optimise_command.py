@@ -87,8 +87,13 @@ def _optimise(options: argparse.Namespace) -> int:
 def _command(options: argparse.Namespace) -> str:
     """The command that finds the same design again, whatever the storage."""
     words = ["exo-pin optimise", *([options.design] if options.design else [])]
+    left_out = {"run", "design", "storage", "name", "progress", "out"}
+    if options.design:
+        left_out |= {"limbs", "family", "pull", "push", "force_law", "supply", "device"}
+    elif options.force_law is None:
+        left_out.add("supply")
     for name, value in vars(options).items():
-        if name in ("run", "design", "storage", "name", "progress", "out") or value in (None, False, [], 0.0):
+        if name in left_out or value in (None, False, [], 0.0):
             continue
         if value is True:
             words.append(f"--{name.replace('_', '-')}")

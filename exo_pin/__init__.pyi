@@ -58,5 +58,9 @@ from .reaction.splits.limb_and_side_forces import Weights as Weights
 from .reaction.table import reaction_table as reaction_table
 from .study.parameter_sweep import adl_box as adl_box
 from .study.parameter_sweep import sweep as sweep
+from .workspace.body_shape import BodyShape as BodyShape
+from .workspace.criteria import Criteria as Criteria
+from .workspace.optimisation.optimise import optimise as optimise
+from .workspace.result import Workspace as Workspace
 
 __version__: str

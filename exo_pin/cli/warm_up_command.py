@@ -10,6 +10,8 @@ import numpy as np
 from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
 from ..exo.shoulder_exo import ShoulderExo, load
+from ..load_case import Load
+from ..workspace import BodyShape, Criteria
 from .options.command_list import help_of
 
 __all__ = ["add_commands"]
@@ -27,6 +29,7 @@ def _warm_up(options: argparse.Namespace) -> int:
         _kinematics(exo)
         _forces(exo)
         _chain(exo)
+        _workspaces()
     ready = sum(each.is_ready for each in kernels())
     print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
     return 0
@@ -55,6 +58,14 @@ def _forces(exo: ShoulderExo) -> None:
         exo.reaction(pose, constraint_bounds="actuator", split="minimal")
     for split in ("spherical", "minimal", "standalone"):
         exo.reaction_map(_poses(3), split=split)
+
+
+def _workspaces() -> None:
+    for name in ("prototype", "four-cables"):
+        exo = load(name)
+        criteria = Criteria(largest_shoulder_force=100.0, body=BodyShape.from_height(1.75))
+        exo.workspace(40.0, criteria)
+        exo.workspace(_poses(2), criteria, Load(np.array([0.0, 0.0, -5.0])))
 
 
 def _chain(exo: ShoulderExo) -> None:

@@ -1,4 +1,4 @@
-"""What the actuator of a limb can do: whether it can push, how hard it can pull."""
+"""What the actuator of a limb can do: whether it can push, how hard it can pull, how fast it is."""
 
 from __future__ import annotations
 
@@ -33,6 +33,10 @@ class Actuator:
         greatest tension at a length and pressure. It is scaled to the nominal length of the limb's stroke.
     supply_pressure : float or None
         Of a pneumatic muscle with a ``force_law``: greatest gauge pressure, Pa.
+    speed_limit : float or None
+        Greatest rate of the limb's length in either direction, m/s; None where it is not known.
+    power_limit : float or None
+        Greatest mechanical power, tension times the rate at which the limb shortens, W; None where it is not known.
 
     Raises
     ------
@@ -45,6 +49,8 @@ class Actuator:
     push_limit: float | None = None
     force_law: str | None = None
     supply_pressure: float | None = None
+    speed_limit: float | None = None
+    power_limit: float | None = None
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
@@ -58,6 +64,9 @@ class Actuator:
                     'leave it out, or choose the family "linear"'
                 )
             object.__setattr__(self, "push_limit", 0.0)
+        for name in ("speed_limit", "power_limit"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_positive(name, getattr(self, name)))
         if self.supply_pressure is not None:
             object.__setattr__(self, "supply_pressure", as_positive("supply_pressure", self.supply_pressure))
         if (self.force_law is None) != (self.supply_pressure is None):

@@ -21,6 +21,7 @@ from .force_methods import ForceQuestions
 from .kinematic_methods import KinematicQuestions
 from .person_methods import PersonQuestions
 from .uncertainty_methods import UncertaintyQuestions
+from .workspace_methods import WorkspaceQuestions
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -32,7 +33,7 @@ __all__ = ["ShoulderExo", "load"]
 _ASSUMED = AssumedMasses()
 
 
-class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, PersonQuestions):
+class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions):
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the

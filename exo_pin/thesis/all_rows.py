@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import appendix_d, chapter_4, scenario_one, table_5_4
+from . import appendix_c, appendix_d, chapter_4, scenario_one, table_5_4
 from .muscles import chapter_3
 from .rows import Row
 
@@ -11,4 +11,11 @@ __all__ = ["ledger"]
 
 def ledger() -> list[Row]:
     """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis."""
-    return [*chapter_3.rows(), *chapter_4.rows(), *scenario_one.rows(), *table_5_4.rows(), *appendix_d.rows()]
+    return [
+        *chapter_3.rows(),
+        *chapter_4.rows(),
+        *scenario_one.rows(),
+        *table_5_4.rows(),
+        *appendix_c.rows(),
+        *appendix_d.rows(),
+    ]

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..chain.formats.closures_file import closures_text, write_files
 from ..chain.structure.description import Closures
 from ..core.errors import InvalidInput
-from ..design.io.mechanism_files import preset, presets
+from ..design.io.mechanism_files import preset, published
 from ..design.mechanism import Mechanism
 from .assumed_masses import AssumedMasses
 from .wrist_urdf import dummy_shoulder_urdf, mechanism_urdf
@@ -65,7 +65,7 @@ def published_urdf() -> dict[str, str]:
     """
     assumed = AssumedMasses()
     prototype = preset("prototype")
-    parts = {f"{name}-wrist": mechanism_urdf(preset(name), "wrist", assumed) for name in presets()}
+    parts = {f"{name}-wrist": mechanism_urdf(preset(name), "wrist", assumed) for name in published()}
     parts["prototype"] = mechanism_urdf(prototype, "whole", assumed)
     parts["prototype-shoulder"] = mechanism_urdf(prototype, "shoulder")  # Table 5-4 gives all that it has
     parts["dummy-shoulder"] = dummy_shoulder_urdf(prototype.arm, assumed)

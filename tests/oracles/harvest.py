@@ -13,6 +13,7 @@ from mckibben import McKibben
 from moving_chains import moving
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
+from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -101,7 +102,7 @@ def harvest(folder):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
     made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
-    for example in (*muscle_examples(), *rare_examples(), *error_examples(), *made_once):
+    for example in (*muscle_examples(), *rare_examples(), *error_examples(), *made_once, *workspace_examples()):
         catcher.keep_all(example, set())
     return {kind: list(found.values()) for kind, found in catcher.caught.items()}
 

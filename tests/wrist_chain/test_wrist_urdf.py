@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from exo_pin.chain import ClosedChain
 from exo_pin.core.conventions import shoulder_rotation, thesis_rotation
 from exo_pin.core.errors import InvalidInput, UnknownName
-from exo_pin.design import WristGeometry, preset, presets
+from exo_pin.design import WristGeometry, preset, published
 from exo_pin.wrist_chain import (
     AssumedMasses,
     dummy_shoulder_urdf,
@@ -33,7 +33,7 @@ def turned_wrist():
     return mechanism.replace(geometry=geometry)
 
 
-MECHANISMS = {name: preset(name) for name in presets()} | {
+MECHANISMS = {name: preset(name) for name in published()} | {
     "right": preset("prototype").mirrored(),
     "mixed": random_wrist(30, "USUSU", with_masses=True),
     "turned": turned_wrist(),
@@ -58,7 +58,7 @@ def _skeleton_and_numbers(path):
 
 
 def test_the_folder_has_every_published_mechanism():
-    wrists = {f"{name}-wrist.urdf" for name in presets()}
+    wrists = {f"{name}-wrist.urdf" for name in published()}
     assert set(URDFS) == wrists | {"prototype.urdf", "prototype-shoulder.urdf", "dummy-shoulder.urdf"}
 
 

@@ -35,6 +35,12 @@ COMMANDS = {
         "forces_command",
         "efforts and joint reactions of a design or any robot at rest, and which are determined",
     ),
+    "workspace": (
+        "search.workspace_command",
+        "which poses a design reaches, holds and keeps safe",
+    ),
+    "tasks": ("search.workspace_command", "how much of daily tasks a design reaches"),
+    "optimise": ("search.optimise_command", "search for a design that reaches and holds as many poses as it can"),
     "muscle": ("muscle.muscle_commands", "pneumatic muscles: force, pressure, identification, step response"),
     "view": ("view_command", "the design on a person, with its forces, in three dimensions"),
     "thesis": ("thesis_command", "what the thesis prints beside what is computed"),

@@ -11,17 +11,30 @@ from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
 
-__all__ = ["preset", "presets", "read_mechanism", "write_mechanism"]
+__all__ = ["preset", "presets", "published", "read_mechanism", "write_mechanism"]
+
+
+#: Folders of the mechanisms that come with the package: published ones, and those that a search has found.
+_PUBLISHED, _FOUND = ("presets",), ("presets", "found")
 
 
 def presets() -> list[str]:
-    """Names of the published mechanisms that come with the package, sorted."""
-    folder = files("exo_pin.design") / "presets"
-    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    """Names of the mechanisms that come with the package, sorted: published ones and found ones."""
+    return sorted([*published(), *_names(_FOUND)])
+
+
+def published() -> list[str]:
+    """Names of the mechanisms that the thesis publishes, sorted."""
+    return _names(_PUBLISHED)
+
+
+def _names(folder: tuple[str, ...]) -> list[str]:
+    entries = files("exo_pin.design").joinpath(*folder).iterdir()
+    return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
 def preset(name: str) -> Mechanism:
-    """Load a published mechanism.
+    """Load a mechanism that comes with the package.
 
     Raises
     ------
@@ -30,7 +43,8 @@ def preset(name: str) -> Mechanism:
     """
     if name not in presets():
         raise UnknownName("preset", name, presets())
-    text = (files("exo_pin.design") / "presets" / f"{name}.toml").read_text(encoding="utf-8")
+    folder = _PUBLISHED if name in published() else _FOUND
+    text = files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8")
     return _mechanism(parse_toml(text, f"{name}.toml"))
 
 

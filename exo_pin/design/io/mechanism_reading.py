@@ -180,6 +180,8 @@ def _read_actuator(table: Table | None, sources: dict[str, str]) -> Actuator | N
         table.quantity("force", "push_limit", required=False),
         table.text("force_law", required=False),
         table.quantity("pressure", "supply", required=False),
+        table.quantity("speed", "speed_limit", required=False),
+        table.quantity("power", "power_limit", required=False),
     )
     table.finish()
     return actuator

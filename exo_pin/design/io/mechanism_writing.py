@@ -169,4 +169,6 @@ def _actuator_table(actuator: Actuator) -> dict[str, Any]:
         push_limit_N=None if actuator.pulls_only else actuator.push_limit,
         force_law=actuator.force_law,
         supply_Pa=actuator.supply_pressure,
+        speed_limit_m_s=actuator.speed_limit,
+        power_limit_W=actuator.power_limit,
     )

@@ -5,6 +5,7 @@ from .answer_plots import study_figure as study_figure
 from .charts import force_history as force_history
 from .charts import method_bars as method_bars
 from .charts import tension_history as tension_history
+from .design_drawing import design_drawing as design_drawing
 from .force_plots import draw_mechanism as draw_mechanism
 from .force_plots import overview as overview
 from .force_plots import shoulder_force_map as shoulder_force_map
@@ -16,3 +17,7 @@ from .muscle_plots import plot_settling as plot_settling
 from .singularity_plots import determinant_map as determinant_map
 from .singularity_plots import locus_picture as locus_picture
 from .singularity_plots import locus_surface as locus_surface
+from .workspace_plots import criterion_bars as criterion_bars
+from .workspace_plots import rotation_ball as rotation_ball
+from .workspace_plots import shoulder_force_slices as shoulder_force_slices
+from .workspace_plots import workspace_slices as workspace_slices

@@ -1,0 +1,149 @@
+"""``exo-pin optimise``: search for a design that reaches and holds as many poses as it can."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import shlex
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import InvalidInput
+from ...design import ACTUATOR_FAMILIES, Actuator, Arm
+from ...exo.shoulder_exo import ShoulderExo, load
+from ...workspace import free_joints, optimise, starting_design
+from ...workspace.optimisation import OBJECTIVES
+from ..options.command_list import help_of
+from ..options.query_options import add_person, design
+from .workspace_command import add_criteria, criteria
+
+__all__ = ["add_commands"]
+
+#: Endings of a variable's name that give its unit; the library takes SI.
+_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0}
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("optimise", help=help_of("optimise"))
+    parser.add_argument(
+        "design", nargs="?", metavar="PRESET|FILE", help="design to start from; without one, --limbs of one --family"
+    )
+    parser.add_argument("--side", choices=("left", "right"), help="side of the body")
+    parser.add_argument("--limbs", type=int, default=4, metavar="N", help="number of limbs (default 4)")
+    parser.add_argument("--family", choices=ACTUATOR_FAMILIES, default="cable", help="of actuators (default cable)")
+    parser.add_argument("--pull", type=float, default=400.0, metavar="N", help="greatest pull (default 400)")
+    parser.add_argument("--push", type=float, metavar="N", help="of linear actuators (default: as --pull)")
+    parser.add_argument("--force-law", metavar="NAME", help="of pneumatic muscles, instead of --pull")
+    parser.add_argument("--supply", type=float, default=4.0, metavar="BAR", help="with --force-law (default 4)")
+    parser.add_argument(
+        "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
+    )
+    parser.add_argument(
+        "--vary", action="append", default=[], metavar="NAME=LOW:HIGH",
+        help="such as r_A_mm=50:180, alpha[1]_deg=-20:0 or A[1].radius_mm=120:250 (default: all joints free)",
+    )  # fmt: skip
+    add_person(parser)
+    add_criteria(parser)
+    parser.add_argument(
+        "--objective", action="append", choices=tuple(OBJECTIVES), help="default: index; repeat for a Pareto front"
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (default 0)")
+    parser.add_argument("--budget", type=int, default=60_000, metavar="N", help="designs to evaluate (default 60000)")
+    parser.add_argument("--run-length", type=int, default=12_000, metavar="N", help="designs of a run (default 12000)")
+    parser.add_argument("--refine", action="store_true", help="start from the design itself, with small steps")
+    parser.add_argument("--storage", metavar="FILE|URL", help="SQLite file or database in which the study is stored")
+    parser.add_argument("--name", default="study", help="of the study and of the design that is written")
+    parser.add_argument("--progress", action="store_true", help="show a progress bar")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write the best design as .toml")
+    parser.set_defaults(run=_optimise)
+
+
+def _optimise(options: argparse.Namespace) -> int:
+    if options.out is not None and options.out.suffix.lower() != ".toml":
+        raise InvalidInput(f"expected --out to end in .toml, got {options.out}")
+    exo = _start(options)
+    found = optimise(
+        exo,
+        dict(_variable(text) for text in options.vary) or free_joints(exo.mechanism.limb_count),
+        objectives=options.objective or ("index",),
+        constraints=criteria(options, exo.side),
+        seed=options.seed,
+        budget=options.budget,
+        run_length=options.run_length,
+        refine=options.refine,
+        storage=options.storage,
+        name=options.name,
+        progress=options.progress,
+    )
+    print(found)
+    if options.out is not None:
+        source = {"mechanism": f"found by: {_command(options)}"}
+        found.best.replace(name=options.name, sources={**found.best.mechanism.sources, **source}).save(options.out)
+        print(options.out)
+    return 0
+
+
+def _command(options: argparse.Namespace) -> str:
+    """The command that finds the same design again, whatever the storage."""
+    words = ["exo-pin optimise", *([options.design] if options.design else [])]
+    left_out = {"run", "design", "storage", "name", "progress", "out"}
+    if options.design:
+        left_out |= {"limbs", "family", "pull", "push", "force_law", "supply", "device"}
+    elif options.force_law is None:
+        left_out.add("supply")
+    for name, value in vars(options).items():
+        if name in left_out or value in (None, False, [], 0.0):
+            continue
+        if value is True:
+            words.append(f"--{name.replace('_', '-')}")
+            continue
+        for each in value if isinstance(value, list) else [value]:
+            words += [f"--{name.replace('_', '-')}", shlex.quote(f"{each:g}" if isinstance(each, float) else str(each))]
+    return " ".join(words)
+
+
+def _start(options: argparse.Namespace) -> ShoulderExo:
+    """The design to start from."""
+    if options.design is not None:
+        return design(options)
+    if options.person is None:
+        raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
+    side = options.side or "left"
+    law = options.force_law
+    actuator = Actuator(
+        options.family,
+        None if law else options.pull,
+        (options.pull if options.push is None else options.push) if options.family == "linear" else None,
+        law,
+        1e5 * options.supply if law else None,
+    )
+    # The prototype on this person, of which the person's arm is taken.
+    worn = design(argparse.Namespace(**{**vars(options), "design": "prototype"})).mechanism.require_arm("a start")
+    arm = worn.person
+    assert arm is not None
+    for part in () if options.device is None else _moving(options.device):
+        arm = arm + part
+    return ShoulderExo.from_mechanism(starting_design(actuator, arm, options.limbs, side, options.name))
+
+
+def _moving(name: str) -> tuple[Arm, ...]:
+    """What a device itself moves."""
+    arm = load(name).arm
+    parts = () if arm is None else tuple(part for part in arm.parts if part.device)
+    if not parts:
+        raise InvalidInput(f"{name!r} has no moving part; choose another --device")
+    return parts
+
+
+def _variable(text: str) -> tuple[str, tuple[float, float]]:
+    """Name and bounds, SI, of one --vary."""
+    name, _, values = text.partition("=")
+    try:
+        low, high = (float(part) for part in values.split(":"))
+    except ValueError:
+        raise InvalidInput(f"expected --vary NAME=LOW:HIGH, got {text!r}") from None
+    for ending, unit in _UNITS.items():
+        if name.endswith(ending):
+            return name.removesuffix(ending), (unit * low, unit * high)
+    return name, (low, high)

@@ -1,0 +1,131 @@
+"""``exo-pin workspace`` and ``exo-pin tasks``: which poses a design reaches, holds and keeps safe."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from ...core.errors import InvalidInput
+from ...core.files import write_figure
+from ...exo.shoulder_exo import ShoulderExo
+from ...load_case.ranges_of_motion import DAILY_RANGES
+from ...view.plots.force_plots import use_file_backend
+from ...workspace import BodyShape, Criteria, Workspace, task_reach
+from ..options.command_list import help_of
+from ..options.query_options import add_design, add_person, design
+
+__all__ = ["add_commands", "add_criteria", "criteria"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("workspace", help=help_of("workspace"))
+    add_design(parser)
+    add_person(parser)
+    add_criteria(parser)
+    parser.add_argument("--step", type=float, default=4.0, metavar="DEG", help="of the grid of poses (default 4)")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="picture of the slices: PNG, SVG or PDF")
+    parser.add_argument("--ball", type=Path, metavar="FILE", help="picture of the ball of rotations: PNG, SVG or PDF")
+    parser.set_defaults(run=_workspace)
+
+    tasks = commands.add_parser("tasks", help=help_of("tasks"))
+    add_design(tasks)
+    add_person(tasks)
+    add_criteria(tasks)
+    tasks.add_argument(
+        "--movement", action="append", default=[], metavar="NAME=FILE", help="CSV of a task's movement; may be repeated"
+    )
+    tasks.add_argument("--no-ranges", action="store_true", help="leave the published ranges out")
+    tasks.add_argument("--step", type=float, default=8.0, metavar="DEG", help="of the grid of a range (default 8)")
+    tasks.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV too")
+    tasks.set_defaults(run=_tasks)
+
+
+def add_criteria(parser: argparse.ArgumentParser) -> None:
+    """Add the criteria and their limits."""
+    parser.add_argument(
+        "--criteria", metavar="NAMES", help="only these, with commas between them (default: all that the data allow)"
+    )
+    parser.add_argument(
+        "--body", type=float, metavar="HEIGHT", help="stature in m of the body that limbs must keep clear of"
+    )
+    parser.add_argument("--gap", type=float, default=0.0, metavar="MM", help="distance to keep from it (default 0)")
+    parser.add_argument("--shoulder-force", type=float, metavar="N", help="largest |F_s|")
+    parser.add_argument(
+        "--least-tension", type=float, default=0.0, metavar="N", help="of limbs that only pull (default 0)"
+    )
+    parser.add_argument(
+        "--least-moment", type=float, default=0.0, metavar="NM", help="disturbing moment to hold besides (default 0)"
+    )
+    parser.add_argument("--independence", type=float, default=0.05, metavar="X", help="least |det X| (default 0.05)")
+    parser.add_argument(
+        "--stroke-rule", choices=("each", "not all short"), default="each", help="see the documentation of workspaces"
+    )
+
+
+def criteria(options: argparse.Namespace, side: str) -> Criteria:
+    """The criteria that the options name."""
+    names = None if options.criteria is None else tuple(name.strip() for name in options.criteria.split(","))
+    return Criteria(
+        names=names,
+        independence=options.independence,
+        stroke_rule=options.stroke_rule,
+        least_tension=options.least_tension,
+        least_moment=options.least_moment,
+        largest_shoulder_force=options.shoulder_force,
+        least_gap=1e-3 * options.gap,
+        body=None if options.body is None else BodyShape.from_height(options.body, side),
+    )
+
+
+def _workspace(options: argparse.Namespace) -> int:
+    exo = design(options)
+    found = exo.workspace(options.step, criteria(options, exo.side))
+    print(json.dumps(_as_json(found), indent=2) if options.json else found)
+    _draw(options, exo, found)
+    return 0
+
+
+def _as_json(found: Workspace) -> dict[str, Any]:
+    return {
+        "design": found.name,
+        "poses": found.inside.size,
+        "index": found.index,
+        "index_by_measure": found.index_by_measure,
+        "fractions": found.fractions,
+        "lost_to": found.lost_to,
+        "not_checked": dict(found.not_checked),
+    }
+
+
+def _draw(options: argparse.Namespace, exo: ShoulderExo, found: Workspace) -> None:
+    if options.out is None and options.ball is None:
+        return
+    from ...view.plots import rotation_ball, workspace_slices
+
+    use_file_backend()
+    for path, picture in ((options.out, workspace_slices), (options.ball, rotation_ball)):
+        if path is not None:
+            write_figure(path, picture(found))
+            if not options.json:
+                print(path)
+
+
+def _tasks(options: argparse.Namespace) -> int:
+    exo = design(options)
+    movements = {}
+    for text in options.movement:
+        name, equals, path = text.partition("=")
+        if not equals or not name or not path:
+            raise InvalidInput(f"expected --movement NAME=FILE, got {text!r}")
+        movements[name] = path
+    ranges = () if options.no_ranges else DAILY_RANGES
+    table = task_reach(exo.mechanism, movements, ranges, criteria(options, exo.side), options.step)
+    print(table)
+    if options.out is not None:
+        table.to_csv(options.out)
+        print(options.out)
+    return 0

@@ -1,0 +1,116 @@
+"""Families of actuators with their data: which lengths a limb can have with one of them.
+
+* A **pneumatic muscle** contracts by at most a quarter of its nominal length; it cannot be longer than at rest.
+* A **cable** is wound on a drum, so its stroke has no end; clamp and exit pulley take a least free length.
+* A **linear actuator** of one stage is, retracted, as long as its stroke and its dead length (motor, gear, rod ends)
+  together, and extended longer by the stroke.
+
+The least fittings, free length and dead length are **assumed** sizes of small devices; give those of the product used.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..core.errors import InvalidInput
+from ..core.validation import as_choice, as_positive
+from .actuator import ACTUATOR_FAMILIES
+from .limb import Stroke
+
+__all__ = ["CONTRACTION", "LEAST_LENGTH", "FamilyLimits", "family_limits", "fitting_stroke", "stroke_margin"]
+
+#: Greatest contraction of a pneumatic muscle as a share of its nominal length: the 75 % of Table 5-6.
+CONTRACTION = 0.25
+#: What a limb has at least besides its actuator's stroke, m: end fittings of a muscle, free length of a cable, dead
+#: length of a linear actuator. Assumed.
+LEAST_LENGTH = {"pneumatic muscle": 0.040, "cable": 0.030, "linear": 0.100}
+
+
+class FamilyLimits(NamedTuple):
+    """How the shortest length of a limb follows from its longest: shortest >= share * longest + length.
+
+    Attributes
+    ----------
+    share : float
+        Dimensionless.
+    length : float
+        m.
+    """
+
+    share: float
+    length: float
+
+
+def family_limits(family: str, least_length: float | None = None) -> FamilyLimits:
+    """The bound between shortest and longest joint-to-joint length that a family of actuators sets.
+
+    Parameters
+    ----------
+    family : {"pneumatic muscle", "cable", "linear"}
+        The family.
+    least_length : float, optional
+        In place of :data:`LEAST_LENGTH`, m.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such family.
+    """
+    as_choice("actuator family", family, ACTUATOR_FAMILIES)
+    least = LEAST_LENGTH[family] if least_length is None else as_positive("least_length", least_length, zero=True)
+    if family == "pneumatic muscle":
+        return FamilyLimits(1.0 - CONTRACTION, CONTRACTION * least)
+    if family == "cable":
+        return FamilyLimits(0.0, least)
+    return FamilyLimits(0.5, 0.5 * least)
+
+
+def stroke_margin(family: str, shortest: float, longest: float, least_length: float | None = None) -> float:
+    """By how much a limb that goes from its longest to its shortest length stays within its family, m.
+
+    Negative: the longest length would have to be shorter, or the shortest longer by so much.
+    """
+    limits = family_limits(family, least_length)
+    return shortest - (limits.share * longest + limits.length)
+
+
+def fitting_stroke(family: str, shortest: float, longest: float, least_length: float | None = None) -> Stroke:
+    """The actuator of a family with the stroke that a limb needs.
+
+    Parameters
+    ----------
+    family : {"pneumatic muscle", "cable", "linear"}
+        The family.
+    shortest, longest : float
+        Joint-to-joint lengths that the limb must take, m.
+    least_length : float, optional
+        In place of :data:`LEAST_LENGTH`, m.
+
+    Returns
+    -------
+    Stroke
+        Whose longest length is ``longest``. A muscle gets the largest nominal length, with the whole of its
+        contraction; a cable the full length down to its free length; a linear actuator just the stroke that is needed.
+
+    Raises
+    ------
+    InvalidInput
+        If no actuator of the family does; the message says by how much.
+    """
+    short, long = as_positive("shortest", shortest), as_positive("longest", longest)
+    if short > long:
+        raise InvalidInput(f"expected shortest <= longest, got {short:g} and {long:g} m")
+    margin = stroke_margin(family, short, long, least_length)
+    if margin < -1e-12:
+        raise InvalidInput(
+            f"a {family} of at most {1e3 * long:.0f} mm cannot be shorter than {1e3 * (short - margin):.0f} mm, and "
+            f"{1e3 * short:.0f} mm are needed; move the joints, or choose another family"
+        )
+    least = LEAST_LENGTH[family] if least_length is None else least_length
+    if family == "pneumatic muscle":
+        return Stroke(long - least, 1.0 - CONTRACTION, 1.0, least)
+    if family == "cable":
+        return Stroke(long, max(least, 1e-6) / long, 1.0, 0.0)
+    travel = long - short
+    body = least + 2.0 * travel
+    return Stroke(body, (least + travel) / body, 1.0, long - body if long - body > 1e-12 else 0.0)

@@ -1,0 +1,100 @@
+"""Drawing of a design on a body: views from the front, from the side and from above."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.validation import FloatArray, as_rotation
+from ...workspace import BodyShape
+from ..colours import BLACK
+from .plot_style import LINES, pyplot, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["design_drawing"]
+
+#: Views: title, horizontal and vertical axis, and the sign of the horizontal one.
+_VIEWS = (("from the front", 1, 2, 1.0), ("from the left", 0, 2, -1.0), ("from above", 1, 0, -1.0))
+_NAMES = ("x forward", "y left", "z up")
+_TORSO, _ARM = "#C9CED6", "#E3B698"
+
+
+def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> Figure:
+    """Draw joints and limbs on a body in one or a few poses, a row of three views each.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design.
+    body : BodyShape
+        The wearer; its capsules are drawn as they are used for clearances.
+    orientation : Rotation
+        Single, or a stack of shape (k,).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Joints on the torso are squares, joints on the arm circles; lengths in mm.
+    """
+    poses = as_rotation("orientation", orientation).as_matrix().reshape(-1, 3, 3)
+    figure, grid = pyplot().subplots(
+        len(poses), 3, figsize=(11.0, 3.7 * len(poses) + 0.5), layout="constrained", squeeze=False
+    )
+    arms = [_turned(body.arm, R) for R in poses]
+    low, high = _span(exo, [body.torso, *arms])
+    for row, R, moved in zip(grid, poses, arms, strict=True):
+        ends = exo.geometry.platform_points @ R.T
+        for ax, (title, first, second, sign) in zip(row, _VIEWS, strict=True):
+            for rows, colour in ((body.torso, _TORSO), (moved, _ARM)):
+                for capsule in rows:
+                    _capsule(ax, capsule, first, second, colour)
+            for i, (a, b) in enumerate(zip(exo.geometry.base_points, ends, strict=True)):
+                colour, dashes = LINES[i % len(LINES)]
+                line = 1e3 * np.array([a, b])
+                ax.plot(line[:, first], line[:, second], color=colour, linestyle=dashes, linewidth=2.0, zorder=3)
+                ax.plot(line[0, first], line[0, second], "s", color=colour, markersize=6, zorder=4)
+                ax.plot(line[1, first], line[1, second], "o", color=colour, markersize=5, zorder=4)
+            ax.plot(0, 0, "+", color=BLACK, markersize=9, zorder=5)
+            ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", title=title, aspect="equal")
+            ax.set(xlim=(low, high) if sign > 0.0 else (high, low), ylim=(low, high))
+            tidy(ax)
+    handles = [
+        pyplot().Line2D([], [], color=colour, linestyle=dashes, linewidth=2.0, marker="s", label=f"limb {i + 1}")
+        for i, (colour, dashes) in enumerate(LINES[: exo.geometry.limb_count])
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+    figure.suptitle(exo.mechanism.title or exo.name)
+    return figure
+
+
+def _turned(capsules: FloatArray, R: FloatArray) -> FloatArray:
+    """Capsules of the arm frame in the base frame."""
+    moved = np.array(capsules)
+    moved[:, 0:3], moved[:, 3:6] = moved[:, 0:3] @ R.T, moved[:, 3:6] @ R.T
+    return moved
+
+
+def _span(exo: ShoulderExo, groups: list[FloatArray]) -> tuple[float, float]:
+    """One range, mm, that holds all that is drawn along every axis."""
+    rows = np.concatenate(groups)
+    points = np.concatenate([rows[:, 0:3], rows[:, 3:6], exo.geometry.base_points])
+    edge = float(rows[:, 6].max(initial=0.0)) + 0.05
+    return 1e3 * (float(points.min()) - edge), 1e3 * (float(points.max()) + edge)
+
+
+def _capsule(ax: Any, capsule: FloatArray, first: int, second: int, colour: str) -> None:
+    """Fill the outline of a capsule in a view."""
+    p, q = 1e3 * capsule[[first, second]], 1e3 * capsule[[3 + first, 3 + second]]
+    radius = 1e3 * float(capsule[6])
+    along = float(np.arctan2(q[1] - p[1], q[0] - p[0])) if np.linalg.norm(q - p) > 1e-9 else 0.0
+    half = np.linspace(-np.pi / 2, np.pi / 2, 24)
+    arc = np.concatenate([half + along, half + along + np.pi])
+    centres = np.concatenate([np.tile(q, (24, 1)), np.tile(p, (24, 1))])
+    outline = centres + radius * np.stack([np.cos(arc), np.sin(arc)], axis=-1)
+    ax.fill(*outline.T, facecolor=colour, edgecolor="0.45", linewidth=0.7, alpha=0.8)

@@ -1,0 +1,213 @@
+"""Pictures of a workspace: the ball of rotations, slices with the reasons, and shares by criterion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import shoulder_angles
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ...workspace import Workspace
+from ..colours import BLACK, BLUE
+from .plot_style import pyplot, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["criterion_bars", "rotation_ball", "shoulder_force_slices", "workspace_slices"]
+
+#: Fill of poses that fail, by the first criterion that they do not meet; lightness differs as well as hue.
+_COLOURS = {
+    "joint_angles": "#882255",
+    "shoulder_range": "#DDDDDD",
+    "stroke": "#E69F00",
+    "singularity": "#000000",
+    "connected": "#777777",
+    "forces": "#D55E00",
+    "shoulder_force": "#CC79A7",
+    "clearance": "#F0E442",
+}
+_INSIDE = BLUE
+#: Names as words.
+_WORDS = {
+    "joint_angles": "joint angles",
+    "shoulder_range": "shoulder range",
+    "connected": "connection to rest",
+    "singularity": "singularity",
+    "forces": "forces of the actuators",
+    "shoulder_force": "shoulder force",
+    "clearance": "clearance",
+    "stroke": "stroke",
+}
+
+
+def rotation_ball(found: Workspace) -> Figure:
+    """The poses inside as points of the ball of radius π: the rotation vector of each, as in Figures C-2 and C-3.
+
+    Parameters
+    ----------
+    found : Workspace
+        Any stack.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        In space, and seen from above, from the left and from the front; grey is what is not reached.
+
+    Notes
+    -----
+    Source: thesis Figure C-2, Figure C-3.
+    """
+    plt = pyplot()
+    figure = plt.figure(figsize=(11.0, 9.5), layout="constrained")
+    vectors = found.orientations.as_rotvec().reshape(-1, 3)
+    inside = found.inside.reshape(-1)
+    space = figure.add_subplot(2, 2, 1, projection="3d")
+    space.scatter(*vectors[~inside].T, s=1.0, color="0.8", alpha=0.15, rasterized=True)
+    space.scatter(*vectors[inside].T, s=2.0, color=_INSIDE, alpha=0.5, rasterized=True)
+    space.set(xlabel="x", ylabel="y", zlabel="z")
+    space.set_box_aspect((1, 1, 1))
+    for axis in ("x", "y", "z"):
+        getattr(space, f"set_{axis}lim")(-np.pi, np.pi)
+    space.set_title("rotation vector ω, |ω| in rad")
+    for place, (first, second, title) in enumerate(
+        ((0, 1, "from above"), (0, 2, "from the right"), (1, 2, "from the front")), start=2
+    ):
+        ax = figure.add_subplot(2, 2, place)
+        ax.add_patch(plt.Circle((0.0, 0.0), np.pi, fill=False, color="0.4", linewidth=1.0))
+        ax.scatter(vectors[~inside, first], vectors[~inside, second], s=2.0, color="0.85", rasterized=True)
+        ax.scatter(vectors[inside, first], vectors[inside, second], s=3.0, color=_INSIDE, alpha=0.4, rasterized=True)
+        names = ("x forward", "y left", "z up")
+        ax.set(xlabel=f"ω_{names[first]}, rad", ylabel=f"ω_{names[second]}, rad", title=title, aspect="equal")
+        ax.set(xlim=(-3.4, 3.4), ylim=(-3.4, 3.4))
+        tidy(ax)
+    figure.suptitle(f"{found.name}: {100 * found.index:.1f} % of {inside.size} poses inside (blue)")
+    return figure
+
+
+def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | None = None) -> Figure:
+    """Flexion and abduction at several internal rotations: inside, or the first criterion that is not met.
+
+    Parameters
+    ----------
+    found : Workspace
+        On a grid of three angles, such as :func:`exo_pin.adl_box`.
+    internal_rotations : sequence of float, optional
+        Degrees; the nearest layers of the grid are drawn. Six evenly spread ones if left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InvalidInput
+        If the poses are no grid of three dimensions.
+    """
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    names = list(found.margins)
+    first = np.zeros(found.inside.shape, dtype=int)
+    for code, name in reversed(list(enumerate(names, start=1))):
+        first[~found.met[name]] = code
+    colours = [_INSIDE, *(_COLOURS[name] for name in names)]
+    figure, panels = _panels(found, internal_rotations)
+    for ax, x, y, layer in panels:
+        ax.pcolormesh(
+            x, y, first[..., layer].T, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) + 0.5,
+            shading="nearest", rasterized=True,
+        )  # fmt: skip
+    seen = [code for code in range(len(colours)) if (first == code).any()]
+    handles = [
+        Patch(color=colours[code], label="inside" if code == 0 else f"not met: {_WORDS[names[code - 1]]}")
+        for code in seen
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4), frameon=False)
+    figure.suptitle(f"{found.name}: {100 * found.index:.1f} % inside; colours name the first criterion that is not met")
+    return figure
+
+
+def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] | None = None) -> Figure:
+    """|F_s| of the poses inside over flexion and abduction, at several internal rotations.
+
+    Parameters
+    ----------
+    found, internal_rotations
+        As in :func:`workspace_slices`.
+    """
+    force = np.where(found.inside, found.magnitude, np.nan)
+    highest = float(np.nanmax(force)) if np.isfinite(force).any() else 1.0
+    figure, panels = _panels(found, internal_rotations)
+    image: Any = None
+    for ax, x, y, layer in panels:
+        ax.set_facecolor("0.88")
+        image = ax.pcolormesh(
+            x, y, force[..., layer].T, cmap="cividis", vmin=0.0, vmax=highest, shading="nearest", rasterized=True
+        )
+    figure.colorbar(image, ax=figure.axes, label="|F_s|, N (grey: outside)", fraction=0.03)
+    figure.suptitle(f"{found.name}: least shoulder force over tensions within the limits")
+    return figure
+
+
+def criterion_bars(found: Workspace, ax: Axes | None = None) -> Axes:
+    """Share of the poses that meet each criterion, and that are lost to it alone."""
+    if ax is None:
+        _, ax = pyplot().subplots(figsize=(7.5, 0.55 * len(found.margins) + 1.6), layout="constrained")
+    assert ax is not None
+    fractions, lost = found.fractions, found.lost_to
+    rows = np.arange(len(fractions))[::-1]
+    ax.barh(rows, [100 * share for share in fractions.values()], color=BLUE, label="met")
+    ax.barh(
+        rows, [100 * share for share in lost.values()], left=[100 * share for share in fractions.values()],
+        color="#E69F00", label="would be inside without it",
+    )  # fmt: skip
+    ax.axvline(100 * found.index, color=BLACK, linestyle="--", linewidth=1.4, label="inside: all criteria")
+    ax.set_yticks(rows, [_WORDS[name] for name in fractions])
+    ax.set(xlim=(0, 100), xlabel="% of the poses", title=found.name)
+    tidy(ax)
+    ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3, frameon=False)
+    return ax
+
+
+def _panels(
+    found: Workspace, chosen: Sequence[float] | None
+) -> tuple[Figure, list[tuple[Any, FloatArray, FloatArray, int]]]:
+    """A figure with one panel a layer: axes, flexion and abduction of the grid, and the layer's index."""
+    if found.inside.ndim != 3:
+        raise InvalidInput(f"expected poses on a grid of three angles, got a stack of shape {found.inside.shape}")
+    # At 90° of abduction two angles turn about one axis; a layer away from it names the grid.
+    quaternions = found.orientations.as_quat()
+    middle = int(np.abs(found.orientations.as_matrix()[0, :, 0, 1, 2]).argmin())
+    flexion = shoulder_angles(Rotation.from_quat(quaternions[:, middle, 0]), found.side, degrees=True)[:, 0]
+    internal = shoulder_angles(Rotation.from_quat(quaternions[0, middle]), found.side, degrees=True)[:, 2]
+    # Beyond 90° the angles of an orientation fold back, so abduction is counted in turns from layer to layer.
+    line = Rotation.from_quat(quaternions[0, :, 0])
+    turns = np.degrees((line[1:] * line[:-1].inv()).magnitude())
+    abduction = shoulder_angles(line[0], found.side, degrees=True)[1] + np.concatenate([[0.0], np.cumsum(turns)])
+    layers = np.linspace(0, len(internal) - 1, 6).round().astype(int)
+    if chosen is not None:
+        layers = np.array([int(np.abs(internal - angle).argmin()) for angle in chosen])
+    layers = np.unique(layers)
+    columns = min(3, len(layers))
+    lines = -(-len(layers) // columns)
+    figure, grid = pyplot().subplots(
+        lines, columns, figsize=(4.0 * columns, 3.6 * lines + 0.6), layout="constrained", squeeze=False, sharex=True,
+        sharey=True,
+    )  # fmt: skip
+    panels = []
+    for ax, layer in zip(grid.ravel(), layers, strict=False):
+        ax.set_title(f"internal rotation {internal[layer]:.0f}°", fontsize=10)
+        panels.append((ax, flexion, abduction, int(layer)))
+    for ax in grid.ravel()[len(layers) :]:
+        ax.set_visible(False)
+    for ax in grid[:, 0]:
+        ax.set_ylabel("abduction, °")
+    for ax in grid[-1]:
+        ax.set_xlabel("flexion, °")
+    return figure, panels

@@ -1,0 +1,5 @@
+"""Which poses a design can reach, hold and keep safe, and which design is best."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,12 @@
+from .body_shape import BodyShape as BodyShape
+from .criteria import CRITERIA as CRITERIA
+from .criteria import UNITS as UNITS
+from .criteria import Criteria as Criteria
+from .optimisation.design_variables import free_joints as free_joints
+from .optimisation.optimise import optimise as optimise
+from .optimisation.recheck import recheck as recheck
+from .optimisation.search_poses import lifting_poses as lifting_poses
+from .optimisation.starting_design import starting_design as starting_design
+from .query import workspace as workspace
+from .result import Workspace as Workspace
+from .tasks import task_reach as task_reach

@@ -1,0 +1,151 @@
+"""Which poses of a grid can be reached from rest without coming near a singular pose.
+
+The margin of a pose is the best, over all paths on the grid from rest to the pose, of the least margin on the path: the
+widest path. Nodes are taken in the order of falling margin and joined to the neighbours that were taken before
+(union-find); a pose has the margin at which it and rest come together.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial.transform import Rotation
+
+from ..core.compiled import kernel
+from ..core.validation import FloatArray
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..design import Mechanism
+
+__all__ = ["connection_margin", "largest_region", "widest_path"]
+
+#: Steps, rad, in which the way from rest to the nearest node of the grid is checked.
+_STEP = np.radians(1.0)
+
+
+@kernel(inline=True)
+def _root_of(parent: Any, node: int) -> int:
+    while parent[node] != node:
+        parent[node] = parent[parent[node]]
+        node = parent[node]
+    return node
+
+
+@kernel(cost=301)
+def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> None:
+    """Fill, for every node of a grid of three dimensions, the greatest least value on a path from ``start``.
+
+    Parameters
+    ----------
+    value, order : ndarray
+        Values of the nodes, shape (N,), and the nodes in the order of falling value, N integers.
+    shape : tuple of int
+        Of the grid; nodes are numbered as in a flattened array, and neighbours share a face.
+    start : int
+        A node.
+    out : ndarray
+        Shape (N,), written.
+    """
+    count, d1, d2 = value.shape[0], shape[1] * shape[2], shape[2]
+    parent, taken = np.arange(count), np.zeros(count, dtype=np.uint8)
+    # Members of a set as a ring, so that a whole set can be given its margin when rest joins it.
+    ring, size = np.arange(count), np.ones(count, dtype=np.int64)
+    for k in range(count):
+        node = order[k]
+        taken[node] = 1
+        i, j, l = node // d1, (node // d2) % shape[1], node % d2  # noqa: E741
+        out[node] = value[node] if node == start else -np.inf
+        for side in range(6):
+            axis, forward = side // 2, side % 2 == 0
+            if axis == 0:
+                other = node + d1 if forward else node - d1
+                inside = i + 1 < shape[0] if forward else i > 0
+            elif axis == 1:
+                other = node + d2 if forward else node - d2
+                inside = j + 1 < shape[1] if forward else j > 0
+            else:
+                other = node + 1 if forward else node - 1
+                inside = l + 1 < shape[2] if forward else l > 0
+            if not inside or taken[other] == 0:
+                continue
+            a, b = _root_of(parent, node), _root_of(parent, other)
+            if a == b:
+                continue
+            here, there = out[a] > -np.inf, out[b] > -np.inf
+            if here != there:
+                # One of the sets holds rest: every member of the other comes together with it now.
+                first = b if here else a
+                member = first
+                while True:
+                    out[member] = value[node]
+                    member = ring[member]
+                    if member == first:
+                        break
+            if size[a] < size[b]:
+                a, b = b, a
+            parent[b], size[a] = a, size[a] + size[b]
+            ring[a], ring[b] = ring[b], ring[a]
+
+
+def connection_margin(
+    mechanism: Mechanism, matrices: FloatArray, shape: tuple[int, ...], value: FloatArray, side: float
+) -> FloatArray:
+    """Greatest least independence on a path of the grid from rest, shape (N,).
+
+    Rest, the pose of zero angles, need not be a node: the way to the node nearest to it is checked in steps of 1°.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    matrices : ndarray
+        Shape (N, 3, 3).
+    shape : tuple of int
+        Of the grid, three dimensions.
+    value : ndarray
+        Independence times ``side``, shape (N,).
+    side : float
+        Sign of det X at rest.
+    """
+    from .evaluation import independence_at  # here, because that module needs this one
+
+    node = nearest_to_rest(matrices)
+    turn = Rotation.from_matrix(matrices[node]).as_rotvec()
+    steps = np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(turn) / _STEP)) + 1)
+    way = side * independence_at(mechanism, Rotation.from_rotvec(steps[:, None] * turn).as_matrix())
+    # NaN, of a limb that has no plane, is no way.
+    clean = np.where(np.isnan(value), -np.inf, value)
+    out = np.empty(len(value))
+    widest_path(clean, np.argsort(-clean), tuple(shape), node, out)
+    return np.minimum(out, np.nan_to_num(way, nan=-np.inf).min())
+
+
+def nearest_to_rest(matrices: FloatArray) -> int:
+    """Index of the pose nearest to rest, the pose of zero angles."""
+    return int((matrices[:, 0, 0] + matrices[:, 1, 1] + matrices[:, 2, 2]).argmax())
+
+
+def largest_region(inside: NDArray[np.bool_], sign: NDArray[np.float64] | None = None) -> NDArray[np.bool_]:
+    """The largest set of neighbouring poses of a grid, shape of ``inside``.
+
+    Parameters
+    ----------
+    inside : ndarray of bool
+        Grid of three dimensions; neighbours share a face.
+    sign : ndarray, optional
+        Same shape: poses of different sign are not neighbours.
+    """
+    best = np.zeros(inside.shape, dtype=bool)
+    parts = [inside] if sign is None else [inside & (sign > 0.0), inside & (sign < 0.0)]
+    for part in parts:
+        labels, count = ndimage.label(part)
+        if count:
+            sizes = np.bincount(labels.ravel())
+            sizes[0] = 0
+            if sizes.max() > best.sum():
+                best = labels == sizes.argmax()
+    return best

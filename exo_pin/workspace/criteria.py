@@ -1,0 +1,183 @@
+"""What makes a pose part of the workspace: criteria and their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.records import Record
+from ..core.validation import as_choice, as_finite, as_positive
+from ..design import Mechanism
+from ..reaction.holding.actuator_limits import missing_limits
+from .body_shape import BodyShape
+
+__all__ = ["CRITERIA", "LIMB_RADII", "UNITS", "Criteria", "missing_for"]
+
+#: Names of the criteria, in the order in which they are reported.
+CRITERIA = (
+    "joint_angles",
+    "shoulder_range",
+    "stroke",
+    "singularity",
+    "connected",
+    "forces",
+    "shoulder_force",
+    "clearance",
+)
+#: Units of their margins; "" for a number without one.
+UNITS = {
+    "joint_angles": "rad",
+    "shoulder_range": "rad",
+    "stroke": "m",
+    "singularity": "",
+    "connected": "",
+    "forces": "N m",
+    "shoulder_force": "N",
+    "clearance": "m",
+}
+#: Radius of a limb, m, where :attr:`Criteria.limb_radius` gives none: assumed, by the actuator's family.
+LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
+
+
+@dataclass(frozen=True, eq=False)
+class Criteria(Record):
+    """Criteria of a workspace and their limits. A pose belongs to the workspace if all checked criteria hold.
+
+    Attributes
+    ----------
+    names : tuple of str or None
+        Which of :data:`CRITERIA` to check; None for all for which the design and this record have the data.
+    independence : float
+        Least |det[X_1 X_2 X_3]| of three limbs, on the side of det X = 0 that rest is on; of more limbs the least root
+        of det(Σ X_i X_iᵀ). Dimensionless.
+    stroke_rule : {"each", "not all short"}
+        "each": every limb within its stroke (Table 5-6). "not all short": only a pose in which all actuators would be
+        shorter than their shortest length fails (Appendix C).
+    least_tension : float
+        Tension that every limb which only pulls must have, N: what keeps a cable taut.
+    least_moment : float
+        Disturbing moment of any direction that must be held besides, N m.
+    largest_shoulder_force : float or None
+        Limit of |F_s|, N. None: |F_s| is reported and not limited.
+    least_gap : float
+        Distance that limbs must keep from the body and from one another, m.
+    limb_radius : float or None
+        Of all limbs, m; None for :data:`LIMB_RADII` by family.
+    body : BodyShape or None
+        What limbs must keep clear of; None: the criterion "clearance" is not checked.
+
+    Raises
+    ------
+    UnknownName
+        If a name is none of the criteria.
+    InvalidInput
+        If a limit is negative.
+    """
+
+    names: tuple[str, ...] | None = None
+    independence: float = 0.05
+    stroke_rule: str = "each"
+    least_tension: float = 0.0
+    least_moment: float = 0.0
+    largest_shoulder_force: float | None = None
+    least_gap: float = 0.0
+    limb_radius: float | None = None
+    body: BodyShape | None = None
+
+    def __post_init__(self) -> None:
+        if self.names is not None:
+            if isinstance(self.names, str) or not isinstance(self.names, Iterable):
+                raise InvalidInput(f"expected names to be a sequence of criteria, got {self.names!r:.60}")
+            for name in self.names:
+                if name not in CRITERIA:
+                    raise UnknownName("criterion", name, CRITERIA)
+            object.__setattr__(self, "names", tuple(name for name in CRITERIA if name in set(self.names)))
+        as_choice("stroke_rule", self.stroke_rule, ("each", "not all short"))
+        for name in ("independence", "least_tension", "least_moment"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        object.__setattr__(self, "least_gap", float(as_finite("least_gap", self.least_gap, ())))
+        for name in ("largest_shoulder_force", "limb_radius"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        if self.body is not None and not isinstance(self.body, BodyShape):
+            raise InvalidInput(f"expected body to be a BodyShape, got {type(self.body).__name__}")
+
+    @classmethod
+    def of(cls, value: Criteria | Iterable[str] | None) -> Criteria:
+        """Criteria from what a user passes: a record, names, or None for all that the data allow."""
+        if isinstance(value, Criteria):
+            return value
+        return cls() if value is None else cls(names=value)  # type: ignore[arg-type]
+
+    def replace(self, **changes: Any) -> Criteria:
+        """A copy with some limits changed."""
+        return replace(self, **changes)
+
+    def chosen(self, mechanism: Mechanism, is_grid: bool) -> tuple[tuple[str, ...], dict[str, str]]:
+        """Criteria to check on a design, and why the others are not checked.
+
+        Raises
+        ------
+        MissingData
+            If one that was named cannot be checked.
+        """
+        left_out = {}
+        for name in CRITERIA:
+            lacking = missing_for(name, mechanism, self, is_grid)
+            if lacking and self.names is not None and name in self.names:
+                raise MissingData(lacking, f"the criterion {name!r}", mechanism.name)
+            if lacking:
+                left_out[name] = "not known: " + ", ".join(lacking)
+            elif self.names is not None and name not in self.names:
+                left_out[name] = "not chosen"
+        return tuple(name for name in CRITERIA if name not in left_out), left_out
+
+    def radii(self, mechanism: Mechanism) -> np.ndarray:
+        """Radius of every limb, shape (n,), m."""
+        if self.limb_radius is not None:
+            return np.full(mechanism.limb_count, self.limb_radius)
+        families = [None if limb.actuator is None else limb.actuator.family for limb in mechanism.limbs]
+        return np.array([np.nan if family is None else LIMB_RADII[family] for family in families])
+
+
+def missing_for(name: str, mechanism: Mechanism, criteria: Criteria, is_grid: bool) -> list[str]:
+    """What a criterion needs and the design, the criteria or the poses do not have; empty if nothing lacks."""
+    limbs = mechanism.limbs
+    if name == "joint_angles":
+        jointed = [limb for limb in limbs if limb.kind == "UPU"]
+        lacking = [
+            text
+            for text, known in (
+                ("range of the universal joints (joint_limit)", all(limb.joint_limit is not None for limb in jointed)),
+                ("straight direction of the universal joints (joint_straight)",
+                 all(limb.joint_straight is not None for limb in jointed)),
+            )
+            if not known
+        ]  # fmt: skip
+        return lacking if jointed else ["no limb has universal joints"]
+    if name == "shoulder_range":
+        known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None
+        return [] if known else ["range of the shoulder"]
+    if name == "stroke":
+        known = all(limb.stroke is not None and limb.stroke.end_fitting is not None for limb in limbs)
+        return [] if known else ["strokes or end fittings"]
+    if name == "connected":
+        return [] if is_grid else ["poses on a grid of three angles"]
+    if name in ("forces", "shoulder_force"):
+        lacking = [] if mechanism.arm is not None else ["arm mass"]
+        lacking += [] if mechanism.limbs_are_massless else ["forces of limbs with mass (exo.reaction takes them)"]
+        needed = [text for text in missing_limits(mechanism) if not text.startswith(("stroke", "end fitting"))]
+        # A muscle's pull depends on its length.
+        laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
+        lacking += needed if not laws else [*needed, *missing_for("stroke", mechanism, criteria, is_grid)]
+        if name == "shoulder_force" and criteria.largest_shoulder_force is None:
+            lacking.append("limit of the shoulder force (largest_shoulder_force)")
+        return lacking
+    if name == "clearance":
+        lacking = [] if criteria.body is not None else ["body of the wearer (body)"]
+        return lacking + (["radius of the limbs (limb_radius)"] if np.isnan(criteria.radii(mechanism)).any() else [])
+    return []

@@ -1,0 +1,1 @@
+"""What a workspace is computed of, over stacks of poses, compiled."""

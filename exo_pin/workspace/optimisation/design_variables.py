@@ -1,0 +1,207 @@
+"""Dimensions of a design that an optimiser may choose.
+
+Names of variables, limbs counted from 1, all in SI units and rad:
+
+* ``r_A``, ``r_B``, ``h_A``, ``h_B``, ``alpha[i]`` (both circles), ``alpha_A[i]``, ``alpha_B[i]``: joints on circles.
+* ``A[i].radius``, ``A[i].azimuth``, ``A[i].elevation``: joint on the torso by its distance from the shoulder centre,
+  the direction of its projection (0 forward, π/2 outward) and its angle above the horizontal plane through O.
+* ``B[i].radius``, ``B[i].azimuth``, ``B[i].drop``: joint on the arm by its distance from the arm's axis, the direction
+  in which it lies from it (0 forward, π/2 outward in the hanging arm) and how far below the shoulder it is.
+
+On a right shoulder outward is to the right, so that one set of values describes mirror images.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite
+from ...design import CircleDimensions, Mechanism, WristGeometry
+
+__all__ = ["DesignVariables", "free_joints"]
+
+_CIRCLES = ("r_A", "r_B", "h_A", "h_B")
+_ANGLES = ("alpha", "alpha_A", "alpha_B")
+_JOINTS = {"A": ("radius", "azimuth", "elevation"), "B": ("radius", "azimuth", "drop")}
+_NAME = re.compile(r"(?:(alpha|alpha_A|alpha_B)\[(\d+)\]|([AB])\[(\d+)\]\.(\w+))")
+#: Variables of full circle: their two ends are one and the same value.
+_AZIMUTH = (-np.pi, np.pi)
+
+
+def free_joints(
+    limb_count: int,
+    base_radius: tuple[float, float] = (0.12, 0.25),
+    platform_radius: tuple[float, float] = (0.05, 0.14),
+    drop: tuple[float, float] = (0.08, 0.28),
+) -> dict[str, tuple[float, float]]:
+    """Variables of joints that may lie anywhere around the shoulder and the upper arm.
+
+    Parameters
+    ----------
+    limb_count : int
+        n.
+    base_radius, platform_radius, drop : (float, float)
+        Bounds of the joints' distance from the shoulder, from the arm's axis, and below the shoulder, m.
+
+    Returns
+    -------
+    dict
+        Bounds by name, six a limb.
+    """
+    bounds: dict[str, tuple[float, float]] = {}
+    for i in range(1, limb_count + 1):
+        bounds[f"A[{i}].radius"], bounds[f"A[{i}].azimuth"] = base_radius, _AZIMUTH
+        bounds[f"A[{i}].elevation"] = (-np.pi / 2, np.pi / 2)
+        bounds[f"B[{i}].radius"], bounds[f"B[{i}].azimuth"], bounds[f"B[{i}].drop"] = platform_radius, _AZIMUTH, drop
+    return bounds
+
+
+class DesignVariables(Record):
+    """Variables with their bounds, and the design that belongs to a point of the unit cube.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design to start from.
+    bounds : mapping of str to (float, float)
+        By name; see the module's description.
+
+    Raises
+    ------
+    UnknownName
+        If a name is none of these.
+    InvalidInput
+        If a bound is not finite or the lower one is not below the upper, or a circle's dimension is varied in a design
+        whose joints are not on circles.
+    """
+
+    def __init__(self, mechanism: Mechanism, bounds: Mapping[str, Any]) -> None:
+        if not isinstance(bounds, Mapping) or not bounds:
+            raise InvalidInput("expected variables as a mapping of names to (lowest, highest)")
+        self.mechanism = mechanism
+        self.names = tuple(bounds)
+        rows = []
+        for name in self.names:
+            _check(name, mechanism)
+            low, high = as_finite(name, bounds[name], (2,)).tolist()
+            if not low < high:
+                raise InvalidInput(f"expected bounds of {name} as (lowest, highest), got ({low:g}, {high:g})")
+            rows.append((low, high))
+        self.bounds = np.array(rows)
+        self._whole = np.isclose(self.bounds[:, 1] - self.bounds[:, 0], 2.0 * np.pi)
+        kinds = {name[0] in "AB" and "[" in name for name in self.names}
+        if len(kinds) > 1:
+            raise InvalidInput("expected variables of circles or of single joints, got both")
+
+    @property
+    def count(self) -> int:
+        """Number of variables."""
+        return len(self.names)
+
+    def values(self, point: FloatArray) -> dict[str, float]:
+        """Values by name of a point, shape (k,).
+
+        Bounds are met by a cosine, low + (high - low) (1 - cos π x)/2, which is smooth where a search would otherwise
+        bounce off a wall, and good designs lie at many walls. A full circle goes on where it ends.
+        """
+        inside = 0.5 - 0.5 * np.cos(np.pi * point)
+        values = self.bounds[:, 0] + inside * (self.bounds[:, 1] - self.bounds[:, 0])
+        turned = self.bounds[:, 0] + np.mod(point, 1.0) * 2.0 * np.pi
+        return dict(zip(self.names, np.where(self._whole, turned, values).tolist(), strict=True))
+
+    def point(self, values: Mapping[str, float]) -> FloatArray:
+        """The point that belongs to values within the bounds, shape (k,)."""
+        chosen = np.array([values[name] for name in self.names])
+        share = (chosen - self.bounds[:, 0]) / (self.bounds[:, 1] - self.bounds[:, 0])
+        return np.where(self._whole, share, np.arccos(np.clip(1.0 - 2.0 * share, -1.0, 1.0)) / np.pi)
+
+    def of_design(self) -> dict[str, float]:
+        """Values of the design to start from, by name, moved into the bounds."""
+        mechanism = self.mechanism
+        circles = mechanism.geometry.circles
+        outward = np.array([1.0, 1.0 if mechanism.side == "left" else -1.0, 1.0])
+        values = {}
+        for name, (low, high) in zip(self.names, self.bounds, strict=True):
+            match = _NAME.fullmatch(name)
+            if match is None or match[3] is None:
+                assert circles is not None
+                value = getattr(circles, name) if match is None else _angle(circles, match)
+            else:
+                points = mechanism.geometry.base_points if match[3] == "A" else mechanism.geometry.platform_points
+                value = _of_joint(points[int(match[4]) - 1] * outward, match[3], match[5])
+            values[name] = float(np.clip(value, low, high))
+        return values
+
+    def design(self, values: Mapping[str, float]) -> Mechanism:
+        """The mechanism with these values."""
+        geometry = self.mechanism.geometry
+        if geometry.circles is not None and not any(name[0] in "AB" for name in self.names):
+            return self.mechanism.replace(geometry=_on_circles(geometry, values))
+        return self.mechanism.replace(geometry=_with_joints(geometry, values, self.mechanism.side))
+
+
+def _check(name: Any, mechanism: Mechanism) -> None:
+    listed = [*_CIRCLES, *(f"{angle}[i]" for angle in _ANGLES), *(f"{j}[i].{f}" for j in _JOINTS for f in _JOINTS[j])]
+    if name in _CIRCLES:
+        limb, on_circles = 1, True
+    else:
+        match = _NAME.fullmatch(name) if isinstance(name, str) else None
+        if match is None or (match[3] and match[5] not in _JOINTS[match[3]]):
+            raise UnknownName("variable", name, listed)
+        limb, on_circles = int(match[2] or match[4]), match[1] is not None
+    if not 1 <= limb <= mechanism.limb_count:
+        raise InvalidInput(f"expected a limb from 1 to {mechanism.limb_count} in {name!r}")
+    if on_circles and mechanism.geometry.circles is None:
+        raise InvalidInput(f"{name} needs joints on circles; vary A[i] and B[i] of this design")
+
+
+def _angle(circles: CircleDimensions, match: re.Match[str]) -> float:
+    """The angle of a variable such as alpha_B[2]."""
+    angles = circles.alpha_B if match[1] == "alpha_B" else circles.alpha_A
+    return float(angles[int(match[2]) - 1])
+
+
+def _of_joint(point: FloatArray, end: str, part: str) -> float:
+    """One of the numbers that place a joint, on a left shoulder."""
+    if part == "azimuth":
+        return float(np.arctan2(point[1], point[0]))
+    if end == "B":
+        return float(np.hypot(point[0], point[1])) if part == "radius" else -float(point[2])
+    if part == "radius":
+        return float(np.linalg.norm(point))
+    return float(np.arctan2(point[2], np.hypot(point[0], point[1])))
+
+
+def _on_circles(geometry: WristGeometry, values: Mapping[str, float]) -> WristGeometry:
+    circles = geometry.circles
+    assert circles is not None
+    changes: dict[str, Any] = {name: values[name] for name in _CIRCLES if name in values}
+    angles = {"alpha_A": np.array(circles.alpha_A), "alpha_B": np.array(circles.alpha_B)}
+    for name, value in values.items():
+        match = _NAME.fullmatch(name)
+        if match is not None and match[1] is not None:
+            for half in angles if match[1] == "alpha" else (match[1],):
+                angles[half][int(match[2]) - 1] = value
+    return geometry.replace(**changes, **angles)
+
+
+def _with_joints(geometry: WristGeometry, values: Mapping[str, float], side: str) -> WristGeometry:
+    outward = np.array([1.0, 1.0 if side == "left" else -1.0, 1.0])
+    base, platform = np.array(geometry.base_points) * outward, np.array(geometry.platform_points) * outward
+    for i in range(geometry.limb_count):
+        radius, azimuth, elevation = (
+            values.get(f"A[{i + 1}].{part}", _of_joint(base[i], "A", part)) for part in _JOINTS["A"]
+        )
+        level = radius * np.cos(elevation)
+        base[i] = level * np.cos(azimuth), level * np.sin(azimuth), radius * np.sin(elevation)
+        around, azimuth, drop = (
+            values.get(f"B[{i + 1}].{part}", _of_joint(platform[i], "B", part)) for part in _JOINTS["B"]
+        )
+        platform[i] = around * np.cos(azimuth), around * np.sin(azimuth), -drop
+    return WristGeometry(base * outward, platform * outward)

@@ -1,0 +1,173 @@
+"""What a search makes small: how far poses are from meeting all criteria, and what they cost the shoulder.
+
+A share of poses changes in steps and is zero over most of the space of designs, so no search climbs it. The coverage
+term is its smooth stand-in: over the poses, the weighted mean of
+
+    Σ_criteria clip((aim - margin)/scale, 0, 2) + 0.3 [some criterion is not met]
+
+(the shoulder force at most 1).
+Each criterion aims a little beyond its limit, so that what is found on a coarse grid holds between its nodes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.errors import ExoPinError
+from ...core.records import Record
+from ...core.validation import FloatArray, as_choice
+from ...design import Mechanism
+from ...load_case.pose_stacks import pose_matrices
+from ..criteria import Criteria
+from ..evaluation import evaluate_poses
+from .design_variables import DesignVariables
+from .search_poses import SearchPoses
+from .stroke_fitting import fitted_strokes, stroke_windows, window_margin
+
+__all__ = ["OBJECTIVES", "Evaluation", "Merit"]
+
+#: Objectives, and whether the largest value is the best.
+OBJECTIVES = {"index": True, "mean_shoulder_force": False, "peak_shoulder_force": False, "median_moment_margin": True}
+#: Beyond the limit of a criterion (aim), and how much less counts as one, in the units of the margins.
+_AIMS = {
+    "joint_angles": (0.05, 0.5),
+    "stroke": (0.0, 0.05),
+    "singularity": (0.03, 0.08),
+    "forces": (1.0, 5.0),
+    "clearance": (0.003, 0.03),
+}
+#: Merit of a design that cannot be built or evaluated.
+_WORST = 100.0
+#: Forces and moments that count as one in the merit, N and N m.
+_FORCE, _MOMENT = 100.0, 10.0
+
+
+class Evaluation(NamedTuple):
+    """A design on the poses of a search.
+
+    Attributes
+    ----------
+    merit : float
+        What the search makes small.
+    objectives : dict of str to float
+        By name; forces in N over the poses inside, NaN if there are none.
+    """
+
+    merit: float
+    objectives: dict[str, float]
+
+
+class Merit(Record):
+    """Merit of designs.
+
+    Parameters
+    ----------
+    variables : DesignVariables
+        What a point of the unit cube means.
+    poses : SearchPoses
+        Where it is judged.
+    criteria : Criteria
+        What it must meet. The grid's criterion "connected" is not part of a search, only of the check afterwards.
+    fit_strokes : bool
+        Whether the actuators get the strokes that fit (:mod:`.stroke_fitting`).
+    """
+
+    def __init__(
+        self, variables: DesignVariables, poses: SearchPoses, criteria: Criteria, fit_strokes: bool = True
+    ) -> None:
+        self.variables, self.poses, self.criteria, self.fit_strokes = variables, poses, criteria, fit_strokes
+        self._matrices = pose_matrices(poses.orientations)[1]
+        self.names = self._names(self._built(variables.mechanism))
+        # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.
+        limbs = variables.mechanism.limbs
+        self._by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
+
+    def _names(self, mechanism: Mechanism) -> tuple[str, ...]:
+        chosen = self.criteria
+        if chosen.names is not None:
+            chosen = chosen.replace(names=tuple(name for name in chosen.names if name != "connected"))
+        return chosen.chosen(mechanism, False)[0]
+
+    def _built(self, mechanism: Mechanism) -> Mechanism:
+        """The mechanism with strokes that fit the poses of the search."""
+        if not self.fit_strokes:
+            return mechanism
+        lengths = self._lengths(mechanism)
+        return fitted_strokes(mechanism, lengths, self.poses.weights)
+
+    def _lengths(self, mechanism: Mechanism) -> FloatArray:
+        geometry = mechanism.geometry
+        ends = np.einsum("kij,nj->kni", self._matrices, geometry.platform_points)
+        return np.asarray(np.sqrt(((ends - geometry.base_points) ** 2).sum(axis=-1)))
+
+    def evaluate(self, point: FloatArray, weights: dict[str, float]) -> Evaluation:
+        """Merit of a point of the unit cube, shape (k,).
+
+        Parameters
+        ----------
+        point : ndarray
+            Shape (k,).
+        weights : dict of str to float
+            Of the objectives beside the coverage, in the merit.
+        """
+        try:
+            mechanism = self.variables.design(self.variables.values(point))
+            fit = self.fit_strokes and "stroke" in self.names
+            if fit and self._by_length:
+                mechanism, fit = self._built(mechanism), False
+            names = tuple(name for name in self.names if not (fit and name == "stroke"))
+            values = evaluate_poses(mechanism, self._matrices, (len(self._matrices),), self.criteria, names)
+        except (ExoPinError, ValueError):
+            return Evaluation(_WORST, dict.fromkeys(OBJECTIVES, np.nan))
+        if fit:
+            windows = stroke_windows(mechanism, values.lengths, self.poses.weights)
+            values.margins["stroke"] = window_margin(windows, values.lengths)
+        share = self.poses.weights
+        broken, failed = np.zeros(len(share)), np.zeros(len(share), dtype=bool)
+        for name, margin in values.margins.items():
+            aim, scale = _AIMS.get(name, (0.0, self.criteria.largest_shoulder_force or 1.0))
+            if name == "shoulder_range":
+                aim, scale = 0.0, np.inf
+            # A pose that is not held has no shoulder force; "forces" counts how far it is from being held.
+            most = 1.0 if name == "shoulder_force" else 2.0
+            broken += np.clip(np.nan_to_num((aim - margin) / scale, nan=most), 0.0, most)
+            failed |= ~(margin >= 0.0)
+        force = np.sqrt((values.shoulder**2).sum(axis=1))
+        inside = ~failed
+        known = inside & np.isfinite(force)
+        moment = values.margins.get("forces", np.full(len(share), np.nan))
+        objectives = {
+            "index": float(share[inside].sum()),
+            "mean_shoulder_force": _mean(force[known], share[known]),
+            "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
+            "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
+        }
+        merit = float((share * (broken + 0.3 * failed)).sum())
+        merit += weights.get("mean_shoulder_force", 0.0) * float(
+            (share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum() / _FORCE
+        )
+        merit += weights.get("peak_shoulder_force", 0.0) * _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE
+        merit -= weights.get("median_moment_margin", 0.0) * _or(objectives["median_moment_margin"], 0.0) / _MOMENT
+        return Evaluation(merit, objectives)
+
+
+def check_objectives(names: object) -> tuple[str, ...]:
+    """The names of objectives, checked.
+
+    Raises
+    ------
+    UnknownName
+        If one is none of :data:`OBJECTIVES`.
+    """
+    listed = (names,) if isinstance(names, str) else tuple(names)  # type: ignore[arg-type]
+    return tuple(as_choice("objective", name, OBJECTIVES) for name in listed)
+
+
+def _mean(values: FloatArray, weights: FloatArray) -> float:
+    return float((values * weights).sum() / weights.sum()) if weights.sum() > 0.0 else float("nan")
+
+
+def _or(value: float, other: float) -> float:
+    return other if np.isnan(value) else value

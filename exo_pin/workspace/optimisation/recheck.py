@@ -1,0 +1,237 @@
+"""Check of a design that was found: through Pinocchio, on a finer grid, for other persons, off centre.
+
+The search uses closed forms; nothing it finds is reported before the poses of the lifting lines and a sample of the
+others have been answered by :meth:`exo_pin.ShoulderExo.reaction`, which takes another way: constraint Jacobians and
+inverse dynamics in Pinocchio, and a quadratic program.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import shoulder_rotation
+from ...core.errors import SolverFailed
+from ...core.records import Record
+from ...design import Arm, Mechanism
+from ..body_shape import BodyShape
+from ..criteria import Criteria
+from ..evaluation import tension_limits
+from ..query import workspace
+from ..result import Workspace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ...reaction import Reaction
+
+__all__ = ["NEEDED", "PERSONS", "Recheck", "lifting_lines", "recheck"]
+
+#: Statures and body masses of the check, m and kg: about the 5th, 50th and 95th percentile of men, and the 5th of women
+#: (rounded from surveys of adults; choose others for another group).
+PERSONS = {
+    "woman, 5th percentile": (1.52, 48.0, "female"),
+    "man, 5th percentile": (1.63, 58.0, "male"),
+    "man, 1.75 m, 75 kg": (1.75, 75.0, "male"),
+    "man, 95th percentile": (1.87, 102.0, "male"),
+}
+#: Criteria without which nothing is said about whether a design works.
+NEEDED = ("stroke", "singularity", "connected", "forces", "shoulder_force", "clearance")
+#: By how much the device's centre is off the shoulder's, m, along each axis.
+_OFFSET = 0.01
+#: Poses that are answered through Pinocchio besides the lifting lines.
+_SAMPLE = 40
+#: Largest difference of |F_s| between closed form and Pinocchio, relative to the largest tension.
+_AGREEMENT = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Recheck(Record):
+    """What a design does on the full grid.
+
+    Attributes
+    ----------
+    workspace : Workspace
+        On the grid of 4° with 19,656 poses.
+    finer_index : float
+        Φ on the grid of ``finer_step`` degrees.
+    finer_step : float
+        Degrees.
+    flexion, abduction : Workspace
+        Lifting forward and sideways from 0 to 90° in steps of 5°.
+    pinocchio_poses : int
+        Poses that were answered through Pinocchio as well.
+    pinocchio_difference : float
+        Largest difference of |F_s|, N.
+    persons : dict of str to float
+        Φ by person: with their arm and body.
+    offsets : dict of str to float
+        Φ with the device's centre 10 mm off the shoulder's, by direction: base and cuff both.
+    """
+
+    workspace: Workspace
+    finer_index: float
+    finer_step: float
+    flexion: Workspace
+    abduction: Workspace
+    pinocchio_poses: int
+    pinocchio_difference: float
+    persons: dict[str, float]
+    offsets: dict[str, float]
+
+    @property
+    def works(self) -> bool:
+        """Whether lifting to 90° is inside in both directions, and at least 80 % of the grid, by all of the criteria.
+
+        False where :data:`NEEDED` are not all among the criteria that were checked.
+        """
+        complete = set(NEEDED) <= set(self.workspace.margins)
+        lifts = self.flexion.inside.all() and self.abduction.inside.all()
+        return bool(complete and lifts and self.workspace.index >= 0.8)
+
+    def __str__(self) -> str:
+        lines = [
+            str(self.workspace),
+            "",
+            f"On the grid of {self.finer_step:g}°: {100 * self.finer_index:.1f} %.",
+            *(
+                f"{name} 0 to 90°: {int(each.inside.sum())} of {each.inside.size} poses inside, shoulder force at most "
+                f"{np.nanmax(each.magnitude):.0f} N, least moment margin {np.nanmin(each.margins['forces']):.1f} N m."
+                for name, each in (("Flexion", self.flexion), ("Abduction", self.abduction))
+                if "forces" in each.margins and np.isfinite(each.magnitude).any()
+            ),
+            f"Answered by Pinocchio, too: {self.pinocchio_poses} poses, |F_s| differs by at most "
+            f"{self.pinocchio_difference:.1e} N.",
+            *(f"{name}: {100 * share:.1f} %" for name, share in {**self.persons, **self.offsets}.items()),
+        ]
+        return "\n".join(lines)
+
+
+def lifting_lines(side: str, highest: float = 90.0, step: float = 5.0) -> tuple[Rotation, Rotation]:
+    """Lifting forward and sideways from 0 to ``highest``, degrees, as two stacks."""
+    angles = np.linspace(0.0, highest, int(np.ceil(highest / step)) + 1)
+    return (
+        shoulder_rotation(angles, 0.0, 0.0, side, degrees=True),
+        shoulder_rotation(0.0, angles, 0.0, side, degrees=True),
+    )
+
+
+def recheck(
+    mechanism: Mechanism,
+    reaction: Callable[..., Reaction],
+    criteria: Criteria,
+    finer_step: float = 2.0,
+    seed: int = 0,
+) -> Recheck:
+    """Check a design on the full grid, and its forces through Pinocchio.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    reaction : callable
+        :meth:`exo_pin.ShoulderExo.reaction` of the design.
+    criteria : Criteria
+        Limits; "connected" is checked too where they name no criteria.
+    finer_step : float
+        Of the second grid, degrees.
+    seed : int
+        Of the sample of poses.
+
+    Raises
+    ------
+    SolverFailed
+        If Pinocchio and the closed form do not agree on which poses are held, or on |F_s|.
+    """
+    full = workspace(mechanism, None, criteria)
+    rows = criteria
+    if criteria.names is not None:
+        rows = criteria.replace(names=tuple(name for name in criteria.names if name != "connected"))
+    lines = [workspace(mechanism, poses, rows) for poses in lifting_lines(mechanism.side)]
+    checked, difference = 0, float("nan")
+    if "forces" in full.margins:
+        checked, difference = _through_pinocchio(mechanism, full, lines, reaction, criteria, seed)
+    return Recheck(
+        full,
+        workspace(mechanism, finer_step, criteria).index,
+        finer_step,
+        lines[0],
+        lines[1],
+        checked,
+        difference,
+        {} if mechanism.arm is None else _persons(mechanism, criteria),
+        _offsets(mechanism, criteria),
+    )
+
+
+def _through_pinocchio(
+    mechanism: Mechanism,
+    full: Workspace,
+    lines: list[Workspace],
+    reaction: Callable[..., Reaction],
+    criteria: Criteria,
+    seed: int,
+) -> tuple[int, float]:
+    """Number of poses and the largest difference of |F_s|, N."""
+    held = np.flatnonzero(np.isfinite(full.magnitude).ravel())
+    sample = np.sort(np.random.default_rng(seed).permutation(held)[:_SAMPLE])
+    count, worst = 0, 0.0
+    for part, rows in ((lines[0], None), (lines[1], None), (full, sample)):
+        flat = part.magnitude.size
+        chosen = np.flatnonzero(np.isfinite(part.magnitude).ravel()) if rows is None else rows
+        if chosen.size == 0:
+            continue
+        lengths = part.lengths.reshape(flat, -1)[chosen]
+        low, high = tension_limits(mechanism, lengths, criteria.least_tension)
+        answer = reaction(
+            Rotation.from_quat(part.orientations.as_quat().reshape(-1, 4)[chosen]),
+            split="minimal",
+            actuator_bounds=(low, high),
+            constraint_bounds=(0.0, 0.0),
+        )
+        gap = np.abs(answer.magnitude - part.magnitude.reshape(-1)[chosen])
+        scale = max(1.0, float(np.nanmax(np.abs(part.tensions.reshape(flat, -1)[chosen]))))
+        if not np.isfinite(gap).all() or gap.max() > _AGREEMENT * scale:
+            raise SolverFailed("Pinocchio", float(gap.max()), "difference of |F_s| to the closed form, N")
+        inside = part.inside.ravel()[chosen]
+        if "stroke" in part.margins and not (answer.can_hold | answer.unknown)[inside].all():
+            raise SolverFailed("Pinocchio", float("nan"), "a pose inside the workspace cannot be held by its verdict")
+        count, worst = count + len(chosen), max(worst, float(gap.max()))
+    return count, worst
+
+
+def _persons(mechanism: Mechanism, criteria: Criteria) -> dict[str, float]:
+    """Φ by person, on the grid of 8°; the gap is there for such differences, so no gap is demanded besides."""
+    shares = {}
+    devices = [part for part in mechanism.require_arm("persons").parts if part.device]
+    for name, (height, mass, sex) in PERSONS.items():
+        arm = Arm.from_anthropometry(height, mass, sex)
+        arm = arm if mechanism.side == "left" else arm.mirrored()
+        for part in devices:
+            arm = arm + part
+        body = None if criteria.body is None else BodyShape.from_height(height, mechanism.side)
+        limits = criteria.replace(body=body, least_gap=min(criteria.least_gap, 0.0))
+        shares[name] = workspace(mechanism.replace(arm=arm), 8.0, limits).index
+    return shares
+
+
+def _offsets(mechanism: Mechanism, criteria: Criteria) -> dict[str, float]:
+    """Φ with the device's centre off the shoulder's, on the grid of 8°: joints on torso and arm moved alike.
+
+    As for other persons, no gap is demanded besides.
+    """
+    shares, limits = {}, criteria.replace(least_gap=min(criteria.least_gap, 0.0))
+    for axis, name in enumerate(("forward", "to the left", "up")):
+        for sign in (1.0, -1.0):
+            shift = np.zeros(3)
+            shift[axis] = sign * _OFFSET
+            geometry = mechanism.geometry.replace(
+                base_points=mechanism.geometry.base_points + shift,
+                platform_points=mechanism.geometry.platform_points + shift,
+            )
+            label = f"centre {1e3 * sign * _OFFSET:+.0f} mm {name}"
+            shares[label] = workspace(mechanism.replace(geometry=geometry), 8.0, limits).index
+    return shares

@@ -1,0 +1,137 @@
+"""Runs of a search in Optuna's storage: in memory, in a SQLite file, or in any database that Optuna knows.
+
+A trial of the study is one run of CMA-ES (:mod:`.descent`). Storing a trial takes much longer than evaluating a design
+(0.1 s against some milliseconds), so single designs are not trials. The state of a run is stored every
+:data:`CHECKPOINT` seconds; a worker that finds a run whose worker has not been heard of for :data:`STALE` seconds takes
+it up from there. So the end of a worker costs at most the designs since its last checkpoint.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from importlib import import_module
+from os import PathLike, fspath
+from typing import Any, NamedTuple
+
+from ...core.errors import InvalidInput, MissingExtra
+from ...core.records import OneProcess
+from .merit import OBJECTIVES
+
+__all__ = ["CHECKPOINT", "STALE", "Run", "StoredStudy"]
+
+#: Seconds between two checkpoints of a run, and after which a silent run is taken for abandoned.
+CHECKPOINT, STALE = 2.0, 30.0
+
+
+class Run(NamedTuple):
+    """A finished run.
+
+    Attributes
+    ----------
+    number : int
+        Of the run, from 0.
+    point : list of float
+        Best point of the unit cube.
+    merit : float
+        Its merit.
+    objectives : dict of str to float
+        On the poses of the search.
+    evaluations : int
+        Designs that the run evaluated.
+    """
+
+    number: int
+    point: list[float]
+    merit: float
+    objectives: dict[str, float]
+    evaluations: int
+
+
+class StoredStudy(OneProcess):
+    """A study whose runs any number of workers share.
+
+    Parameters
+    ----------
+    storage : str, path-like or None
+        None: in memory. A database URL, such as ``sqlite:///study.db`` or ``postgresql://...``; a path becomes a SQLite
+        file.
+    name : str
+        Of the study in the storage.
+    objectives : tuple of str
+        By which runs are compared.
+    description : dict
+        What the study searches. A study that was stored with another description is refused.
+    """
+
+    _instead = "open the storage again by its URL"
+
+    def __init__(
+        self, storage: str | PathLike[str] | None, name: str, objectives: tuple[str, ...], description: dict[str, Any]
+    ) -> None:
+        try:
+            self._optuna: Any = import_module("optuna")
+        except ImportError as error:
+            raise MissingExtra("optimise", "optuna") from error
+        self._optuna.logging.set_verbosity(self._optuna.logging.WARNING)
+        url = None if storage is None else fspath(storage)
+        if url is not None and "://" not in url:
+            url = f"sqlite:///{url}"
+        self._study = self._optuna.create_study(
+            storage=url,
+            study_name=name,
+            load_if_exists=True,
+            directions=["maximize" if OBJECTIVES[objective] else "minimize" for objective in objectives],
+            sampler=self._optuna.samplers.RandomSampler(seed=0),
+        )
+        self._objectives = objectives
+        text = json.dumps(description, sort_keys=True)
+        before = self._study.user_attrs.get("description")
+        if before is None:
+            self._study.set_user_attr("description", text)
+        elif before != text:
+            raise InvalidInput(
+                f"the study {name!r} in {url} searches something else: {_difference(before, text)}; choose another "
+                "name or storage"
+            )
+
+    def take(self) -> tuple[Any, str | None]:
+        """A run to work on, and its stored state if another worker has left it."""
+        for trial in self._study.get_trials(deepcopy=False, states=(self._optuna.trial.TrialState.RUNNING,)):
+            beat = trial.user_attrs.get("beat", 0.0)
+            if "state" in trial.user_attrs and time.time() - beat > STALE:
+                live = self._optuna.trial.Trial(self._study, trial._trial_id)
+                live.set_user_attr("beat", time.time())
+                return live, trial.user_attrs["state"]
+        return self._study.ask(), None
+
+    def checkpoint(self, trial: Any, state: str) -> None:
+        """Store the state of a run."""
+        trial.set_user_attr("state", state)
+        trial.set_user_attr("beat", time.time())
+
+    def finish(self, trial: Any, point: list[float], merit: float, objectives: dict[str, float], done: int) -> None:
+        """Store the end of a run."""
+        record = {"point": point, "merit": merit, "objectives": objectives, "evaluations": done}
+        trial.set_user_attr("result", json.dumps(record))
+        trial.set_user_attr("state", "")
+        values = [objectives[name] for name in self._objectives]
+        failed = any(value != value for value in values)
+        if failed:
+            self._study.tell(trial, state=self._optuna.trial.TrialState.FAIL, skip_if_finished=True)
+        else:
+            self._study.tell(trial, values, skip_if_finished=True)
+
+    def runs(self) -> Iterator[Run]:
+        """All finished runs, by number."""
+        for trial in self._study.get_trials(deepcopy=False):
+            if trial.state.is_finished() and trial.user_attrs.get("result"):
+                record = json.loads(trial.user_attrs["result"])
+                yield Run(trial.number, record["point"], record["merit"], record["objectives"], record["evaluations"])
+
+
+def _difference(before: str, now: str) -> str:
+    old, new = json.loads(before), json.loads(now)
+    changed = [key for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
+    return ", ".join(f"{key} was {old.get(key)!r:.60} and is {new.get(key)!r:.60}" for key in changed)

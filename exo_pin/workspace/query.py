@@ -1,0 +1,101 @@
+"""The workspace of a design: all criteria over a stack of poses."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, as_rotation
+from ..load_case import Load
+from ..load_case.pose_stacks import pose_matrices
+from ..study import adl_box
+from .criteria import Criteria
+from .evaluation import evaluate_poses
+from .result import Workspace
+
+if TYPE_CHECKING:
+    from ..design import Mechanism
+
+__all__ = ["workspace"]
+
+
+def workspace(
+    mechanism: Mechanism,
+    poses: Rotation | float | None = None,
+    criteria: Criteria | Iterable[str] | None = None,
+    load: Load | None = None,
+) -> Workspace:
+    """Which poses a design can reach, hold and keep safe.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    poses : Rotation or float, optional
+        Stack of shape (...), or the step, degrees, of the grid of daily activities; the grid of 4° with 19,656 poses
+        of Appendix C if left out.
+    criteria : Criteria or iterable of str, optional
+        Which criteria, and their limits; all that the design's data allow if left out. The result names the others.
+    load : Load, optional
+        On the arm, besides its weight.
+
+    Returns
+    -------
+    Workspace
+
+    Raises
+    ------
+    MissingData
+        If a criterion that is named needs what the design does not have.
+    InvalidInput, UnknownName
+        If an argument does not fit.
+
+    Notes
+    -----
+    The kernels are compiled: 19,656 poses take milliseconds. Tensions are those within the limits that make |F_s|
+    least, without side forces of the limbs (g = 0); limbs with mass are not supported.
+
+    Source: thesis (C-1), Table 5-6.
+    """
+    limits = Criteria.of(criteria)
+    if poses is None or isinstance(poses, (int, float)):
+        orientations, matrices = _grid(4.0 if poses is None else float(poses), mechanism.side)
+        shape: tuple[int, ...] = orientations.shape
+    else:
+        orientations = as_rotation("poses", poses)
+        shape, matrices = pose_matrices(orientations)
+    if matrices.size == 0:
+        raise InvalidInput("expected at least one pose, got an empty stack")
+    names, left_out = limits.chosen(mechanism, len(shape) == 3)
+    values = evaluate_poses(mechanism, matrices, shape, limits, names, load)
+
+    def stacked(array: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))
+
+    return Workspace(
+        mechanism.name,
+        mechanism.side,
+        orientations,
+        limits,
+        MappingProxyType({name: stacked(margin) for name, margin in values.margins.items()}),
+        MappingProxyType(left_out),
+        stacked(values.lengths),
+        stacked(values.independent),
+        stacked(values.tensions),
+        stacked(values.shoulder),
+        stacked(values.gaps),
+    )
+
+
+@functools.lru_cache(maxsize=8)
+def _grid(step: float, side: str) -> tuple[Rotation, FloatArray]:
+    """The grid of daily activities and its matrices, shape (N, 3, 3): made once, because that takes longer than use."""
+    poses = adl_box(step, side)
+    # Writable, for the kernels are compiled for such arrays; nobody else holds it.
+    return poses, pose_matrices(poses)[1]

@@ -1,0 +1,210 @@
+"""A workspace: which poses belong to it, by how much, and why the others do not."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, ReadOnly
+from .connection import largest_region, nearest_to_rest
+from .criteria import UNITS, Criteria
+
+__all__ = ["Workspace"]
+
+
+@dataclass(frozen=True, eq=False)
+class Workspace(ReadOnly):
+    """Poses of a design beside the criteria; a stack of shape (...), n limbs.
+
+    Attributes
+    ----------
+    name, side : str
+        Of the design.
+    orientations : Rotation
+        Shape (...).
+    criteria : Criteria
+        Limits that were checked.
+    margins : mapping of str to ndarray
+        By criterion that was checked, shape (...): distance to its limit, zero or more where it is met, in
+        :data:`exo_pin.workspace.UNITS`. NaN where it is not known, or the pose is singular; such a pose does not count
+        as inside. "shoulder_force" is NaN where no tensions within the limits hold the arm.
+    not_checked : mapping of str to str
+        Criteria that were not checked, and why.
+    lengths : ndarray
+        l_i, shape (..., n), m.
+    independent : ndarray
+        Shape (...): det[X_1 X_2 X_3] of three limbs, else the root of det(Σ X_i X_iᵀ).
+    tensions : ndarray
+        f_i within the limits that make |F_s| least, shape (..., n), N; NaN where there are none or they were not
+        computed.
+    shoulder_force : ndarray
+        F_s that goes with them, the force of the shoulder on the arm in the base frame, shape (..., 3), N.
+    gaps : ndarray
+        Least distance of the limbs to the arm, to the torso and to one another, shape (..., 3), m.
+    """
+
+    name: str
+    side: str
+    orientations: Rotation
+    criteria: Criteria
+    margins: MappingProxyType[str, FloatArray]
+    not_checked: MappingProxyType[str, str]
+    lengths: FloatArray
+    independent: FloatArray
+    tensions: FloatArray
+    shoulder_force: FloatArray
+    gaps: FloatArray
+
+    def __post_init__(self) -> None:
+        for values in self.margins.values():
+            values.setflags(write=False)
+        super().__post_init__()
+
+    @functools.cached_property
+    def met(self) -> dict[str, NDArray[np.bool_]]:
+        """By criterion, shape (...): whether it is met."""
+        return {name: values >= 0.0 for name, values in self.margins.items()}
+
+    @functools.cached_property
+    def inside(self) -> NDArray[np.bool_]:
+        """Shape (...): whether all criteria that were checked are met."""
+        inside = np.ones(self.independent.shape, dtype=bool)
+        for met in self.met.values():
+            inside &= met
+        return inside
+
+    @property
+    def index(self) -> float:
+        """Φ of (C-1): the share of the poses that are inside, every pose counted once.
+
+        Source: thesis (C-1).
+        """
+        return float(self.inside.mean())
+
+    @functools.cached_property
+    def measure(self) -> FloatArray:
+        """Share of the rotation group that each pose of a grid of shoulder angles stands for, shape (...), sum 1.
+
+        The group's own (Haar) measure in Y-X-Z angles is cos(abduction) times the product of the angles' steps: a grid
+        of equal steps has too many poses near 90° of abduction, where two of the angles turn about one axis.
+        """
+        sine = self.orientations.as_matrix()[..., 1, 2]
+        weight = np.sqrt(np.maximum(0.0, 1.0 - sine**2))
+        return np.asarray(weight / weight.sum())
+
+    @property
+    def index_by_measure(self) -> float:
+        """Φ by the rotation group's own measure, for poses on a grid of equal steps of the shoulder's angles."""
+        return float((self.measure * self.inside).sum())
+
+    @property
+    def fractions(self) -> dict[str, float]:
+        """By criterion: share of the poses that meet it."""
+        return {name: float(met.mean()) for name, met in self.met.items()}
+
+    @property
+    def lost_to(self) -> dict[str, float]:
+        """By criterion: share of the poses that would be inside without it."""
+        failed = sum((~met).astype(int) for met in self.met.values())
+        return {name: float((~met & (failed == 1)).mean()) for name, met in self.met.items()}
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Shape (...): poses outside only because a force limit is not known at their lengths."""
+        if "forces" not in self.margins:
+            return np.zeros(self.inside.shape, dtype=bool)
+        unknown = np.isnan(self.margins["forces"]) & (np.abs(self.independent) > 1e-9)
+        for name, met in self.met.items():
+            if name not in ("forces", "shoulder_force"):
+                unknown &= met
+        return unknown
+
+    @property
+    def reasons(self) -> NDArray[np.str_]:
+        """Shape (...): the criteria that are not met, such as "stroke, forces"; "" inside."""
+        names = list(self.margins)
+        code = np.zeros(self.inside.shape, dtype=np.int64)
+        for bit, name in enumerate(names):
+            code |= (~self.met[name]).astype(np.int64) << bit
+        texts = [", ".join(n for b, n in enumerate(names) if k >> b & 1) for k in range(1 << len(names))]
+        return np.array(texts)[code]
+
+    @property
+    def worst_margin(self) -> FloatArray:
+        """Shape (...): least margin over the criteria, each as a share of its 90th percentile; negative outside.
+
+        Only good for a picture: it compares quantities of different units.
+        """
+        worst = np.full(self.inside.shape, np.inf)
+        for values in self.margins.values():
+            known = np.abs(values[np.isfinite(values)])
+            scale = float(np.percentile(known, 90.0)) if known.size else 1.0
+            worst = np.minimum(worst, np.where(np.isnan(values), -1.0, values / max(scale, 1e-12)))
+        return worst
+
+    @property
+    def magnitude(self) -> FloatArray:
+        """|F_s|, shape (...), N: the least over tensions within the limits."""
+        return np.asarray(np.linalg.norm(self.shoulder_force, axis=-1))
+
+    @functools.cached_property
+    def region(self) -> NDArray[np.bool_]:
+        """Largest set of neighbouring poses of the grid that are inside and on one side of det X = 0, shape (...).
+
+        Raises
+        ------
+        InvalidInput
+            If the poses are no grid of three dimensions.
+        """
+        self._require_grid()
+        return largest_region(self.inside, self.independent if self.lengths.shape[-1] == 3 else None)
+
+    @property
+    def region_distance(self) -> float:
+        """Angle from rest, the pose of zero angles, to the nearest pose of :attr:`region`, rad; NaN if it is empty."""
+        poses = self.orientations[self.region]
+        return float(poses.magnitude().min()) if self.region.any() else float("nan")
+
+    def _require_grid(self) -> None:
+        if self.independent.ndim != 3:
+            raise InvalidInput(
+                f"expected poses on a grid of three angles, got a stack of shape {self.independent.shape}; use "
+                "exo_pin.adl_box or RangeOfMotion.poses"
+            )
+
+    @property
+    def nearest_to_rest(self) -> tuple[int, ...]:
+        """Index of the pose nearest to rest."""
+        flat = nearest_to_rest(self.orientations.as_matrix().reshape(-1, 3, 3))
+        return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
+
+    def __str__(self) -> str:
+        total = self.inside.size
+        lines = [
+            f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside "
+            f"({100 * self.index_by_measure:.1f} % by the rotation group's measure)."
+        ]
+        if self.unknown.any():
+            lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
+        if self.inside.any() and np.isfinite(self.magnitude[self.inside]).any():
+            inside = self.magnitude[self.inside]
+            lines.append(
+                f"Shoulder force inside: mean {np.nanmean(inside):.0f} N, largest {np.nanmax(inside):.0f} N "
+                "(tensions chosen for the least)."
+            )
+        if self.margins:
+            lines += ["", f"{'criterion':<16}{'met':>9}{'only this':>12}{'median margin':>18}"]
+        lost = self.lost_to
+        for name, share in self.fractions.items():
+            middle = float(np.nanmedian(self.margins[name])) if np.isfinite(self.margins[name]).any() else np.nan
+            lines.append(
+                f"{name:<16}{100 * share:>7.1f} %{100 * lost[name]:>10.1f} %{middle:>12.3g} {UNITS[name]}".rstrip()
+            )
+        lines += [f"{name}: not checked, {why}" for name, why in self.not_checked.items()]
+        return "\n".join(lines)

@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, UnknownName
+from exo_pin.design import ACTUATOR_FAMILIES, fitting_stroke, stroke_margin
+from exo_pin.design.actuator_families import LEAST_LENGTH
+
+
+def ends(stroke):
+    """Shortest and longest joint-to-joint length."""
+    return (
+        stroke.end_fitting + stroke.shortest * stroke.nominal_length,
+        stroke.end_fitting + stroke.longest * stroke.nominal_length,
+    )
+
+
+def test_a_muscle_contracts_by_a_quarter():
+    # 0.44 m at rest, of which 0.04 m are fittings: 0.1 m of contraction.
+    assert stroke_margin("pneumatic muscle", 0.34, 0.44) == pytest.approx(0.0)
+    stroke = fitting_stroke("pneumatic muscle", 0.35, 0.44)
+    assert (stroke.nominal_length, stroke.shortest, stroke.end_fitting) == pytest.approx((0.4, 0.75, 0.04))
+    with pytest.raises(InvalidInput, match="cannot be shorter than 340 mm"):
+        fitting_stroke("pneumatic muscle", 0.33, 0.44)
+
+
+def test_a_cable_takes_any_length_down_to_its_free_length():
+    assert ends(fitting_stroke("cable", 0.03, 2.0)) == pytest.approx((0.03, 2.0))
+    with pytest.raises(InvalidInput, match="30 mm"):
+        fitting_stroke("cable", 0.02, 2.0)
+
+
+def test_a_linear_actuator_is_twice_its_stroke_and_its_dead_length():
+    # Retracted 0.25 m = 0.1 m dead length and 0.15 m of stroke; extended 0.4 m.
+    assert stroke_margin("linear", 0.25, 0.4) == pytest.approx(0.0)
+    assert ends(fitting_stroke("linear", 0.25, 0.4)) == pytest.approx((0.25, 0.4))
+    # A shorter stroke in the same limb leaves room for a fitting.
+    stroke = fitting_stroke("linear", 0.3, 0.4)
+    assert stroke.end_fitting == pytest.approx(0.4 - 0.3)
+    assert ends(stroke) == pytest.approx((0.3, 0.4))
+    with pytest.raises(InvalidInput, match="choose another family"):
+        fitting_stroke("linear", 0.24, 0.4)
+
+
+@pytest.mark.parametrize("family", ACTUATOR_FAMILIES)
+def test_a_fitted_stroke_takes_what_was_demanded(family):
+    rng = np.random.default_rng(0)
+    fitted = 0
+    for _ in range(50):
+        long = rng.uniform(0.15, 0.6)
+        short = rng.uniform(0.3, 1.0) * long
+        if stroke_margin(family, short, long) < 0.0:
+            with pytest.raises(InvalidInput):
+                fitting_stroke(family, short, long)
+            continue
+        fitted += 1
+        low, high = ends(fitting_stroke(family, short, long))
+        assert low <= short + 1e-12
+        assert high == pytest.approx(long)
+    assert fitted >= 5
+
+
+def test_own_sizes_take_the_place_of_the_assumed_ones():
+    assert stroke_margin("linear", 0.3, 0.4, 0.2) == pytest.approx(0.0)
+    assert fitting_stroke("cable", 0.01, 0.4, 0.005).shortest == pytest.approx(0.005 / 0.4)
+    assert set(LEAST_LENGTH) == set(ACTUATOR_FAMILIES)
+    with pytest.raises(UnknownName):
+        stroke_margin("spring", 0.1, 0.2)
+    with pytest.raises(InvalidInput, match="shortest <= longest"):
+        fitting_stroke("cable", 0.3, 0.2)
+
+
+def test_speed_and_power_survive_a_file(tmp_path):
+    exo = ep.load("prototype")
+    actuator = ep.Actuator("cable", pull_limit=300.0, speed_limit=0.25, power_limit=40.0)
+    exo = exo.replace(limbs=[ep.Limb("SPS", actuator=actuator)] * 3)
+    exo.save(tmp_path / "mine.toml")
+    assert ep.load(tmp_path / "mine.toml").limbs[0].actuator == actuator
+    for field in ("speed_limit", "power_limit"):
+        with pytest.raises(InvalidInput, match=field):
+            ep.Actuator("cable", **{field: 0.0})

@@ -1,0 +1,84 @@
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput
+from exo_pin.view.plots import (
+    criterion_bars,
+    design_drawing,
+    rotation_ball,
+    shoulder_force_slices,
+    workspace_slices,
+)
+
+
+@pytest.fixture(autouse=True)
+def _closed():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def found():
+    return ep.load("four-cables").workspace(14.0, ep.Criteria(body=ep.BodyShape.from_height(1.75)))
+
+
+def images(figure):
+    return [mesh for ax in figure.axes for mesh in ax.collections if mesh.get_array() is not None]
+
+
+def test_slices_show_what_is_inside(found):
+    figure = workspace_slices(found)
+    drawn = [mesh.get_array() for mesh in images(figure)]
+    assert len(drawn) == 6
+    layers = np.linspace(0, found.inside.shape[2] - 1, 6).round().astype(int)
+    for values, layer in zip(drawn, layers, strict=True):
+        np.testing.assert_array_equal(
+            np.asarray(values).reshape(found.inside.shape[1::-1]) == 0, found.inside[..., layer].T
+        )
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0] == "inside"
+    assert "not met: forces of the actuators" in labels
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_axes_of_the_slices_are_the_grid(side):
+    exo = ep.load("four-cables", side=side)
+    figure = workspace_slices(exo.workspace(14.0, ["singularity"]), [20.0])
+    ax = figure.axes[0]
+    edges = images(figure)[0].get_coordinates()
+    centres = 0.5 * (edges[:-1, :-1] + edges[1:, 1:])
+    np.testing.assert_allclose(centres[0, :, 0], 110.0 - 14.0 * np.arange(8), atol=1e-6)
+    np.testing.assert_allclose(centres[:, 0, 1], -4.0 + 14.0 * np.arange(8), atol=1e-6)
+    assert "internal rotation" in ax.get_title()
+
+
+def test_force_slices_leave_out_what_is_outside(found):
+    figure = shoulder_force_slices(found, [15.0])
+    values = images(figure)[0].get_array()
+    assert np.nanmax(values) <= np.nanmax(found.magnitude[found.inside])
+
+
+def test_ball_and_bars(found):
+    assert "% of" in rotation_ball(found).get_suptitle()
+    bars = criterion_bars(found)
+    assert bars.get_yticklabels()[0].get_text() == "stroke"
+
+
+def test_drawing_has_a_row_a_pose():
+    exo = ep.load("four-cables")
+    figure = design_drawing(exo, ep.BodyShape.from_height(1.75), exo.pose([0, 60], 0))
+    assert len(figure.axes) == 6
+    assert len(figure.legends[0].get_texts()) == 4
+
+
+def test_slices_need_a_grid():
+    found = ep.load("four-cables").workspace(Rotation.identity(3), ["singularity"])
+    with pytest.raises(InvalidInput, match="grid"):
+        workspace_slices(found)

@@ -1,0 +1,264 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
+from exo_pin.load_case.ranges_of_motion import ADL_BOX
+from exo_pin.workspace import CRITERIA, BodyShape, Criteria, task_reach
+
+REST = Rotation.identity()
+
+
+def toy(**limb):
+    """Three limbs along the axes x, y and z at rest, each 0.1 m from O: every figure is known by hand."""
+    base = [[0.0, 0.1, 0.3], [0.3, 0.0, 0.1], [0.1, 0.3, 0.0]]
+    platform = [[0.0, 0.1, -0.2], [-0.2, 0.0, 0.1], [0.1, -0.2, 0.0]]
+    arm = ep.Arm(2.0, [0.0, 0.0, -0.25], np.diag([0.1, 0.1, 0.01]))
+    return ep.ShoulderExo(ep.WristGeometry(base, platform), arm=arm, limbs=[ep.Limb("SPS", **limb)] * 3, name="toy")
+
+
+LINEAR = ep.Actuator("linear", pull_limit=100.0, push_limit=80.0)
+
+
+def test_stroke_by_hand():
+    exo = toy(stroke=ep.Stroke(0.4, 0.75, 1.0, 0.12))
+    found = exo.workspace(REST, ["stroke"])  # 0.5 m long, between 0.42 and 0.52 m
+    assert float(found.margins["stroke"]) == pytest.approx(0.02)
+    assert found.inside.all()
+    too_long = toy(stroke=ep.Stroke(0.4, 0.75, 1.0, 0.05)).workspace(REST, ["stroke"])
+    assert float(too_long.margins["stroke"]) == pytest.approx(-0.05)
+    assert str(too_long.reasons) == "stroke"
+
+
+def test_softer_rule_of_appendix_c_fails_only_if_all_are_short():
+    short = ep.Stroke(0.8, 0.75, 1.0, 0.0)  # at least 0.6 m, and the limbs have 0.5 m
+    fits = ep.Stroke(0.5, 0.75, 1.0, 0.0)
+    exo = toy()
+    soft = Criteria(names=("stroke",), stroke_rule="not all short")
+    mixed = exo.replace(limbs=[replace(exo.limbs[0], stroke=s) for s in (short, short, fits)])
+    assert mixed.workspace(REST, soft).inside.all()
+    assert not mixed.workspace(REST, ["stroke"]).inside.any()
+    assert not exo.replace(limbs=[replace(exo.limbs[0], stroke=short)] * 3).workspace(REST, soft).inside.any()
+
+
+def test_singularity_and_side_of_rest_by_hand():
+    exo = toy()
+    found = exo.workspace(REST, ["singularity"])
+    # The planes O A_i B_i stand across one another.
+    assert abs(float(found.independent)) == pytest.approx(1.0)
+    assert float(found.margins["singularity"]) == pytest.approx(0.95)
+    # Rest is on the positive side of its own criterion, whatever the sign of det X.
+    mirror = exo.mirrored().workspace(REST, ["singularity"])
+    assert float(mirror.margins["singularity"]) == pytest.approx(0.95)
+
+
+def test_forces_by_hand():
+    exo = toy(actuator=LINEAR)
+    found = exo.workspace(REST, ["forces"])
+    # The arm hangs: nothing to hold, and each limb pushes with 80 N at 0.1 m.
+    assert float(found.margins["forces"]) == pytest.approx(8.0)
+    np.testing.assert_allclose(found.shoulder_force, [0.0, 0.0, 2.0 * 9.81], atol=1e-12)
+    loaded = exo.workspace(REST, ["forces"], load=ep.Load([0.0, 0.0, 0.0], moment=[5.0, 0.0, 0.0]))
+    assert np.abs(loaded.tensions).max() == pytest.approx(50.0)
+    assert float(loaded.margins["forces"]) == pytest.approx(min(8.0 - 5.0, 10.0 - 5.0, 8.0), abs=2.1)
+    assert not exo.workspace(REST, ["forces"], load=ep.Load([0, 0, 0], moment=[0.0, 11.0, 0.0])).inside.any()
+
+
+def test_shoulder_force_by_hand():
+    exo = toy(actuator=LINEAR)
+    for limit in (19.0, 20.0):
+        found = exo.workspace(REST, Criteria(names=("shoulder_force",), largest_shoulder_force=limit))
+        assert float(found.margins["shoulder_force"]) == pytest.approx(limit - 19.62)
+        assert bool(found.inside) == (limit > 19.62)
+
+
+def test_shoulder_range_is_the_diamond_of_the_record():
+    exo = ep.load("prototype")
+    poses = Rotation.random(300, rng=np.random.default_rng(0))
+    for each in (exo, exo.mirrored()):
+        found = each.workspace(poses, ["shoulder_range"])
+        np.testing.assert_array_equal(found.inside, each.mechanism.shoulder.allows(poses, each.side))
+    centre = exo.workspace(exo.pose(0.0, 60.0, 20.0), ["shoulder_range"])
+    assert np.degrees(float(centre.margins["shoulder_range"])) == pytest.approx(95.0 - 30.0 - 20.0)
+
+
+def test_joint_angles_count_from_the_straight_direction():
+    exo = ep.load("prototype")
+    state = exo.inverse_kinematics(REST)
+    limbs = []
+    for i, limb in enumerate(exo.limbs):
+        straight = exo.geometry.base_frames[i].T @ state.directions[i]
+        limbs.append(replace(limb, joint_straight=tuple(straight)))
+    with pytest.raises(MissingData, match="straight direction"):
+        exo.workspace(REST, ["joint_angles"])
+    # One direction serves both ends: none is left at the base, and the angles of the platform's joint count from it.
+    found = exo.replace(limbs=limbs).workspace(REST, ["joint_angles"])
+    sums = []
+    for i, limb in enumerate(limbs):
+        turn = Rotation.align_vectors([limb.joint_straight], [[0.0, 0.0, 1.0]])[0]
+        there = turn.inv().apply(-exo.geometry.platform_frames[i].T @ state.directions[i])
+        sums.append(
+            np.abs(np.arctan2(-there[1], np.hypot(there[0], there[2]))) + np.abs(np.arctan2(there[0], there[2]))
+        )
+    assert float(found.margins["joint_angles"]) == pytest.approx(np.radians(95.0) - max(sums))
+    straight = [replace(limb, joint_straight=(0.0, 0.0, 1.0)) for limb in exo.limbs]
+    plain = exo.replace(limbs=straight).workspace(REST, ["joint_angles"])
+    # Erratum 26: at rest |θx| + |θy| is 120 to 149° at the base.
+    assert np.degrees(float(plain.margins["joint_angles"])) < 95.0 - 148.0
+
+
+def test_clearance_needs_a_body_and_a_radius():
+    exo = toy(actuator=ep.Actuator("cable", pull_limit=100.0))
+    with pytest.raises(MissingData, match="body"):
+        exo.workspace(REST, ["clearance"])
+    body = BodyShape(np.empty((0, 7)), [[0.0, 0.0, 0.0, 0.0, 0.0, -0.1, 0.04]])
+    found = exo.workspace(REST, Criteria(names=("clearance",), body=body))
+    # From O to each limb it is 0.1 m; the cable is 3 mm thick, the arm 40 mm.
+    assert float(found.margins["clearance"]) == pytest.approx(0.1 - 0.04 - 0.003)
+    assert np.isinf(found.gaps[1])
+
+
+def test_body_scales_and_mirrors():
+    small, large = BodyShape.from_height(1.5), BodyShape.from_height(1.8)
+    np.testing.assert_allclose(large.torso, 1.2 * small.torso)
+    right = BodyShape.from_height(1.5, side="right")
+    np.testing.assert_allclose(right.torso[:, [1, 4]], -small.torso[:, [1, 4]])
+    bent = BodyShape.from_height(1.8, elbow_flexion=np.pi / 2)
+    assert bent.arm[1, 3] == pytest.approx(0.194 * 1.8)
+    with pytest.raises(InvalidInput, match="metres"):
+        BodyShape.from_height(175)
+
+
+def test_default_grid_is_that_of_appendix_c():
+    found = ep.load("scenario-one").workspace()
+    assert found.inside.shape == (28, 26, 27)
+    assert found.inside.size == 19_656
+    assert found.measure.sum() == pytest.approx(1.0)
+    assert "stroke" in found.not_checked
+
+
+def test_measure_is_the_groups_own():
+    # Of the box, the measure of the poses below 30° of abduction is the integral of the cosine.
+    poses = ADL_BOX.poses(2.0)
+    found = ep.load("scenario-one").workspace(poses, ["singularity"])
+    abduction = np.degrees(np.arcsin(np.clip(-poses.as_matrix()[..., 1, 2], -1.0, 1.0)))
+    share = found.measure[abduction < 31.0].sum()
+    low, edge, high = np.sin(np.radians([-5.0, 31.0, 97.0]))
+    turned = 2.0 - high  # the cosine is counted without its sign beyond 90°
+    assert share == pytest.approx((edge - low) / (turned - low), abs=0.01)
+
+
+def test_connected_needs_a_grid_and_stays_on_one_side():
+    exo = ep.load("appendix-d")
+    with pytest.raises(MissingData, match="grid"):
+        exo.workspace(Rotation.random(5, rng=np.random.default_rng(0)), ["connected"])
+    found = exo.workspace(8.0, ["singularity", "connected"])
+    assert (found.met["connected"] <= found.met["singularity"]).all()
+    assert found.margins["connected"].max() <= found.margins["singularity"].max()
+    assert 0.0 < found.index < 1.0
+    # The region does not cross det X = 0.
+    signs = np.sign(found.independent[found.region])
+    assert (signs == signs[0]).all()
+
+
+def test_reasons_and_shares_are_counts_of_the_criteria():
+    found = ep.load("prototype").workspace(12.0)
+    failed = np.array([~met for met in found.met.values()])
+    np.testing.assert_array_equal(found.reasons == "", found.inside)
+    np.testing.assert_array_equal(np.char.count(found.reasons, ",") + 1, np.maximum(failed.sum(axis=0), 1))
+    for k, (name, share) in enumerate(found.lost_to.items()):
+        assert share == pytest.approx((failed[k] & (failed.sum(axis=0) == 1)).mean())
+        assert found.fractions[name] == pytest.approx(1.0 - failed[k].mean())
+    assert "stroke" in str(found)
+
+
+def test_force_limit_that_is_not_known_is_no_yes():
+    # The law of the muscle was identified from 4 % of contraction on; a limb that is longer has no known pull.
+    exo = ep.load("prototype")
+    found = exo.workspace(8.0, ["stroke", "forces"])
+    contraction = 1.0 - (found.lengths[..., 0] - 0.126) / 0.15
+    outside_law = contraction < 0.04
+    assert not found.met["forces"][outside_law].any()
+
+
+@pytest.mark.parametrize(
+    ("narrow", "wide"),
+    [
+        ({"independence": 0.2}, {"independence": 0.05}),
+        ({"largest_shoulder_force": 60.0}, {"largest_shoulder_force": 200.0}),
+        ({"least_tension": 30.0}, {"least_tension": 0.0}),
+        ({"least_moment": 3.0}, {"least_moment": 0.0}),
+        ({"least_gap": 0.02}, {"least_gap": 0.0}),
+    ],
+)
+def test_wider_limits_never_shrink_the_workspace(narrow, wide):
+    exo = cable_design()
+    body = BodyShape.from_height(1.75)
+    inside = [
+        exo.workspace(16.0, Criteria(**{"largest_shoulder_force": 300.0, "body": body, **limits})).inside
+        for limits in (narrow, wide)
+    ]
+    assert inside[0].sum() < inside[1].sum()
+    assert not (inside[0] & ~inside[1]).any()
+
+
+def cable_design():
+    """Four cables of a design found by a search, joints rounded to centimetres."""
+    base = np.array([[8, -22, 8], [-5, 14, 20], [-7, -7, -21], [5, 5, 24]]) / 100.0
+    platform = np.array([[8, 6, -11], [-13, 6, -23], [-13, 6, -27], [13, -5, -28]]) / 100.0
+    limb = ep.Limb("SPS", actuator=ep.Actuator("cable", pull_limit=400.0))
+    arm = ep.Arm.from_anthropometry(1.75, 75, sex="male")
+    return ep.ShoulderExo(ep.WristGeometry(base, platform), arm=arm, limbs=[limb] * 4)
+
+
+def test_right_shoulder_is_the_mirror_image():
+    exo = cable_design()
+    limits = {"largest_shoulder_force": 150.0, "names": ("singularity", "forces", "shoulder_force", "clearance")}
+    left = exo.workspace(20.0, Criteria(body=BodyShape.from_height(1.75), **limits))
+    right = exo.mirrored().workspace(20.0, Criteria(body=BodyShape.from_height(1.75, "right"), **limits))
+    for name, margin in left.margins.items():
+        np.testing.assert_allclose(right.margins[name], margin, rtol=1e-6, atol=1e-9)
+
+
+def test_tasks_name_their_data_and_what_limits_them(tmp_path):
+    path = tmp_path / "lift.csv"
+    lines = ["time_s,flexion_deg,abduction_deg,internal_rotation_deg"]
+    lines += [f"{0.05 * k},{80 * np.sin(np.pi * k / 40) ** 2:.6f},10,5" for k in range(41)]
+    path.write_text("\n".join(lines) + "\n")
+    exo = cable_design()
+    fast = replace(exo.limbs[0], actuator=ep.Actuator("cable", pull_limit=400.0, speed_limit=5.0, power_limit=1e4))
+    exo = exo.replace(limbs=[fast] * 4)
+    table = task_reach(exo.mechanism, {"lift": path}, criteria=["singularity", "forces"], step=20.0)
+    assert table["data"].tolist() == ["movement", "published range", "published range", "published range"]
+    assert table["poses"][0] == 41
+    assert table["fast_enough"][0] == 1.0
+    slow = exo.replace(limbs=[replace(fast, actuator=replace(fast.actuator, speed_limit=0.05))] * 4)
+    assert task_reach(slow.mechanism, {"lift": path}, (), ["forces"])["fast_enough"][0] < 1.0
+    with pytest.raises(InvalidInput, match="at least one"):
+        task_reach(exo.mechanism, None, ())
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"names": ("speed",)}, UnknownName),
+        ({"names": "stroke"}, InvalidInput),
+        ({"independence": -1.0}, InvalidInput),
+        ({"stroke_rule": "some"}, UnknownName),
+        ({"body": 1.75}, InvalidInput),
+        ({"largest_shoulder_force": 0.0}, InvalidInput),
+    ],
+)
+def test_wrong_criteria_are_refused(options, error):
+    with pytest.raises(error):
+        Criteria(**options)
+
+
+def test_names_come_in_the_order_of_the_list():
+    assert Criteria(names=("forces", "stroke")).names == ("stroke", "forces")
+    assert set(CRITERIA) >= {"stroke", "forces"}
+    with pytest.raises(InvalidInput, match="empty"):
+        toy().workspace(Rotation.identity(0))

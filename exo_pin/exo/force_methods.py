@@ -6,6 +6,7 @@ import functools
 from collections.abc import Iterable
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -128,6 +129,32 @@ class ForceQuestions(Subject):
             weights=weights,
             progress=progress,
         )
+
+    def holding_reaction(
+        self, orientation: Rotation, motion: Motion | None = None, load: Load | None = None, **options: Any
+    ) -> Reaction:
+        """Forces that the design's actuators can give, if they can hold every pose; else those of plain equilibrium.
+
+        More than three limbs leave a choice of tensions. :meth:`reaction` takes the shortest, which may be pushes of
+        cables; here they are within the limits of the actuators (``actuator_bounds="design"``) if that is possible.
+
+        Parameters
+        ----------
+        orientation, motion, load
+            As in :meth:`reaction`.
+        **options
+            More of :meth:`reaction`. With ``actuator_bounds`` among them it is the same as :meth:`reaction`.
+
+        Returns
+        -------
+        Reaction
+        """
+        answer = self.reaction(orientation, motion, load, **options)
+        if options.get("actuator_bounds") is not None or not answer.has_answer.all() or answer.limits.violated.any():
+            return answer
+        if np.array_equal(answer.limits.tensions, answer.actuator_forces):
+            return answer
+        return self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
 
     def remedy(self, orientation: Rotation, **options: Any) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.

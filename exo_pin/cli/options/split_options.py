@@ -86,7 +86,7 @@ def answers_of(
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
     offset = None if options.offset is None else [1e-3 * value for value in options.offset]
     return [
-        exo.reaction(
+        exo.holding_reaction(
             orientation,
             split=split,
             constraint_bounds=bounds if split in bounded else None,

@@ -53,7 +53,7 @@ class Playing(ABC):
             Forces of all poses.
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
-        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
+        answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
         forces = self._planned(poses, answer)
         centres = self._offsets(poses, query)
         start = time.monotonic()
@@ -77,7 +77,7 @@ class Playing(ABC):
             Its ``save`` writes one file that plays without a network.
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
-        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
+        answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
         forces = self._planned(poses, answer)
         centres = self._offsets(poses, query)
         taker = FrameTaker(self._stage)

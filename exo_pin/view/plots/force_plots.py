@@ -66,7 +66,7 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     if ax is None:
         ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
     pose = as_rotation("orientation", orientation)
-    answer = exo.reaction(pose)
+    answer = exo.holding_reaction(pose)
     arm = exo.mechanism.require_arm("a drawing of forces")
     R = pose.as_matrix()
     a, b = exo.geometry.base_points, exo.inverse_kinematics(pose).platform_points

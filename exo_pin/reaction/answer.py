@@ -16,7 +16,7 @@ from .splits.split import Chosen, PoseStack, Split
 __all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answered", "distribute"]
 
 #: The closed form's status codes and what only a query with limits can find.
-QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke")
+QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke", "no_equilibrium", "guide_overloaded")
 
 #: Gravity by which a person's weight is counted, m/s², whatever the design's gravity is.
 STANDARD_GRAVITY = 9.81

@@ -35,7 +35,7 @@ def finished(
     state, owner = poses.state, poses.mechanism.arm
     closure = state.closures(f, g)
     shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
-    spherical = poses.tensions.shoulder.copy()
+    spherical = poses.spherical_force.copy()
     spherical[chosen.status >= STATUS.index("singular")] = np.nan
     limbs = on_arm.sum(axis=1)
     largest = np.maximum(np.abs(shoulder).max(axis=1), np.abs(on_arm[:, :, :3]).max(axis=(1, 2), initial=0.0))

@@ -24,6 +24,7 @@ from .answer import QUERY_STATUS, answered, distribute
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, ForceLimits
 from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from .elastic_poses import ElasticPoses
 from .finished import finished
 from .result import Reaction
 from .splits.limb_and_side_forces import Socket, Weights
@@ -64,11 +65,20 @@ def reaction(
     offset = None
     if centre_offset is not None:
         offset = law.offsets(query.matrices, *as_offset(centre_offset, query.shape))
-    limits = ForceLimits(actuator_bounds, query.shape, n, partial(_lengths, mechanism, query, offset))
+    loads = arm_loads(mechanism, query)
+    device = None
+    lengths = partial(_lengths, mechanism, query, offset)
+    if law.moves:
+        law.check_limits(actuator_bounds)
+        device = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, mechanism, orientation, motion, load))
+        lengths, loads = device.lengths, device.loads
+    limits = ForceLimits(actuator_bounds, query.shape, n, lengths)
     bounds = SideForceBounds(constraint_bounds, query.shape, n, limits.one_signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
-    loads = arm_loads(mechanism, query)
-    if offset is None:
+    if device is not None:
+        _mark_out_of_stroke(device.status, limits)
+        found = _Equilibria(*device.equilibria)
+    elif offset is None:
         found = _aligned(model, law, query, orientation, limits, progress)
     else:
         displaced = Displaced(mechanism, query, *offset, *loads[:2])
@@ -89,6 +99,8 @@ def reaction(
         socket,
         weights,
     )
+    if device is not None:
+        poses, loads = device.within_limits(poses, progress), device.loads
     chosen, missing = distribute(law, poses, found.status, progress)
     return finished(law, poses, query, chosen, missing, found.margin, found.determinant, loads)
 
@@ -125,6 +137,22 @@ def _lengths(mechanism: Mechanism, query: Query, offset: tuple[FloatArray, Float
     base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
     arm = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
     return np.asarray(np.linalg.norm(arm - mechanism.geometry.base_points - base[:, None], axis=-1))
+
+
+def _loads_at(
+    mechanism: Mechanism,
+    orientation: Rotation,
+    motion: Motion | None,
+    load: Load | None,
+    rows: NDArray[np.intp],
+    matrices: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Loads of the arm in some poses of the stack with other orientations."""
+    whole = orientation.as_matrix().reshape(-1, 3, 3)
+    whole[rows] = matrices
+    turned = Rotation.from_matrix(whole.reshape(*orientation.shape, 3, 3))
+    force, moment, device = arm_loads(mechanism, as_query(turned, motion, load))
+    return force[rows], moment[rows], device[rows]
 
 
 def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits) -> None:

@@ -25,7 +25,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_finite
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
-from ..reaction.splits.elastic import shoulder_stiffness
+from ..reaction.splits.elastic_linear import shoulder_stiffness
 from ..wrist.forces.closed_form import STATUS
 from ..wrist.forces.displaced import Displaced, as_offset
 from .worst_case import WorstCase, loaded, status_names

@@ -21,6 +21,7 @@ from ...numerics.vectors import SINGULAR
 from ...wrist.forces.closed_form import STATUS
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..splits.elastic import Elastic
+from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
 from ..splits.registry import as_split, check_option
 from ..splits.spherical import Spherical
@@ -39,6 +40,7 @@ _CODES = {
     Standalone.name: map_kernels.STANDALONE,
     Minimal.name: map_kernels.MINIMAL,
     Elastic.name: map_kernels.ELASTIC,
+    ElasticLinear.name: map_kernels.ELASTIC,
 }
 #: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
 CHUNK = 32768

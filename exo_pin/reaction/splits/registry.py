@@ -5,6 +5,7 @@ from __future__ import annotations
 from ...core.errors import InvalidInput
 from ...core.validation import as_choice
 from .elastic import Elastic
+from .elastic_linear import ElasticLinear
 from .minimal import Minimal
 from .spherical import Spherical
 from .split import Split
@@ -12,8 +13,9 @@ from .standalone import Standalone
 
 __all__ = ["SPLITS", "as_split", "check_option"]
 
+_ALL = (Spherical(), Minimal(), Elastic(), ElasticLinear(), Elastic("locked"), Standalone())
 #: Splits that come with the package. The first is the default.
-SPLITS: dict[str, Split] = {split.name: split for split in (Spherical(), Minimal(), Elastic(), Standalone())}
+SPLITS: dict[str, Split] = {split.name: split for split in _ALL}
 
 
 def as_split(split: str | Split) -> Split:

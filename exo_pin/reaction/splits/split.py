@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
+from ...wrist.forces.moved_device import Movement
 from ..constraints.limb_limits import ForceLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from ..indeterminacy.freedom import Freedom
@@ -45,6 +46,14 @@ class PoseStack(NamedTuple):
         The glenoid cone.
     weights : Weights or None
         Weights of F_s.
+    movement : Movement or None
+        How the parts of an elastic device moved; None for a split that leaves them where they are.
+    unmoved : ndarray or None
+        F_s of limbs without side force where the parts have not moved, shape (N, 3), N.
+    load_share : ndarray or None
+        Share of load and offset up to which an equilibrium was followed, shape (N,).
+    guide_load : ndarray or None
+        Bending moment and torque over what the guides bear, the larger, shape (N, n).
     """
 
     mechanism: Mechanism
@@ -59,6 +68,15 @@ class PoseStack(NamedTuple):
     side_bounds: SideForceBounds
     socket: Socket | None
     weights: Weights | None
+    movement: Movement | None = None
+    unmoved: FloatArray | None = None
+    load_share: FloatArray | None = None
+    guide_load: FloatArray | None = None
+
+    @property
+    def spherical_force(self) -> FloatArray:
+        """F_s of limbs that carry no side force, the parts where the pose has them, shape (N, 3), N."""
+        return self.tensions.shoulder if self.unmoved is None else self.unmoved
 
     def effect(self, row: int) -> FloatArray:
         """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
@@ -124,6 +142,8 @@ class Split(ABC):
         Whether it chooses g together with f, so that the moment balance may leave f free with three limbs.
     determines_sides : bool
         Whether it determines g by physics and not by a choice.
+    moves : bool
+        Whether the device gives way, so that forces are those of a displaced geometry.
     """
 
     name: ClassVar[str]
@@ -133,6 +153,7 @@ class Split(ABC):
     is_linear: ClassVar[bool] = False
     chooses_sides: ClassVar[bool] = False
     determines_sides: ClassVar[bool] = False
+    moves: ClassVar[bool] = False
 
     def caption(self, mechanism: Mechanism) -> str:
         """What is assumed, in a few words, for pictures."""
@@ -140,6 +161,9 @@ class Split(ABC):
 
     def check(self, mechanism: Mechanism) -> None:  # noqa: B027 - most have nothing to check
         """Raise if a design cannot be split in this way."""
+
+    def check_limits(self, actuator_bounds: Any) -> None:  # noqa: B027 - most follow all limits
+        """Raise if limits of f that are given cannot be followed."""
 
     def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
         """K_s, shape (3, 3), N/m, if the split uses it."""

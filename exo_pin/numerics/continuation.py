@@ -105,7 +105,9 @@ def _state(
     _, jacobian, rate = equations(rows, x, at)
     tangent = _solved(jacobian, -rate)
     finite = np.isfinite(tangent).all(axis=1)
-    return tangent, np.where(finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0)
+    return tangent, np.where(
+        finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0
+    )
 
 
 def _corrected(

@@ -69,7 +69,8 @@ class ReactionMap(ReadOnly):
     magnitude : ndarray or None
         |F_s|, shape (...), N.
     split : str
-        How what equilibrium leaves open was shared out.
+        How what equilibrium leaves open was shared out. A map by stiffness is that of small displacements,
+        "elastic_linear", also where "elastic" was given.
     trivial : bool
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
     """
@@ -165,7 +166,7 @@ def reaction_map(
         status_codes=kept["status"],
         margin=kept["margin"],
         magnitude=kept["magnitude"],
-        split=split,
+        split=ElasticLinear.name if law.determines_sides else law.name,
         trivial=bool(trivial),
     )
 

@@ -65,7 +65,7 @@ class Elastic(ElasticLinear):
         if self.locked and mechanism.limb_count > 6:
             raise InvalidInput(
                 f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six freedoms "
-                "cannot keep more lengths. split=\"elastic\" lets the actuators adapt"
+                'cannot keep more lengths. split="elastic" lets the actuators adapt'
             )
 
     def check_limits(self, actuator_bounds: Any) -> None:

@@ -26,8 +26,8 @@ class Interface(Record):
     Attributes
     ----------
     stiffness : ndarray
-        K, shape (6, 6), symmetric, positive definite: (force, moment) per (displacement, rotation vector) of the device's
-        part against the body; N/m, N (that is N/rad and N m/m) and N m/rad. The moment is about ``at``.
+        K, shape (6, 6), symmetric, positive definite: (force, moment) per (displacement, rotation vector) of the
+        device's part against the body; N/m, N (that is N/rad and N m/m) and N m/rad. The moment is about ``at``.
     at : ndarray
         Shape (3,), m: the point whose displacement is meant. Of a harness in the base frame, of a cuff in the arm frame
         {O_B}; so are the axes of ``stiffness``.

@@ -75,8 +75,9 @@ class ForceQuestions(Subject):
             could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
             the least is zero wherever det X is not, and the answer says that it is trivial.
             "elastic": by stiffness of the limbs' guides, their joints, the shoulder and what sits on the person, at the
-            geometry to which all of it gives way (:mod:`exo_pin.reaction.splits.elastic`); the pose is held, and actuator
-            forces adapt. "elastic_locked": the same with the lengths of the limbs locked, so that the arm moves and turns.
+            geometry to which all of it gives way (:mod:`exo_pin.reaction.splits.elastic`); the pose is held, and
+            actuator forces adapt. "elastic_locked": the same with the lengths of the limbs locked, so that the arm
+            moves and turns.
             "elastic_linear": the limit of small displacements (:mod:`exo_pin.reaction.splits.elastic_linear`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
             Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
@@ -227,9 +228,10 @@ class ForceQuestions(Subject):
             As in :meth:`reaction`.
         split : {"spherical", "minimal", "standalone", "elastic_linear", "elastic"}
             As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
-            (:mod:`exo_pin.numerics.active_set`). "elastic_linear", also under the name "elastic": by stiffness, for small
-            displacements, with the device's centre at the shoulder's and rigid interfaces;
-            :meth:`elastic_difference` says how far that is from :meth:`reaction`; poses in which neither limbs nor shoulder are stiff in some direction are "not_solved".
+            (:mod:`exo_pin.numerics.active_set`). "elastic_linear", also under the name "elastic": by stiffness, for
+            small displacements, with the device's centre at the shoulder's and rigid interfaces;
+            :meth:`elastic_difference` says how far that is from :meth:`reaction`; poses in which neither limbs nor
+            shoulder are stiff in some direction are "not_solved".
         threads : int
             How many blocks to work on at once.
         chunk : int

@@ -42,7 +42,9 @@ class Equations(Protocol):
 
     def __call__(
         self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]: ...
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """r, J and ∂r/∂λ."""
+        ...
 
 
 class Path(NamedTuple):
@@ -120,8 +122,8 @@ def _corrected(
         residual, jacobian, _ = equations(rows[left], x[left], at[left])
         change = _solved(jacobian, -residual)
         with np.errstate(invalid="ignore"):
-            size = np.abs(change / scale).max(axis=1)
-            fits = np.isfinite(change).all(axis=1) & (size <= (_FARTHEST if count == 0 else np.inf))
+            size = np.asarray(np.abs(change / scale).max(axis=1))
+            fits = np.asarray(np.isfinite(change).all(axis=1)) & (size <= (_FARTHEST if count == 0 else np.inf))
             fits &= (size <= _CONTRACTION * last[left]) | (size <= _ROUNDING)
         x[left[fits]] += change[fits]
         good[left[fits & (size <= _NEAR)]] = True

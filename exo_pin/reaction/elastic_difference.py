@@ -52,8 +52,8 @@ class ElasticDifference(ReadOnly):
                 f"{float(self.finite.magnitude.max()):.2f} N at the displaced geometry; F_s differs by {worst:.1f} %."
             )
         return (
-            f"F_s of the linear formula differs by {middle:.1f} % (median), {most:.1f} % (ninth decile) and {worst:.1f} % "
-            f"(largest) over {known.size} poses; {lost} more have an answer by the linear formula alone."
+            f"F_s of the linear formula differs by {middle:.1f} % (median), {most:.1f} % (ninth decile) and "
+            f"{worst:.1f} % (largest) over {known.size} poses; {lost} more have an answer by the linear formula alone."
         )
 
 

@@ -98,7 +98,7 @@ class ElasticPoses:
     def equilibria(
         self,
     ) -> tuple[AffineState, BalancedTensions, FloatArray, FloatArray, NDArray[np.int8], FloatArray, FloatArray]:
-        """State, tensions, stiffness and misfit of the limbs as the device lies; status; margin and determinant as the pose has it."""
+        """State, tensions, stiffness and misfit as the device lies; status; margin and determinant of the pose."""
         own, unmoved = self.device.displaced, self.unmoved
         return (
             own.state,
@@ -180,7 +180,7 @@ class ElasticPoses:
         with np.errstate(invalid="ignore"):
             over = (self.guide_load > 1.0).any(axis=1)
         rows = answered(self.status)
-        self.status[rows[over[rows]]] = QUERY_STATUS.index("guide_overloaded")
+        self.status[rows[np.asarray(over)[rows]]] = QUERY_STATUS.index("guide_overloaded")
 
     @property
     def guide_load(self) -> FloatArray:

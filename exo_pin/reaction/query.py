@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -27,6 +28,7 @@ from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
 from .finished import finished
 from .result import Reaction
+from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
 from .splits.registry import as_split, check_option
 from .splits.split import PoseStack, Split
@@ -67,8 +69,8 @@ def reaction(
         offset = law.offsets(query.matrices, *as_offset(centre_offset, query.shape))
     loads = arm_loads(mechanism, query)
     device = None
-    lengths = partial(_lengths, mechanism, query, offset)
-    if law.moves:
+    lengths: Callable[[], FloatArray] = partial(_lengths, mechanism, query, offset)
+    if isinstance(law, Elastic):
         law.check_limits(actuator_bounds)
         device = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, mechanism, orientation, motion, load))
         lengths, loads = device.lengths, device.loads

@@ -73,9 +73,10 @@ class Reaction(ReadOnly):
         How what equilibrium leaves open was shared out.
     status : ndarray of str
         Shape (...): "ok", "near_singular" (an answer, with limb forces far above the load), "singular",
-        "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``), "out_of_stroke" (an
-        actuator cannot take the length of its limb), "no_equilibrium" (the elastic device has none near the pose, see
-        ``load_share``) or "guide_overloaded" (see ``guide_load``); all but the first two have no answer.
+        "folded", "not_solved", "infeasible" (the limbs or the socket cannot, see ``infeasibility``),
+        "out_of_stroke" (an actuator cannot take the length of its limb), "no_equilibrium" (the elastic device has
+        none near the pose, see ``load_share``) or "guide_overloaded" (see ``guide_load``); all but the first two
+        have no answer.
     margin : ndarray
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.WristForces`).
     determinant : ndarray
@@ -104,8 +105,8 @@ class Reaction(ReadOnly):
     arm_orientation : ndarray or None
         Shape (..., 3, 3), for split "elastic": where the arm is. It differs from the pose with locked actuators only.
     interface_displacements : ndarray or None
-        Shape (..., 2, 6), for split "elastic": displacement and rotation vector of the base ring against the torso (base
-        frame) and of the platform against the arm (arm frame {O_B}), m and rad.
+        Shape (..., 2, 6), for split "elastic": displacement and rotation vector of the base ring against the torso
+        (base frame) and of the platform against the arm (arm frame {O_B}), m and rad.
     limb_lengths : ndarray or None
         l_i of the displaced device, shape (..., n), m, for split "elastic".
     guide_twist : ndarray or None
@@ -114,8 +115,8 @@ class Reaction(ReadOnly):
         Shape (..., n), for split "elastic": the larger of bending moment and torque in the guide, each over what the
         guide bears; NaN where that is not known.
     load_share : ndarray or None
-        Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was followed from
-        the unloaded, aligned device; 1 for an answer.
+        Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was
+        followed from the unloaded, aligned device; 1 for an answer.
     """
 
     shoulder_force: FloatArray

@@ -115,8 +115,9 @@ def sensitivity(
     orientation, motion, load, centre_offset
         As :meth:`exo_pin.ShoulderExo.reaction`.
     split : {"spherical", "elastic_linear", "elastic"}
-        How the part that statics leaves open is shared out. The last two are the same here: the elastic formula for small
-        displacements, whose distance from the displaced geometry :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
+        How the part that statics leaves open is shared out. The last two are the same here: the elastic formula for
+        small displacements, whose distance from the displaced geometry
+        :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
 
     Returns
     -------
@@ -163,7 +164,7 @@ def sensitivity(
         )
     x = system.x
     return Sensitivity(
-        split,
+        law.name,
         x[:, system.shoulder].reshape(*shape, 3),
         x[:, system.f].reshape(*shape, n),
         x[:, system.g].reshape(*shape, n),

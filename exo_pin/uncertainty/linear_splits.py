@@ -19,7 +19,10 @@ _SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
 _SPLITS[Elastic.name] = _SPLITS[ElasticLinear.name]
 
 #: What a result by the linear formula says of itself.
-LINEAR_NOTE = "By the elastic formula for small displacements; elastic_difference() says how far that is from the displaced geometry."
+LINEAR_NOTE = (
+    "By the elastic formula for small displacements; elastic_difference() says how far that is from the displaced "
+    "geometry."
+)
 
 
 def linear_split(name: str) -> Split:

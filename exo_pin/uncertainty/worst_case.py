@@ -176,7 +176,7 @@ def worst_stiffness(
     load: Load | None = None,
     centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
 ) -> WorstCase:
-    """Largest |F_s| over all shoulders equally stiff in every direction, by the elastic formula for small displacements.
+    """Largest |F_s| over all shoulders equally stiff in every direction, by the linear elastic formula.
 
     Without an offset |F_s| never falls with the stiffness κ: F_s = -κ (κ 1 + K_X)⁻¹ N, and κ / (κ + λ) grows in each
     principal direction of K_X. In the displaced geometry the side forces also load the tensions, their matrix is not

@@ -49,8 +49,9 @@ def worst_offset(
     radius : float
         Of the ball, m; 0.015 to 0.021 m is what usual estimates of the shoulder's centre err by.
     split : {"spherical", "elastic_linear", "elastic"}
-        How the part that statics leaves open is shared out. The last two are the same here: the elastic formula for small
-        displacements, whose distance from the displaced geometry :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
+        How the part that statics leaves open is shared out. The last two are the same here: the elastic formula for
+        small displacements, whose distance from the displaced geometry
+        :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
     motion, load
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like

@@ -1,9 +1,9 @@
 """The held elastic device with geometrically exact rods for guides: large bending and twist, no lumped law.
 
 Each guide is a rod (Kirchhoff, no extension or shear) from A_i to B_i, clamped to the crosses of its universal joints,
-with a slide at mid-length that carries no force along it: the actuator between A_i and B_i carries that. Unknown are the
-joint angles, force and couple at A_i and the length of the rod; its equations are integrated from A_i to B_i (fourth-order
-Runge-Kutta), where position, joint axes and free couples must fit (shooting).
+with a slide at mid-length that carries no force along it: the actuator between A_i and B_i carries that. Unknown
+are the joint angles, force and couple at A_i and the length of the rod; its equations are integrated from A_i to B_i
+(fourth-order Runge-Kutta), where position, joint axes and free couples must fit (shooting).
 
     r' = t_3,    t_j' = κ × t_j,    κ = Σ (m · t_j / D_j) t_j,    m' = n × t_3 ... with the force n constant
 """

@@ -1,9 +1,10 @@
-"""The elastic device at the displaced geometry in maximal coordinates: every joint angle, slide and twist is an unknown.
+"""The elastic device at the displaced geometry in maximal coordinates: all joint angles, slides and twists.
 
-A limb is a chain of seven joints from the base ring to the platform: two revolute joints at A_i, the slide, the twist of
-the guide, two revolute joints at B_i. Its wrench on the platform follows from virtual work: nothing in the revolute
-joints, f in the slide, and the guide's moment in the twist. The guide's torsional stiffness comes from the strain energy
-of the beam by quadrature. Nothing here knows of X_i, of reciprocal screws in closed form, of k_i or of t_i φ_i.
+A limb is a chain of seven joints from the base ring to the platform: two revolute joints at A_i, the slide, the
+twist of the guide, two revolute joints at B_i. Its wrench on the platform follows from virtual work: nothing in the
+revolute joints, f in the slide, and the guide's moment in the twist. The guide's torsional stiffness comes from the
+strain energy of the beam by quadrature. Nothing here knows of X_i, of reciprocal screws in closed form, of k_i or
+of t_i φ_i.
 """
 
 import numpy as np

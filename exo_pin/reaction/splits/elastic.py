@@ -7,13 +7,13 @@ there are two readings:
 
 - "elastic", held: the pose of the arm is given and stays. Actuators adapt, so that their forces balance the moments; of
   tensions that balance themselves, the least are taken.
-- "elastic_locked": the limbs have the lengths of the aligned device in the given pose. Load and offset move and turn the
-  arm, and all forces follow, those of more than three limbs, too.
+- "elastic_locked": the limbs have the lengths of the aligned device in the given pose. Load and offset move and
+  turn the arm, and all forces follow, those of more than three limbs, too.
 
 Within limits of f, or with a cone, the held device is as in :mod:`exo_pin.reaction.splits.elastic_linear`, solved until
 the geometry at which the program stands is the one that its forces lead to. A limb at its limit holds that force; side
-forces go on following their stiffness; where the other tensions cannot take over, the pose is infeasible. Limits of locked
-actuators are refused: what a lock bears is no force that an actuator chooses.
+forces go on following their stiffness; where the other tensions cannot take over, the pose is infeasible. Limits of
+locked actuators are refused: what a lock bears is no force that an actuator chooses.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Elastic(ElasticLinear):
         if self.locked:
             self.name = "elastic_locked"  # type: ignore[misc]
             self.assumption = (  # type: ignore[misc]
-                "the stiffness of guides, joints and shoulder, at the displaced geometry and with the lengths of the limbs "
+                "the stiffness of guides, joints and shoulder, at the displaced geometry and with the limbs' lengths "
                 "locked"
             )
             self.options = frozenset()  # type: ignore[misc]
@@ -64,8 +64,8 @@ class Elastic(ElasticLinear):
         super().check(mechanism)
         if self.locked and mechanism.limb_count > 6:
             raise InvalidInput(
-                f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six freedoms "
-                'cannot keep more lengths. split="elastic" lets the actuators adapt'
+                f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six "
+                'freedoms cannot keep more lengths. split="elastic" lets the actuators adapt'
             )
 
     def check_limits(self, actuator_bounds: Any) -> None:

@@ -162,9 +162,6 @@ class Split(ABC):
     def check(self, mechanism: Mechanism) -> None:  # noqa: B027 - most have nothing to check
         """Raise if a design cannot be split in this way."""
 
-    def check_limits(self, actuator_bounds: Any) -> None:  # noqa: B027 - most follow all limits
-        """Raise if limits of f that are given cannot be followed."""
-
     def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
         """K_s, shape (3, 3), N/m, if the split uses it."""
         return None

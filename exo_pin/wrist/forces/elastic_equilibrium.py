@@ -5,7 +5,7 @@ The centre of the arm's joint moves by δ, a harness lets the base ring move by 
 and the axes of the universal joints. At that geometry
 
     F_s = -K_s δ                                 force and moment balance of the arm about its displaced centre
-    g_i = k_i t_i φ_i                            φ_i the twist that the crosses of the joints force on the straight guide
+    g_i = k_i t_i φ_i                            φ_i the twist that the joints' crosses force on the straight guide
     (t, v) = K⁻¹ (F, J_lᵀ M)                     of harness and cuff under the wrench that they carry
 
 with t_i the torque of the unit side wrench, so that t_i φ_i is what g_i does its work on, and k_i, directions and side
@@ -72,8 +72,8 @@ class Placement(NamedTuple):
 class ElasticEquations:
     """r(x, λ) of a stack of poses, load and offset in the share λ.
 
-    x is δ, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and cuff are not rigid, and with locked
-    actuators f.
+    x is δ, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and cuff are not rigid, and with
+    locked actuators f.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ class ElasticEquations:
         return limb_loads(self.mechanism, query, at.base, at.cuff, side.folded, at.base_points)
 
     def loads(self, rows: NDArray[np.intp], arm: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Force, moment and wrench of the device's own moving part, at orientations of the arm; see :data:`ArmLoads`."""
+        """Loads at orientations of the arm; see :data:`ArmLoads`."""
         if self._fixed is None:
             return self._loads_at(rows, arm)
         force, moment, device = (part[rows] for part in self._fixed)
@@ -237,8 +237,8 @@ class ElasticEquations:
         delta : ndarray
             What δ becomes, shape (3,), m.
         on_torso, by_cuff : ndarray
-            Wrench of the limbs on the torso, and of the cuff on the arm, shape (6,), base frame, moments about the centre
-            of the arm's joint.
+            Wrench of the limbs on the torso, and of the cuff on the arm, shape (6,), base frame, moments about the
+            centre of the arm's joint.
         """
         centre = x[None, self.parts[0]]
         parts = [delta]
@@ -295,8 +295,8 @@ def _tensions(arms: FloatArray, moment: FloatArray) -> FloatArray:
     """f of least norm with Σ f_i arm_i = moment, shape (k, n), by formulas that are analytic."""
     matrix = np.swapaxes(arms, 1, 2)
     if arms.shape[1] == 3:
-        return np.linalg.solve(_regular(matrix), moment[..., None])[..., 0]
-    return (arms @ np.linalg.solve(_regular(matrix @ arms), moment[..., None]))[..., 0]
+        return np.asarray(np.linalg.solve(_regular(matrix), moment[..., None])[..., 0])
+    return np.asarray((arms @ np.linalg.solve(_regular(matrix @ arms), moment[..., None]))[..., 0])
 
 
 def _regular(matrix: FloatArray) -> FloatArray:
@@ -311,12 +311,13 @@ def _turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 def _moved(interface: Interface, give: FloatArray, turned: FloatArray, point: FloatArray) -> FloatArray:
     """Where a point of the device's part comes to, shape (k, 3)."""
-    return np.asarray(interface.at + give[:, :3] + _turned(turned, point - interface.at))
+    at = np.asarray(interface.at)
+    return np.asarray(at + give[:, :3] + _turned(turned, point - at))
 
 
 def _give(interface: Interface, give: FloatArray, wrench: FloatArray, centre: FloatArray) -> FloatArray:
     """(t, v) under a wrench on the device's part, moment about ``centre``; ``give`` is where the wrench acts."""
     force = wrench[:, :3]
-    moment = wrench[:, 3:] - np.cross(interface.at + give[:, :3] - centre, force)
+    moment = wrench[:, 3:] - np.cross(np.asarray(interface.at) + give[:, :3] - centre, force)
     generalised = _turned(np.swapaxes(left_jacobian(give[:, 3:]), 1, 2), moment)
     return np.concatenate([force, generalised], axis=1) @ interface.compliance

@@ -1,8 +1,8 @@
 """Equilibrium of a stack of poses of the elastic device, in the terms that every split and limit works on.
 
 At the displaced geometry forces are affine in f and g, as in :mod:`exo_pin.wrist.forces.displaced`; and the law of the
-guides, g_i = k_i t_i φ_i, is that of a device with the misfit t_i φ_i - S_i · δ there. The linear equations of that device
-have the δ of the nonlinear equilibrium as their solution.
+guides, g_i = k_i t_i φ_i, is that of a device with the misfit t_i φ_i - S_i · δ there. The linear equations of that
+device have the δ of the nonlinear equilibrium as their solution.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Movement(NamedTuple):
     displacement : ndarray
         δ, shape (N, 3), m.
     harness, cuff : ndarray
-        Displacement and rotation vector of base ring against torso (base frame) and of platform against arm (arm frame),
-        shape (N, 6), m and rad; zero where rigid.
+        Displacement and rotation vector of base ring against torso (base frame) and of platform against arm (arm
+        frame), shape (N, 6), m and rad; zero where rigid.
     twist : ndarray
         φ_i of the guides, shape (N, n), rad.
     lengths : ndarray

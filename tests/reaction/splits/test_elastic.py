@@ -1,4 +1,4 @@
-"""The elastic split at the displaced geometry: limits, interfaces, what is refused, and what an answer says of itself."""
+"""The elastic split at the displaced geometry: limits, interfaces, refusals, and what an answer says of itself."""
 
 import pickle
 
@@ -29,7 +29,7 @@ def four():
 
 @pytest.mark.parametrize("soft", [False, True], ids=["rigid", "soft"])
 def test_limits_hold_at_the_displaced_geometry(four, soft):
-    """A limb at its limit holds that force, and the device with this tension is in equilibrium where the answer says."""
+    """A limb at its limit holds that force, and with this tension the equilibrium is where the answer has it."""
     exo = four
     if soft:
         exo = four.replace(interfaces=ep.Interfaces(cuff=ep.Interface.of(5e4, 500.0, [0, 0, -0.2])))

@@ -38,7 +38,7 @@ def offsets(rng, count, largest=0.025):
 
 
 def compare(exo, poses, rng, split, load=None):
-    """Compare poses one by one with maximal coordinates; returns how many were compared and how many only one solves."""
+    """Compare poses one by one; returns how many were compared, and how many only one of the two solves."""
     base, cuff = offsets(rng, len(poses)), offsets(rng, len(poses))
     answer = exo.reaction(poses, load=load, split=split, centre_offset=ep.CentreOffset(base, cuff))
     compared = alone = 0

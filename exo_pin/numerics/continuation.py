@@ -106,7 +106,7 @@ def _state(
         return x, at
     _, jacobian, rate = equations(rows, x, at)
     tangent = _solved(jacobian, -rate)
-    finite = np.isfinite(tangent).all(axis=1)
+    finite = np.asarray(np.isfinite(tangent).all(axis=1))
     return tangent, np.where(
         finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0
     )

@@ -9,15 +9,10 @@ are the joint angles, force and couple at A_i and the length of the rod; its equ
 """
 
 import numpy as np
-from maximal_elastic import seat, turns, unit
+from maximal_elastic import cross, seat, turns, unit
 from scipy.optimize import root
 
 STEPS = 12  # even: the slide lies at a node
-
-
-def cross(u, v):
-    return np.stack([u[..., 1] * v[..., 2] - u[..., 2] * v[..., 1], u[..., 2] * v[..., 0] - u[..., 0] * v[..., 2],
-                     u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]], axis=-1)  # fmt: skip
 
 
 class RodDevice:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..core.validation import FloatArray
 
-__all__ = ["Equations", "Path", "follow"]
+__all__ = ["Path", "follow"]
 
 #: Step at which the first trial is made: the whole way.
 _FIRST = 1.0

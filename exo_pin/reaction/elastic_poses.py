@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import SolverFailed
 from ..core.progress import track
+from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case.pose_stacks import Query
@@ -33,7 +34,7 @@ _NEAR = 0.1
 _SAME = 1e-9
 
 
-class ElasticPoses:
+class ElasticPoses(Record):
     """N poses of an elastic device.
 
     Parameters

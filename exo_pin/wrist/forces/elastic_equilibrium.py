@@ -30,6 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Interface, Mechanism
 from ...load_case.pose_stacks import Query
@@ -69,7 +70,7 @@ class Placement(NamedTuple):
     cuff: FloatArray
 
 
-class ElasticEquations:
+class ElasticEquations(Record):
     """r(x, λ) of a stack of poses, load and offset in the share λ.
 
     x is δ, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and cuff are not rigid, and with
@@ -144,7 +145,7 @@ class ElasticEquations:
         if self.locked:
             arm = turn_matrix(turn) @ arm
         base, carried = share[:, None] * self.base[rows], share[:, None] * self.cuff[rows]
-        points = np.broadcast_to(self.mechanism.geometry.base_points, (len(rows), self.mechanism.limb_count, 3))
+        points = np.repeat(self.mechanism.geometry.base_points[None], len(rows), axis=0)
         platform = arm
         if self.harness is not None:
             turned = turn_matrix(harness[:, 3:])

@@ -195,7 +195,7 @@ def _is_same(mechanism: Mechanism, changes: Mapping[str, Any], key: str) -> bool
             return True
         try:
             here, there = (item[int(step)] if step.isdigit() else getattr(item, step) for item in (here, there))
-        except (AttributeError, IndexError, TypeError):
+        except (AttributeError, IndexError, KeyError, TypeError):
             return False
     return bool(np.array_equal(here, there))
 

@@ -117,7 +117,7 @@ class Reaction(ReadOnly):
         φ_i, shape (..., n), rad, for split "elastic": by which the universal joints twist the guide.
     guide_load : ndarray or None
         Shape (..., n), for split "elastic": the larger of bending moment and torque in the guide, each over what the
-        guide bears; NaN where that is not known.
+        guide bears; NaN where that is not known, or where there is no equilibrium.
     load_share : ndarray or None
         Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was
         followed from the unloaded, aligned device; 1 for an answer.

@@ -58,6 +58,7 @@ def error_examples():
         errors.NotAWrist("delta", "it has no ball joint"),
         errors.ExoPinWarning("mind this"),
         errors.OutsideHumanRange("this pose cannot be reached"),
+        errors.NoisyMovement("noise"),
         errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
         errors.BrowserFailed("chromium", "no answer"),
         errors.SolverFailed("ProxQP", 1e-3, "in pose 3"),
@@ -123,7 +124,5 @@ def rare_examples():
         OtherReading.computed(),
         best_reading("s", "q", 1.0, 0.1, [("a", 1.0), ("b", 2.0)]),
         SplineBasis(np.arange(20.0)),
-        ep.ExoPinWarning("noise"),
-        ep.NoisyMovement("noise"),
         Browser.__new__(Browser),
     ]

@@ -178,6 +178,7 @@ def _chains(folder):
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
         path = made(folder)
     ep.ClosedChain.from_mjcf(path)
+    ep.ClosedChain.from_sdf(chain.to_sdf(folder))
     urdf.mechanism_urdf(ep.load("prototype").mechanism)
     ep.ClosedChain.from_urdf(*urdf.mechanism_urdf(ep.load("prototype").mechanism))
 

@@ -127,7 +127,7 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
     for name, text in (
         ("singular", "the pose is singular"),
         ("infeasible", "no forces within the limits balance it"),
-        ("no_equilibrium", "no equilibrium is near it"),
+        ("no_equilibrium", "no equilibrium is near the pose"),
         ("guide_overloaded", "the guide of a limb would be overloaded"),
     ):
         count = int((status == name).sum())

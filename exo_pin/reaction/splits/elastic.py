@@ -27,6 +27,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...wrist.limbs import STATUS
+from ..answer import QUERY_STATUS
 from ..indeterminacy.freedom import Freedom
 from .elastic_linear import ElasticLinear
 from .split import Chosen, PoseStack
@@ -103,7 +104,10 @@ class Elastic(ElasticLinear):
         for name, array in found.items():
             if name != "side_stiffness":
                 array[lost] = np.nan
-        return found | {"load_share": poses.load_share, "guide_load": poses.guide_load}
+        # An overloaded guide has a load, at an equilibrium that is there; other poses without an answer have none.
+        none = lost & (answer.status != QUERY_STATUS.index("guide_overloaded"))
+        guide_load = np.where(none[:, None], np.nan, poses.guide_load)
+        return found | {"load_share": poses.load_share, "guide_load": guide_load}
 
 
 _REFUSED = (

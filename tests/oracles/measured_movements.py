@@ -6,7 +6,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import wrist
 from exo_pin.load_case import Motion, Movement
 from exo_pin.load_case.trajectories import _derivatives
 from exo_pin.numerics.smoothing.smoothing_splines import _LEAST, _Search, interpolate_samples
@@ -56,7 +55,7 @@ def exo():
 
 def forces(exo, poses, motion):
     """F_s along a movement, N."""
-    return wrist.dynamics(exo.mechanism, poses, motion).shoulder_force
+    return exo.reaction_map(poses, motion, keep=["shoulder_force"]).shoulder_force
 
 
 def rms(vectors):

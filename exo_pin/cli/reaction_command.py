@@ -18,6 +18,7 @@ from ..load_case import read_movement
 from ..reaction import ConstraintBounds, Reaction, reaction_table
 from ..reaction.along_files import write_movement_reaction
 from ..reaction.holding.remedy import Remedy
+from ..reaction.splits.registry import SPLITS
 from ..view.plots.force_plots import overview, use_file_backend
 from .options.command_list import help_of
 from .options.query_options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
@@ -93,7 +94,7 @@ def _reaction(options: argparse.Namespace) -> int:
     if options.offset is not None:
         print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
     if options.compare is None and not options.table:
-        print(f"\n{pose_report(exo, orientation, answers[0], _remedy(exo, orientation, answers[0]))}")
+        print(f"\n{pose_report(exo, orientation, answers[0], _remedy(exo, orientation, answers[0], options))}")
     else:
         print(f"\n{reaction_table(answers)}")
     if options.certificate:
@@ -101,10 +102,14 @@ def _reaction(options: argparse.Namespace) -> int:
     return _hold_status(answers, options)
 
 
-def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction) -> Remedy | None:
+def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
     """What would make the pose possible, where it is not."""
-    possible = answer.has_answer and not answer.limits.violated
-    return None if possible else exo.remedy(orientation)
+    if answer.has_answer and not answer.limits.violated:
+        return None
+    # A device that gives way has other forces and lengths, and in some poses no equilibrium.
+    split = answer.split if SPLITS[answer.split].moves else "spherical"
+    offset = None if options.offset is None else [1e-3 * value for value in offset_mm(options)]
+    return exo.remedy(orientation, split=split, centre_offset=offset)
 
 
 def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:

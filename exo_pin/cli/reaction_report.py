@@ -62,7 +62,8 @@ def _shoulder(answer: Reaction) -> list[str]:
     directions = ", ".join(
         f"{abs(value):.1f} N {pair[int(value < 0.0)]}" for value, pair in zip(answer.shoulder_force, names, strict=True)
     )
-    return [head, f"  ({directions}; {answer.certificate.chosen_by})"]
+    how = f"({directions}; {answer.certificate.chosen_by})"
+    return [_filled(head), textwrap.fill(how, _WIDTH, initial_indent="  ", subsequent_indent="  ")]
 
 
 def _yardstick(answer: Reaction) -> list[str]:

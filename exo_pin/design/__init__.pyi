@@ -6,6 +6,8 @@ from .arm import Arm as Arm
 from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
 from .guide import LimbGuide as LimbGuide
+from .interface import Interface as Interface
+from .interface import Interfaces as Interfaces
 from .io.mechanism_files import preset as preset
 from .io.mechanism_files import presets as presets
 from .io.mechanism_files import published as published

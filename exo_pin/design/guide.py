@@ -29,12 +29,17 @@ class LimbGuide:
         Of each universal joint against displacement across the limb, N/m; infinite if left out.
     joint_twist_stiffness : float
         Of each universal joint against the couple across both of its axes, N m/rad; infinite if left out.
+    largest_bending_moment, largest_torque : float or None
+        What the guide bears, N m; None where it is not known. Beyond it an answer by stiffness has the status
+        "guide_overloaded".
     """
 
     bending_rigidity: float
     torsional_rigidity: float
     joint_stiffness: float = float("inf")
     joint_twist_stiffness: float = float("inf")
+    largest_bending_moment: float | None = None
+    largest_torque: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("bending_rigidity", "torsional_rigidity"):
@@ -44,6 +49,9 @@ class LimbGuide:
             if not (isinstance(value, (int, float)) and np.isposinf(value)):
                 value = as_positive(name, value)
             object.__setattr__(self, name, float(value))
+        for name in ("largest_bending_moment", "largest_torque"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_positive(name, getattr(self, name)))
 
     @classmethod
     def tube(cls, outer_radius: float, inner_radius: float, youngs_modulus: float, shear_modulus: float) -> LimbGuide:

@@ -18,10 +18,14 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, frozen
 from .arm import Arm
 from .geometry import WristGeometry
+from .interface import Interfaces
 from .limb import Limb
 from .shoulder import Shoulder
 
 __all__ = ["Mechanism"]
+
+#: Parts whose sources are marked where they are replaced.
+_SOURCED = ("geometry", "limbs", "shoulder", "arm", "interfaces")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +52,8 @@ class Mechanism(Record):
         What each part was taken from.
     estimated : tuple of str
         Keys whose values the source does not print, and that are estimates.
+    interfaces : Interfaces
+        What sits between device and person, harness and cuff; rigid if left out. They give way in the split "elastic".
     """
 
     geometry: WristGeometry
@@ -60,12 +66,14 @@ class Mechanism(Record):
     title: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
     estimated: tuple[str, ...] = ()
+    interfaces: Interfaces = field(default_factory=Interfaces)
 
     def __post_init__(self) -> None:
         for name, kind, optional in (
             ("geometry", WristGeometry, False),
             ("arm", Arm, True),
             ("shoulder", Shoulder, False),
+            ("interfaces", Interfaces, False),
         ):
             value = getattr(self, name)
             if not isinstance(value, kind) and not (optional and value is None):
@@ -151,7 +159,7 @@ class Mechanism(Record):
         if grown and "limbs" not in changes and len(set(self.limbs)) == 1:
             changes["limbs"] = self.limbs[:1] * geometry.limb_count
         if "sources" not in changes:
-            changed = {name for name in ("geometry", "limbs", "shoulder", "arm") if changes.get(name, self) is not self}
+            changed = {name for name in _SOURCED if changes.get(name, self) is not self}
             changed = {name for name in changed if changes[name] is not getattr(self, name)}
             changes["sources"] = _sources_after(self.sources, changed)
         if "estimated" not in changes:
@@ -166,6 +174,7 @@ class Mechanism(Record):
             arm=None if self.arm is None else self.arm.mirrored(),
             shoulder=self.shoulder.mirrored(),
             gravity=self.gravity @ MIRROR,
+            interfaces=self.interfaces.mirrored(),
             side="right" if self.side == "left" else "left",
         )
 

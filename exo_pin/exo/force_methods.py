@@ -14,6 +14,7 @@ from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..reaction import (
     ActuatorBounds,
     ConstraintBounds,
+    ElasticDifference,
     Elasticity,
     GlenoidCone,
     PressurePlan,
@@ -21,6 +22,7 @@ from ..reaction import (
     ReactionMap,
     Split,
     Weights,
+    elastic_difference,
     plan_pressures,
     reaction,
     reaction_map,
@@ -69,13 +71,16 @@ class ForceQuestions(Subject):
             Angular velocity and acceleration; the arm is at rest if left out.
         load : Load, optional
             Force and couple on the arm, besides its weight.
-        split : {"spherical", "minimal", "elastic", "standalone"} or Split
+        split : {"spherical", "minimal", "elastic", "elastic_linear", "elastic_locked", "standalone"} or Split
             "spherical": g = 0, limbs that carry no side force, as bare pneumatic muscles; (D-30).
             "minimal": the g within ``constraint_bounds`` that make |F_s| least: the best that a perfect structure
             could do, no prediction, since the g_i are passive reactions. Without bounds on three UPU limbs
             the least is zero wherever det X is not, and the answer says that it is trivial.
-            "elastic": by stiffness of the limbs' guides, their joints and the shoulder
-            (:mod:`exo_pin.reaction.splits.elastic`).
+            "elastic": by stiffness of the limbs' guides, their joints, the shoulder and what sits on the person, at the
+            geometry to which all of it gives way (:mod:`exo_pin.reaction.splits.elastic`); the pose is held, and
+            actuator forces adapt. "elastic_locked": the same with the lengths of the limbs locked, so that the arm
+            moves and turns.
+            "elastic_linear": the limit of small displacements (:mod:`exo_pin.reaction.splits.elastic_linear`).
             "standalone": F_s = 0, the wrist without a shoulder; (D-25).
             Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
             With more than three limbs, the tensions that equilibrium does not determine are those of least sum of
@@ -173,6 +178,23 @@ class ForceQuestions(Subject):
         """
         return remedy(self._equilibrium, orientation, **options)
 
+    def elastic_difference(self, orientation: Rotation, **options: Any) -> ElasticDifference:
+        """By how much the elastic formula for small displacements misses the equilibrium at the displaced geometry.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Pose, single or a stack of shape (...).
+        **options
+            Of :meth:`reaction`, without ``split``.
+
+        Returns
+        -------
+        ElasticDifference
+            Both answers, the difference of F_s and its relative size; prints as a sentence.
+        """
+        return elastic_difference(self._equilibrium, orientation, **options)
+
     def pressures(
         self,
         orientation: Rotation,
@@ -250,10 +272,12 @@ class ForceQuestions(Subject):
             Poses of the arm, a stack of shape (...).
         motion, load, constraint_bounds
             As in :meth:`reaction`.
-        split : {"spherical", "minimal", "standalone", "elastic"}
+        split : {"spherical", "minimal", "standalone", "elastic_linear", "elastic"}
             As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
-            (:mod:`exo_pin.numerics.active_set`). "elastic": by stiffness, with the device's centre at the shoulder's;
-            poses in which neither limbs nor shoulder are stiff in some direction are "not_solved".
+            (:mod:`exo_pin.numerics.active_set`). "elastic_linear", also under the name "elastic": by stiffness, for
+            small displacements, with the device's centre at the shoulder's and rigid interfaces;
+            :meth:`elastic_difference` says how far that is from :meth:`reaction`; poses in which neither limbs nor
+            shoulder are stiff in some direction are "not_solved".
         threads : int
             How many blocks to work on at once.
         chunk : int

@@ -9,6 +9,8 @@ from .constraints.limb_limits import ActuatorBounds as ActuatorBounds
 from .constraints.limb_limits import ForceLimited as ForceLimited
 from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
+from .elastic_difference import ElasticDifference as ElasticDifference
+from .elastic_difference import elastic_difference as elastic_difference
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
@@ -17,6 +19,7 @@ from .pressures import plan_pressures as plan_pressures
 from .query import reaction as reaction
 from .result import Optimum as Optimum
 from .result import Reaction as Reaction
+from .splits.elastic import Elastic as Elastic
 from .splits.limb_and_side_forces import Weights as Weights
 from .splits.registry import SPLITS as SPLITS
 from .splits.split import Split as Split

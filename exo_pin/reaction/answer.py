@@ -18,8 +18,8 @@ from .splits.split import Chosen, PoseStack, Split
 
 __all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered"]
 
-#: The closed form's status codes and those that only a query with limits can have.
-QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke")
+#: The closed form's status codes, and those that only a query with limits or a device that gives way can have.
+QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke", "no_equilibrium", "guide_overloaded")
 _NAMES = np.array(QUERY_STATUS)
 _SINGULAR, _NOT_SOLVED, _INFEASIBLE = (QUERY_STATUS.index(name) for name in ("singular", "not_solved", "infeasible"))
 
@@ -65,7 +65,7 @@ def answer(
     f, g, state, owner = chosen.f, chosen.g, poses.state, poses.mechanism.arm
     closure = state.closures(f, g)
     shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
-    spherical, rows = poses.tensions.shoulder, answered(status)
+    spherical, rows = poses.spherical_force, answered(status)
     if len(rows) < len(status):
         spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
     limbs = on_arm.sum(axis=1)

@@ -16,7 +16,7 @@ from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
 from ..wrist.kinematics.inverse import inverse_kinematics
 from ..wrist_chain.equilibrium import EquilibriumModel
 from .constraints.limb_limits import PressureActuator, each_limb, in_reach
-from .query import reaction
+from .query import as_split, reaction
 from .result import Reaction
 
 __all__ = ["PressurePlan", "plan_pressures"]
@@ -84,6 +84,12 @@ def plan_pressures(
             "expected no centre_offset: pressures and their stiffness are those of a device whose centre is the "
             "shoulder's. reaction takes an offset, with the muscles as actuator_bounds"
         )
+    law = as_split(options.setdefault("split", "minimal"))
+    if law.moves:
+        raise InvalidInput(
+            f"pressures and their stiffness are those of a device that does not give way, got split={law.name!r}: use "
+            'split="elastic_linear", or reaction with the muscles as actuator_bounds'
+        )
     n = model.mechanism.limb_count
     muscles = each_limb(
         actuators,
@@ -91,7 +97,6 @@ def plan_pressures(
         PressureActuator,
         "force_limits(length), pressure_for(force, length) and stiffness(length, pressure)",
     )
-    options.setdefault("split", "minimal")
     answer = reaction(model, orientation, motion, load, actuator_bounds=muscles, **options)
     lengths = inverse_kinematics(model.mechanism.geometry, orientation).lengths.reshape(-1, n)
     f = answer.actuator_forces.reshape(-1, n)

@@ -22,8 +22,10 @@ from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, ForceLimits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
+from .elastic_poses import ElasticPoses
 from .holding.actuator_limits import actuators_of
 from .result import Reaction
+from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
 from .splits.registry import SPLITS
 from .splits.split import PoseStack, Split, limb_lengths
@@ -52,6 +54,8 @@ def reaction(
     law, mechanism = as_split(split), model.mechanism
     if not (constraint_bounds is None and weights is None and cone is None):
         _check_options(law, constraint_bounds=constraint_bounds, weights=weights, cone=cone)
+    if actuator_bounds is not None and "actuator_bounds" in law.refusals:
+        raise InvalidInput(law.refusals["actuator_bounds"])
     law.check(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
@@ -60,19 +64,25 @@ def reaction(
     if centre_offset is not None:
         moved = centre_offset.offset(orientation) if isinstance(centre_offset, CentrePath) else centre_offset
         offset = law.offsets(query.matrices, *as_offset(moved, query.shape))
+    device = None
+    if isinstance(law, Elastic):
+        device = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, orientation, motion, load))
     limits = None
     if actuator_bounds is not None:
         if isinstance(actuator_bounds, str) and actuator_bounds == "design":
             actuator_bounds = actuators_of(mechanism)
-        lengths = partial(limb_lengths, mechanism, query.matrices, offset)
+        lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
         limits = ForceLimits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         one_signed = limits is not None and limits.one_signed
         bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
-    loads = arm_loads(model.arm, mechanism.gravity, query)
-    if offset is None:
+    loads = arm_loads(model.arm, mechanism.gravity, query) if device is None else device.loads
+    if device is not None:
+        _mark_out_of_stroke(device.status, limits)
+        found = _Equilibria(*device.equilibria)
+    elif offset is None:
         found = _aligned(model, law, query, limits, progress)
     else:
         displaced = Displaced(mechanism, query, *offset, *loads[:2])
@@ -81,6 +91,8 @@ def reaction(
         found = _Equilibria(displaced.state, displaced.tensions, side.stiffness, side.misfit, *displaced.classified)
     options = (limits, bounds, socket, weights)
     poses = PoseStack(mechanism, model.radius, model.upu, *found[:4], *options, query.matrices, offset)
+    if device is not None:
+        poses, loads = device.within_limits(poses, progress), device.loads
     return answer(law, poses, query.shape, found.status, found.margin, found.determinant, loads, progress)
 
 
@@ -138,6 +150,22 @@ def _aligned(
         none = np.zeros((len(stiffness), 3))
         stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
     return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3])
+
+
+def _loads_at(
+    model: EquilibriumModel,
+    orientation: Rotation,
+    motion: Motion | None,
+    load: Load | None,
+    rows: NDArray[np.intp],
+    matrices: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Loads of the arm in some poses of the stack with other orientations."""
+    whole = orientation.as_matrix().reshape(-1, 3, 3)
+    whole[rows] = matrices
+    turned = Rotation.from_matrix(whole.reshape(*orientation.shape, 3, 3))
+    force, moment, device = arm_loads(model.arm, model.mechanism.gravity, as_query(turned, motion, load))
+    return force[rows], moment[rows], device[rows]
 
 
 def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits | None) -> None:

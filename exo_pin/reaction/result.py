@@ -79,8 +79,9 @@ class Reaction(ShownReaction, ReadOnly):
     equilibrium_status : ndarray of str
         Shape (...): what became of the equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
         (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "infeasible" (the limits
-        that the query was given leave no forces, see ``infeasibility``) or "out_of_stroke" (an actuator that the query
-        was given cannot take the length of its limb); the last five have no answer.
+        that the query was given leave no forces, see ``infeasibility``), "out_of_stroke" (an actuator that the query
+        was given cannot take the length of its limb), "no_equilibrium" (the elastic device has none near the pose, see
+        ``load_share``) or "guide_overloaded" (see ``guide_load``); all but the first two have no answer.
     margin : ndarray
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     determinant : ndarray
@@ -98,13 +99,29 @@ class Reaction(ShownReaction, ReadOnly):
         bounds (side forces, and tensions that balance themselves) reaches every shoulder force, so that the limbs
         alone can always carry the arm. It then says nothing about the device.
     centre_displacement : ndarray or None
-        δ, shape (..., 3), m: how far the shoulder's centre gives way, for split "elastic".
+        δ, shape (..., 3), m: how far the shoulder's centre gives way, for split "elastic". Moments about O are then
+        those about the centre of the arm's joint where it has moved to.
     side_stiffness : ndarray or None
         k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
     optimum : Optimum or None
         Optimality conditions, duality gap and uniqueness of what was chosen.
     infeasibility : Infeasibility or None
         Evidence for the poses that cannot be held; None if there are none.
+    arm_orientation : ndarray or None
+        Shape (..., 3, 3), for split "elastic": where the arm is. It differs from the pose with locked actuators only.
+    interface_displacements : ndarray or None
+        Shape (..., 2, 6), for split "elastic": displacement and rotation vector of the base ring against the torso
+        (base frame) and of the platform against the arm (arm frame {O_B}), m and rad.
+    limb_lengths : ndarray or None
+        l_i of the displaced device, shape (..., n), m, for split "elastic".
+    guide_twist : ndarray or None
+        φ_i, shape (..., n), rad, for split "elastic": by which the universal joints twist the guide.
+    guide_load : ndarray or None
+        Shape (..., n), for split "elastic": the larger of bending moment and torque in the guide, each over what the
+        guide bears; NaN where that is not known, or where there is no equilibrium.
+    load_share : ndarray or None
+        Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was
+        followed from the unloaded, aligned device; 1 for an answer.
     """
 
     shoulder_force: FloatArray
@@ -126,6 +143,12 @@ class Reaction(ShownReaction, ReadOnly):
     side_stiffness: FloatArray | None = None
     optimum: Optimum | None = None
     infeasibility: Infeasibility | None = None
+    arm_orientation: FloatArray | None = None
+    interface_displacements: FloatArray | None = None
+    limb_lengths: FloatArray | None = None
+    guide_twist: FloatArray | None = None
+    guide_load: FloatArray | None = None
+    load_share: FloatArray | None = None
 
     @cached_property
     def certificate(self) -> Certificate:
@@ -158,7 +181,7 @@ class Reaction(ShownReaction, ReadOnly):
             poses.mechanism,
             poses.lengths,
             tensions,
-            poses.tensions.self_stress,
+            poses.free_stress,
             self.has_answer.reshape(-1),
             given,
         )
@@ -291,6 +314,12 @@ class Reaction(ShownReaction, ReadOnly):
             "body_weight": self.body_weight,
             "centre_displacement": self.centre_displacement,
             "side_stiffness": self.side_stiffness,
+            "arm_orientation": self.arm_orientation,
+            "interface_displacements": self.interface_displacements,
+            "limb_lengths": self.limb_lengths,
+            "guide_twist": self.guide_twist,
+            "guide_load": self.guide_load,
+            "load_share": self.load_share,
         }
 
     def to_json(self, indent: int | None = 2) -> str:

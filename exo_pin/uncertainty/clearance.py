@@ -1,6 +1,7 @@
 """Side force with play: a guide that rattles by c_i across its line before it carries anything.
 
-With the elongation e_i = X_i · δ + misfit_i of limb i in the sense of its side wrench,
+Displacements are taken to be small, as in :mod:`exo_pin.reaction.splits.elastic_linear`. With the elongation e_i =
+X_i · δ + misfit_i of limb i in the sense of its side wrench,
 
     g_i = k_i dead(e_i, c_i),    dead(e, c) = e - c for e > c,  e + c for e < -c,  0 between.
 
@@ -25,7 +26,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_finite
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
-from ..reaction.splits.elastic import shoulder_stiffness
+from ..reaction.splits.elastic_linear import shoulder_stiffness
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.limbs import STATUS
 from .worst_case import WorstCase, loaded, status_names

@@ -26,16 +26,13 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.pose_stacks import as_query, require_massless
-from ..reaction.splits.registry import SPLITS
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import SideWrenches
 from ..wrist.limbs import STATUS
+from .linear_splits import linear_split
 from .parameter_derivatives import SYMMETRIC, Seed, circle_seeds, geometry_seeds, load_seeds
 
 __all__ = ["Parameter", "Sensitivity", "sensitivity"]
-
-#: Splits whose forces are linear, so that they have derivatives and a sign to follow.
-_SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +66,8 @@ class Sensitivity(Record):
 
     Attributes
     ----------
-    split : {"spherical", "elastic"}
-        Of the answer.
+    split : {"spherical", "elastic_linear"}
+        Of the answer; the second is the elastic formula for small displacements.
     shoulder_force, actuator_forces, constraint_forces : ndarray
         The answer itself, shape (..., 3), (..., n), (..., n), N.
     status : ndarray of str
@@ -117,8 +114,10 @@ def sensitivity(
         With massless limbs.
     orientation, motion, load, centre_offset
         As :meth:`exo_pin.ShoulderExo.reaction`.
-    split : {"spherical", "elastic"}
-        How the forces that equilibrium does not determine are chosen.
+    split : {"spherical", "elastic_linear", "elastic"}
+        How the forces that equilibrium does not determine are chosen. The last two are the same here: the elastic
+        formula for small displacements, whose distance from the displaced geometry
+        :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
 
     Returns
     -------
@@ -131,12 +130,11 @@ def sensitivity(
     InvalidInput
         If an argument does not fit, or a limb has mass.
     """
-    if split not in _SPLITS:
-        raise UnknownName("split", split, _SPLITS)
+    law = linear_split(split)
     require_massless(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
-    stiffness = _SPLITS[split].shoulder_stiffness(mechanism)
+    stiffness = law.shoulder_stiffness(mechanism)
     query = as_query(orientation, motion, load)
     base, cuff = (np.ascontiguousarray(side) for side in as_offset(centre_offset, query.shape))
     side, seeds = geometry_seeds(mechanism, query, base, cuff)
@@ -166,7 +164,7 @@ def sensitivity(
         )
     x = system.x
     return Sensitivity(
-        split,
+        law.name,
         x[:, system.shoulder].reshape(*shape, 3),
         x[:, system.f].reshape(*shape, n),
         x[:, system.g].reshape(*shape, n),

@@ -17,6 +17,7 @@ from ..load_case import CentreOffset, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query, require_massless
 from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.limbs import STATUS
+from .linear_splits import LINEAR_NOTE
 
 __all__ = ["Loaded", "WorstCase", "loaded", "status_names", "worst_stiffness"]
 
@@ -51,6 +52,8 @@ class WorstCase:
         Shape (...): as :attr:`Reaction.status`, or "singular_within".
     exact : bool
         Whether the answer is the largest for certain (an enumeration), or the best of a search.
+    split : {"spherical", "elastic_linear"}
+        By which F_s was computed; the second is the elastic formula for small displacements.
     """
 
     quantity: str
@@ -61,8 +64,12 @@ class WorstCase:
     nominal: FloatArray
     status: NDArray[np.str_]
     exact: bool
+    split: str = "elastic_linear"
 
     def __str__(self) -> str:
+        return self._statement() + (f" {LINEAR_NOTE}" if self.split == "elastic_linear" else "")
+
+    def _statement(self) -> str:
         found = "largest" if self.exact else "largest found"
         if self.magnitude.ndim:
             within = int((self.status == SINGULAR_WITHIN).sum())
@@ -161,7 +168,7 @@ def worst_stiffness(
     load: Load | None = None,
     centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
 ) -> WorstCase:
-    """Largest |F_s| of the elastic split over all shoulders equally stiff in every direction.
+    """Largest |F_s| over all shoulders equally stiff in every direction, by the linear elastic formula.
 
     Without an offset |F_s| never falls with the stiffness κ: F_s = -κ (κ 1 + K_X)⁻¹ N, and κ / (κ + λ) grows in each
     principal direction of K_X. In the displaced geometry the side forces also load the tensions, their matrix is not

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput, UnknownName
+from ..core.errors import InvalidInput
 from ..core.validation import as_finite, as_positive
 from ..design import Mechanism
 from ..load_case import Load, Motion
-from ..reaction.splits.registry import SPLITS
 from ..wrist.limbs import STATUS
+from .linear_splits import linear_split
 from .offset_search import OffsetSearch
 from .worst_case import WorstCase, loaded, status_names
 
@@ -26,8 +26,6 @@ __all__ = ["worst_offset"]
 
 #: An offset beyond this, m, is taken for millimetres.
 _FARTHEST = 0.2
-#: Splits whose forces are linear, so that they have derivatives and a sign to follow.
-_SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
 
 
 def worst_offset(
@@ -49,8 +47,10 @@ def worst_offset(
         Single or a stack of shape (...).
     radius : float
         Of the ball, m; 0.015 to 0.021 m is what usual estimates of the shoulder's centre err by.
-    split : {"spherical", "elastic"}
-        How the forces that equilibrium does not determine are chosen.
+    split : {"spherical", "elastic_linear", "elastic"}
+        How the forces that equilibrium does not determine are chosen. The last two are the same here: the elastic
+        formula for small displacements, whose distance from the displaced geometry
+        :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
     motion, load
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like
@@ -70,15 +70,14 @@ def worst_offset(
     InvalidInput
         If an argument does not fit, or a limb has mass.
     """
-    if split not in _SPLITS:
-        raise UnknownName("split", split, _SPLITS)
+    law = linear_split(split)
     size = as_positive("radius", radius)
     middle = as_finite("centre", centre, (3,))
     if size + float(np.linalg.norm(middle)) > _FARTHEST:
         raise InvalidInput(
             f"expected radius and centre in m, together within {_FARTHEST} m, got {size:g} (millimetres?)"
         )
-    stiffness = _SPLITS[split].shoulder_stiffness(mechanism)
+    stiffness = law.shoulder_stiffness(mechanism)
     given = loaded(mechanism, orientation, motion, load)
     count = len(given.force)
     magnitude, nominal = np.full(count, np.nan), np.full(count, np.nan)
@@ -111,4 +110,5 @@ def worst_offset(
         nominal.reshape(shape),
         status_names(codes, within, shape),
         False,
+        law.name,
     )

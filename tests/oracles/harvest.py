@@ -113,6 +113,8 @@ def _forces(folder):
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5))
     exo.reaction(POSE, split="minimal", actuator_bounds=(0, 5), cone=ep.GlenoidCone(20), weights=ep.Weights())
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
+    exo.elastic_difference(POSE)
+    ep.Interface.upper_arm_cuff(0.2)
     exo.reaction(POSE, ep.Motion([1, 0, 0], [0, 1, 0]), ep.Load([0, 0, -5]))
     for split in ("spherical", "minimal"):
         exo.reaction_map(POSES, split=split)
@@ -184,6 +186,7 @@ def _chains(folder):
     for made in (chain.to_urdf, chain.to_sdf, chain.to_mjcf):
         path = made(folder)
     ep.ClosedChain.from_mjcf(path)
+    ep.ClosedChain.from_sdf(chain.to_sdf(folder))
     urdf.mechanism_urdf(ep.load("prototype").mechanism)
     ep.ClosedChain.from_urdf(*urdf.mechanism_urdf(ep.load("prototype").mechanism))
 

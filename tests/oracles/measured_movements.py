@@ -55,7 +55,7 @@ def exo():
 
 def forces(exo, poses, motion):
     """F_s along a movement, N."""
-    return exo.reaction_map(poses, motion).shoulder_force
+    return exo.reaction_map(poses, motion, keep=["shoulder_force"]).shoulder_force
 
 
 def rms(vectors):

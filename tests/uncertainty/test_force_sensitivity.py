@@ -85,7 +85,7 @@ STEPS = {
 }
 
 
-@pytest.mark.parametrize("split", ["spherical", "elastic"])
+@pytest.mark.parametrize("split", ["spherical", "elastic_linear"])
 @pytest.mark.parametrize("kind", ["prototype", "random-4"])
 def test_every_parameter_against_finite_differences(kind, split, worn):
     exo = worn
@@ -101,7 +101,7 @@ def test_every_parameter_against_finite_differences(kind, split, worn):
     expected = {"orientation", "base_points", "platform_points", "mass", "centre_of_mass", "inertia", "load_force",
                 "load_moment", "load_point", "offset", "offset_base", "offset_cuff", "bending_rigidity",
                 "torsional_rigidity", "joint_stiffness", "joint_twist_stiffness"}  # fmt: skip
-    expected |= {"shoulder_stiffness"} if split == "elastic" else set()
+    expected |= {"shoulder_stiffness"} if split == "elastic_linear" else set()
     expected |= {"r_A", "r_B", "h_A", "h_B", "alpha_A", "alpha_B"} if kind == "prototype" else set()
     assert set(found.parameters) == expected
     for name, parameter in found.parameters.items():
@@ -127,11 +127,11 @@ def test_every_parameter_against_finite_differences(kind, split, worn):
 
 def test_orientation_with_a_load_that_turns_with_the_arm(worn):
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
-    found = worn.sensitivity(pose, None, ARM_LOAD, "elastic", OFFSET)["orientation"].shoulder_force
+    found = worn.sensitivity(pose, None, ARM_LOAD, "elastic_linear", OFFSET)["orientation"].shoulder_force
     for axis, e in enumerate(np.eye(3)):
         ends = [
             worn.reaction(
-                Rotation.from_rotvec(h * e) * pose, load=ARM_LOAD, split="elastic", centre_offset=OFFSET
+                Rotation.from_rotvec(h * e) * pose, load=ARM_LOAD, split="elastic_linear", centre_offset=OFFSET
             ).shoulder_force
             for h in (1e-5, -1e-5)
         ]
@@ -155,7 +155,7 @@ def test_magnitude_stack_and_bad_row(worn):
 
 def test_stiffness_does_not_matter_to_bare_muscles(worn):
     bare = worn.replace(limbs=(ep.Limb(),) * 3)
-    found = bare.sensitivity(ep.shoulder_rotation(60, 30, 0, **DEGREES), split="elastic")
+    found = bare.sensitivity(ep.shoulder_rotation(60, 30, 0, **DEGREES), split="elastic_linear")
     assert "bending_rigidity" not in found.parameters
     np.testing.assert_allclose(found["shoulder_stiffness"].shoulder_force, 0.0, atol=1e-12)
     assert np.array_equal(STIFFNESS, STIFFNESS.T)
@@ -163,8 +163,8 @@ def test_stiffness_does_not_matter_to_bare_muscles(worn):
 
 def test_ranking_of_a_movement(worn):
     movement = ep.shoulder_rotation(np.linspace(50, 80, 7), 30, 0, **DEGREES)
-    ranking = worn.ranking(movement, split="elastic")
-    sizes = worn.reaction(movement, split="elastic").magnitude
+    ranking = worn.ranking(movement, split="elastic_linear")
+    sizes = worn.reaction(movement, split="elastic_linear").magnitude
     assert ranking.peak == pytest.approx(sizes.max())
     assert ranking.at == (int(sizes.argmax()),)
     assert len(ranking.influences) == 5
@@ -172,24 +172,30 @@ def test_ranking_of_a_movement(worn):
     assert effects == sorted(effects, reverse=True)
     assert ranking.influences[0].name in str(ranking)
     # One that can be checked by moving the parameter: 1 % of the weight.
-    only = dict.fromkeys(worn.sensitivity(movement[0], split="elastic").parameters, 0.0)
-    mass = worn.ranking(movement, split="elastic", uncertainties={**only, "mass": "1%"})
+    only = dict.fromkeys(worn.sensitivity(movement[0], split="elastic_linear").parameters, 0.0)
+    mass = worn.ranking(movement, split="elastic_linear", uncertainties={**only, "mass": "1%"})
     assert [item.name for item in mass.influences] == ["mass"]
     assert mass.influences[0].relative == pytest.approx(0.01)
-    radius = worn.ranking(movement, split="elastic", uncertainties={**only, "r_A": 1e-4}).influences[0]
+    radius = worn.ranking(movement, split="elastic_linear", uncertainties={**only, "r_A": 1e-4}).influences[0]
     wider = worn.replace(geometry=worn.geometry.replace(r_A=worn.geometry.circles.r_A + 1e-4))
-    moved = wider.reaction(movement[ranking.at[0]], split="elastic").magnitude
+    moved = wider.reaction(movement[ranking.at[0]], split="elastic_linear").magnitude
     assert radius.effect == pytest.approx(abs(float(moved) - ranking.peak), rel=1e-2)
     # A ball: no offset of that size does more, to first order.
-    offset = worn.ranking(movement, split="elastic", uncertainties={**only, "offset": 1e-5}).influences[0]
+    offset = worn.ranking(movement, split="elastic_linear", uncertainties={**only, "offset": 1e-5}).influences[0]
     rng = np.random.default_rng(73)
     for direction in rng.normal(size=(20, 3)):
         shift = 1e-5 * direction / np.linalg.norm(direction)
-        moved = worn.reaction(movement[ranking.at[0]], split="elastic", centre_offset=shift).magnitude
+        moved = worn.reaction(movement[ranking.at[0]], split="elastic_linear", centre_offset=shift).magnitude
         assert abs(float(moved) - ranking.peak) <= offset.effect * 1.01
-    stiff = worn.ranking(movement, split="elastic", uncertainties={**only, "shoulder_stiffness": "1%"}).influences[0]
+    stiff = worn.ranking(
+        movement, split="elastic_linear", uncertainties={**only, "shoulder_stiffness": "1%"}
+    ).influences[0]
     K = 1.01 * np.array(worn.mechanism.shoulder.stiffness)
-    moved = worn.replace(shoulder=ep.Shoulder(stiffness=K)).reaction(movement[ranking.at[0]], split="elastic").magnitude
+    moved = (
+        worn.replace(shoulder=ep.Shoulder(stiffness=K))
+        .reaction(movement[ranking.at[0]], split="elastic_linear")
+        .magnitude
+    )
     assert stiff.effect == pytest.approx(abs(float(moved) - ranking.peak), rel=2e-2)
 
 

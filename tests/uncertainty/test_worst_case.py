@@ -30,7 +30,7 @@ def in_ball(rng, count, radius):
     return u / np.linalg.norm(u, axis=1, keepdims=True) * radius * np.cbrt(rng.random((count, 1)))
 
 
-@pytest.mark.parametrize("split", ["spherical", "elastic"])
+@pytest.mark.parametrize("split", ["spherical", "elastic_linear"])
 @pytest.mark.parametrize("pose", [LIFTED, ep.shoulder_rotation(40, 50, 20, **DEGREES)], ids=["a", "b"])
 def test_no_sampled_offset_exceeds_the_worst(split, pose, exo):
     worst = exo.worst_offset(pose, 0.015, split)
@@ -46,7 +46,7 @@ def test_no_sampled_offset_exceeds_the_worst(split, pose, exo):
     assert worst.nominal == pytest.approx(exo.reaction(pose, split=split).magnitude)
 
 
-@pytest.mark.parametrize("split", ["spherical", "elastic"])
+@pytest.mark.parametrize("split", ["spherical", "elastic_linear"])
 def test_a_ball_with_a_singular_configuration_has_no_worst_force(split, exo):
     rest = Rotation.identity()
     worst = exo.worst_offset(rest, 0.015, split)
@@ -111,7 +111,7 @@ def test_play_of_zero_and_of_plenty(exo):
     given, none = loaded(exo.mechanism, poses, None, None), np.tile([0.004, 0.0, -0.003], (5, 1))
     state = given.displaced(exo.mechanism, none, none)
     g, delta, _ = side_forces_with_play(state, exo.mechanism.shoulder.stiffness, 0.0)
-    elastic = exo.reaction(poses, split="elastic", centre_offset=none)
+    elastic = exo.reaction(poses, split="elastic_linear", centre_offset=none)
     np.testing.assert_allclose(g, elastic.constraint_forces, atol=1e-8 * np.abs(g).max())
     np.testing.assert_allclose(delta, elastic.centre_displacement, rtol=1e-8)
     g, _, _ = side_forces_with_play(state, exo.mechanism.shoulder.stiffness, 0.1)
@@ -139,7 +139,7 @@ def test_worst_clearance_is_reached_and_not_exceeded(offset, exo):
 def test_worst_stiffness(offset, exo):
     poses = regular_poses(exo.mechanism, np.random.default_rng(57), 5, margin=0.05)
     stiffened = (exo.replace(shoulder=ep.Shoulder(stiffness=k)) for k in np.geomspace(1e3, 1e6, 200))
-    all_sizes = [one.reaction(poses, split="elastic", centre_offset=offset).magnitude for one in stiffened]
+    all_sizes = [one.reaction(poses, split="elastic_linear", centre_offset=offset).magnitude for one in stiffened]
     for pose, sizes in zip(poses, np.transpose(all_sizes), strict=True):
         worst = exo.worst_stiffness(pose, 1e3, 1e6, centre_offset=offset)
         assert np.max(sizes) <= worst.magnitude * (1 + 1e-6)
@@ -147,7 +147,7 @@ def test_worst_stiffness(offset, exo):
         if np.isfinite(worst.magnitude):
             assert np.max(sizes) >= 0.99 * worst.magnitude
             at = exo.replace(shoulder=ep.Shoulder(stiffness=float(worst.at)))
-            evidence = at.reaction(pose, split="elastic", centre_offset=offset)
+            evidence = at.reaction(pose, split="elastic_linear", centre_offset=offset)
             np.testing.assert_allclose(evidence.shoulder_force, worst.shoulder_force, rtol=1e-6)
         else:
             assert worst.status == "singular_within"
@@ -160,7 +160,7 @@ def test_stiffness_at_which_the_shoulder_loses_hold(exo):
     worst = exo.worst_stiffness(poses, 1e2, 1e6, centre_offset=[0.01, 0.0, -0.02])
     for row in np.flatnonzero(worst.status == "singular_within")[:5]:
         near = exo.replace(shoulder=ep.Shoulder(stiffness=float(worst.at[row]) * (1 + 1e-7)))
-        answer = near.reaction(poses[row], split="elastic", centre_offset=[0.01, 0.0, -0.02])
+        answer = near.reaction(poses[row], split="elastic_linear", centre_offset=[0.01, 0.0, -0.02])
         assert not answer.magnitude < 1e5
         found += 1
     assert found == 5
@@ -168,7 +168,7 @@ def test_stiffness_at_which_the_shoulder_loses_hold(exo):
 
 def test_poses_without_a_nominal_answer(exo):
     loose = exo.replace(limbs=(ep.Limb(),) * 3, shoulder=ep.Shoulder(stiffness=0.0))
-    for worst in (loose.worst_offset(LIFTED, 0.01, "elastic"), loose.worst_clearance(LIFTED, 1e-3)):
+    for worst in (loose.worst_offset(LIFTED, 0.01, "elastic_linear"), loose.worst_clearance(LIFTED, 1e-3)):
         assert worst.status == "not_solved"
         assert np.isnan(worst.magnitude)
         assert "not_solved" in str(worst)
@@ -186,7 +186,7 @@ def test_bad_sets(exo):
     with pytest.raises(ep.UnknownName, match="minimal"):
         exo.worst_offset(LIFTED, 0.01, "minimal")
     with pytest.raises(ep.MissingData, match="stiffness"):
-        ep.load("prototype").worst_offset(LIFTED, 0.01, "elastic")
+        ep.load("prototype").worst_offset(LIFTED, 0.01, "elastic_linear")
     with pytest.raises(ep.InvalidInput, match="largest_play"):
         exo.worst_clearance(LIFTED, -1e-3)
     with pytest.raises(ep.InvalidInput, match="least"):
@@ -207,15 +207,15 @@ def test_centre_path(exo):
     poses = ep.shoulder_rotation([0, 30, 90], [0, 0, 0], [0, 40, 0], **DEGREES)
     np.testing.assert_allclose(np.degrees(elevation_angle(poses)), [0, 30, 90], atol=1e-9)
     poses = ep.shoulder_rotation([30, 60, 90], [20, 30, 40], 0, **DEGREES)
-    answer = exo.reaction(poses, split="elastic", centre_offset=path)
+    answer = exo.reaction(poses, split="elastic_linear", centre_offset=path)
     by_hand = exo.reaction(
-        poses, split="elastic", centre_offset=ep.CentreOffset.of_moving_shoulder(path.at(elevation_angle(poses)))
+        poses, split="elastic_linear", centre_offset=ep.CentreOffset.of_moving_shoulder(path.at(elevation_angle(poses)))
     )
     np.testing.assert_array_equal(answer.shoulder_force, by_hand.shoulder_force)
-    assert not np.allclose(answer.shoulder_force, exo.reaction(poses, split="elastic").shoulder_force, rtol=1e-3)
+    assert not np.allclose(answer.shoulder_force, exo.reaction(poses, split="elastic_linear").shoulder_force, rtol=1e-3)
     other = exo.mirrored().reaction(
         ep.shoulder_rotation([30, 60, 90], [20, 30, 40], 0, side="right", **DEGREES),
-        split="elastic",
+        split="elastic_linear",
         centre_offset=path.mirrored(),
     )
     np.testing.assert_allclose(other.magnitude, answer.magnitude, rtol=1e-9)

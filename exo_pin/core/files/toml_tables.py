@@ -38,6 +38,8 @@ UNITS: dict[str, dict[str, float]] = {
     "acceleration": {"_m_s2": 1.0},
     "stiffness": {"_N_m": 1.0, "_N_mm": 1e3},
     "twist stiffness": {"_N_m_rad": 1.0},
+    "coupling stiffness": {"_N": 1.0},
+    "couple": {"_N_m": 1.0},
     "rigidity": {"_N_m2": 1.0},
     "force": {"_N": 1.0, "_kN": 1e3},
     "pressure": {"_Pa": 1.0, "_bar": 1e5},

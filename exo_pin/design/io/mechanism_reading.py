@@ -10,6 +10,7 @@ from ..actuator import ACTUATOR_FAMILIES, Actuator
 from ..arm import Arm
 from ..geometry import WristGeometry
 from ..guide import LimbGuide
+from ..interface import Interface, Interfaces
 from ..limb import Limb, LimbBody, Stroke
 from ..mechanism import Mechanism
 from ..shoulder import Shoulder
@@ -31,6 +32,7 @@ def read_root(root: Table) -> Mechanism:
     arm_table, shoulder_table = root.table("arm"), root.table("shoulder")
     arm = None if arm_table is None else _read_arm(arm_table, sources)
     shoulder = Shoulder() if shoulder_table is None else _read_shoulder(shoulder_table, sources)
+    interfaces = _read_interfaces(root.table("interfaces"))
     limbs = tuple(_read_limb(table, sources) for table in root.tables("limbs"))
     for key, text in root.mapping("sources").items():
         if key in sources:
@@ -47,6 +49,7 @@ def read_root(root: Table) -> Mechanism:
         title=title or "",
         sources=sources,
         estimated=estimated,
+        interfaces=interfaces,
         **({} if gravity is None else {"gravity": gravity}),
     )
 
@@ -146,6 +149,26 @@ def _read_shoulder(table: Table, sources: dict[str, str]) -> Shoulder:
     return shoulder
 
 
+def _read_interfaces(table: Table | None) -> Interfaces:
+    if table is None:
+        return Interfaces()
+    parts = [None if own is None else _read_interface(own) for own in (table.table("harness"), table.table("cuff"))]
+    table.finish()
+    return Interfaces(*parts)
+
+
+def _read_interface(table: Table) -> Interface:
+    force = table.quantity("stiffness", "stiffness", (3, 3))
+    moment = table.quantity("twist stiffness", "rotational_stiffness", (3, 3))
+    coupling = table.quantity("coupling stiffness", "coupling", (3, 3), required=False)
+    at = table.quantity("length", "at", (3,), required=False)
+    source = table.text("source", required=False)
+    table.finish()
+    between = np.zeros((3, 3)) if coupling is None else coupling
+    stiffness = np.block([[force, between], [between.T, moment]])
+    return Interface(stiffness, np.zeros(3) if at is None else at, source or "")
+
+
 def _read_limb(table: Table, sources: dict[str, str]) -> Limb:
     _note_source(table, sources)
     kind = table.text("kind", choices=("UPU", "SPS"))
@@ -198,6 +221,8 @@ def _read_guide(table: Table | None, sources: dict[str, str]) -> LimbGuide | Non
         table.quantity("rigidity", "torsional_rigidity"),
         np.inf if joint is None else joint,
         np.inf if twist is None else twist,
+        table.quantity("couple", "largest_bending_moment", required=False),
+        table.quantity("couple", "largest_torque", required=False),
     )
     table.finish()
     return guide

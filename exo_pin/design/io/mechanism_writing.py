@@ -12,6 +12,7 @@ from ..actuator import Actuator
 from ..arm import Arm
 from ..geometry import WristGeometry
 from ..guide import LimbGuide
+from ..interface import Interface
 from ..limb import Limb, LimbBody
 from ..mechanism import Mechanism
 
@@ -40,6 +41,10 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     )
     if shoulder:
         table["shoulder"] = shoulder
+    if not mechanism.interfaces.are_rigid:
+        own = mechanism.interfaces
+        parts = {"harness": own.harness, "cuff": own.cuff}
+        table["interfaces"] = {name: _interface_table(part) for name, part in parts.items() if part is not None}
     table["limbs"] = [_limb_table(limb) for limb in mechanism.limbs]
     elsewhere = _cite(table, mechanism.sources)
     if elsewhere:
@@ -159,7 +164,10 @@ def _guide_table(guide: LimbGuide) -> dict[str, float]:
         "joint_stiffness_N_m": guide.joint_stiffness,
         "joint_twist_stiffness_N_m_rad": guide.joint_twist_stiffness,
     }
-    return {key: value for key, value in table.items() if np.isfinite(value)}
+    finite = {key: value for key, value in table.items() if np.isfinite(value)}
+    return finite | _present(
+        largest_bending_moment_N_m=guide.largest_bending_moment, largest_torque_N_m=guide.largest_torque
+    )
 
 
 def _actuator_table(actuator: Actuator) -> dict[str, Any]:
@@ -171,4 +179,15 @@ def _actuator_table(actuator: Actuator) -> dict[str, Any]:
         supply_Pa=actuator.supply_pressure,
         speed_limit_m_s=actuator.speed_limit,
         power_limit_W=actuator.power_limit,
+    )
+
+
+def _interface_table(interface: Interface) -> dict[str, Any]:
+    K = interface.stiffness
+    return _present(
+        source=interface.source or None,
+        stiffness_N_m=K[:3, :3],
+        rotational_stiffness_N_m_rad=K[3:, 3:],
+        coupling_N=K[:3, 3:] if K[:3, 3:].any() else None,
+        at_m=np.asarray(interface.at),
     )

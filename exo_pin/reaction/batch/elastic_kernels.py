@@ -22,7 +22,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...design import Mechanism
 from ...numerics.vectors import dot, vector
-from ..splits.elastic import shoulder_stiffness as shoulder_stiffness_of
+from ..splits.elastic_linear import shoulder_stiffness as shoulder_stiffness_of
 
 __all__ = ["Elasticity", "elastic_forces", "side_stiffness"]
 

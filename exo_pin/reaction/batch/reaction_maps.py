@@ -23,6 +23,7 @@ from ..columns import ShownMap
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..query import as_split, check_option
 from ..splits.elastic import Elastic
+from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
 from ..splits.spherical import Spherical
 from ..splits.standalone import Standalone
@@ -40,6 +41,7 @@ _CODES = {
     Standalone.name: map_kernels.STANDALONE,
     Minimal.name: map_kernels.MINIMAL,
     Elastic.name: map_kernels.ELASTIC,
+    ElasticLinear.name: map_kernels.ELASTIC,
 }
 #: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
 CHUNK = 32768
@@ -68,7 +70,8 @@ class ReactionMap(ShownMap, ReadOnly):
     magnitude : ndarray or None
         |F_s|, shape (...), N.
     split : str
-        How the forces that equilibrium does not determine were chosen.
+        How the forces that equilibrium does not determine were chosen. A map by stiffness is that of small
+        displacements, "elastic_linear", also where "elastic" was given.
     trivial : bool
         Whether the least shoulder force is zero by construction, as in :class:`exo_pin.Reaction`.
     """
@@ -164,7 +167,7 @@ def reaction_map(
         status_codes=kept["status"],
         margin=kept["margin"],
         magnitude=kept["magnitude"],
-        split=split,
+        split=ElasticLinear.name if law.determines_sides else law.name,
         trivial=bool(trivial),
     )
 

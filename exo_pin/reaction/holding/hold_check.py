@@ -1,7 +1,8 @@
 """Whether the actuators can take the lengths and forces of a pose.
 
 The forces are those of the answer. Where a mechanism of more than three limbs can balance a pose with other tensions
-under the same side forces, f = f_answer + N y, the pose can be held if some y meets all limits.
+under the same side forces, f = f_answer + N y, the pose can be held if some y meets all limits. Of a device that gives
+way this leaves out how the side forces follow y; a query with ``actuator_bounds="design"`` follows them.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import ReadOnly
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..indeterminacy.infeasibility import Infeasibility
-from ..query import reaction
+from ..query import as_split, reaction
 from .actuator_limits import actuators_of
 from .nearest_pose import NearestPose, nearest_held_pose
 
@@ -32,8 +32,8 @@ class Remedy(ReadOnly):
     nearest : NearestPose or None
         A pose nearby that can be held, as far as the limits are known; None if none was found within 60°.
     infeasibility : Infeasibility or None
-        What is missing in the pose itself, if the lengths of its limbs were possible; None if nothing is, or if the
-        actuators of the design are not known.
+        What is missing in the pose itself, if the lengths of its limbs were possible; None if nothing is, if the
+        actuators of the design are not known, or if the split takes no limits (locked actuators).
     side : {"left", "right"}
         Side of the body, for the angles.
     """
@@ -80,7 +80,8 @@ def remedy(model: EquilibriumModel, orientation: Rotation, **options: Any) -> Re
     mechanism = model.mechanism
     nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, orientation, _REACH)
     infeasibility = None
-    if all(limb.actuator is not None for limb in mechanism.limbs):
+    law = as_split(options.get("split", "spherical"))
+    if "actuator_bounds" not in law.refusals and all(limb.actuator is not None for limb in mechanism.limbs):
         bounds = actuators_of(mechanism, stroke=False)
         infeasibility = reaction(model, orientation, actuator_bounds=bounds, **options).infeasibility
     return Remedy(nearest, infeasibility, mechanism.side)

@@ -19,6 +19,7 @@ _WITHOUT_ANSWER = {
     "infeasible": "no forces within the limits balance the arm",
     "out_of_stroke": "an actuator cannot take the length of its limb",
     "no_equilibrium": "no equilibrium is near it",
+    "guide_overloaded": "the guide of a limb would have to bear more than it can",
 }
 
 
@@ -123,7 +124,12 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
         count = int(broken.any(axis=-1).sum())
         if count:
             reasons.append(f"{text} ({count})")
-    for name, text in (("singular", "the pose is singular"), ("infeasible", "no forces within the limits balance it")):
+    for name, text in (
+        ("singular", "the pose is singular"),
+        ("infeasible", "no forces within the limits balance it"),
+        ("no_equilibrium", "no equilibrium is near the pose"),
+        ("guide_overloaded", "the guide of a limb would be overloaded"),
+    ):
         count = int((status == name).sum())
         if count:
             reasons.append(f"{text} ({count})")

@@ -1,107 +1,116 @@
-"""Split "elastic": side forces and shoulder force by stiffness.
+"""Split "elastic": side forces and shoulder force by stiffness, at the displaced geometry.
 
-The ball joint gives way by δ under the force it carries, the guides of UPU limbs by g_i / k_i under theirs. With S_i
-the force of the side wrench of limb i (X_i where the centres of device and shoulder coincide) and misfit_i how far the
-centres lie apart in its sense,
+The centre of the arm's joint moves by δ until the shoulder's spring, the guides of UPU limbs and, where they are not
+rigid, harness and cuff carry load and centre offset; forces act along the limbs as they then lie. The equations, their
+assumptions and their solution are those of :mod:`exo_pin.wrist.forces.elastic_equilibrium`. Of what the actuators do
+there are two readings:
 
-    g_i = k_i (S_i · δ + misfit_i)          F_s = -K_s δ
+- "elastic", held: the pose of the arm is given and stays. Actuators adapt, so that their forces balance the moments; of
+  tensions that balance themselves, the least are taken.
+- "elastic_locked": the limbs have the lengths of the aligned device in the given pose. Load and offset move and
+  turn the arm, and all forces follow, those of more than three limbs, too.
 
-For given tensions this is the δ of least strain energy ½ δᵀ K_s δ + ½ Σ k_i (S_i · δ + misfit_i)² - N · δ, with N the
-force at O of load and tensions. δ is taken to be small against the limbs: lever arms and directions are those at δ = 0.
-The arm is in the pose that is given, held there by the actuators, so that tensions follow from the moment balance and
-not from a stiffness; of tensions that balance themselves, the least are taken.
-
-Within limits of f (or with a cone) g, δ and F_s still follow their stiffness: they are passive, and for given tensions
-the energy above has one minimum. Inserted, they are affine in f (:meth:`AffineState.following`), and what is left is
-
-    minimise |Nᵀ f|²   subject to   M' f = m',   lower <= f <= upper,   F_s(f) in the cone
-
-with the orthonormal columns of N the tensions that balance themselves at constant g: a convex quadratic program, solved
-by :func:`exo_pin.numerics.solve` and certified by its optimality conditions. Where no limit is met its answer is the
-one without limits. A limb at its limit holds that force; the other tensions take over what it cannot carry, and the
-side forces follow the load that these leave. Where the others cannot, the actuators do not hold the pose: it is
-infeasible, and the arm would turn until the guides carry the rest, which is another pose.
+Within limits of f, or with a cone, the held device is as in :mod:`exo_pin.reaction.splits.elastic_linear`, solved until
+the geometry at which the program stands is the one that its forces lead to. A limb at its limit holds that force; side
+forces go on following their stiffness; where the other tensions cannot take over, the pose is infeasible. Limits of
+locked actuators are refused: what a lock bears is no force that an actuator chooses.
 """
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import MissingData, SolverFailed
-from ...core.validation import FloatArray
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
-from ...wrist.forces.affine_state import LOOSE, BalancedTensions
 from ...wrist.limbs import STATUS
+from ..answer import QUERY_STATUS
 from ..indeterminacy.freedom import Freedom
-from .limb_and_side_forces import Pose
-from .split import Chosen, PoseStack, Split
+from .elastic_linear import ElasticLinear
+from .split import Chosen, PoseStack
 
-__all__ = ["Elastic", "shoulder_stiffness"]
+__all__ = ["Elastic"]
 
 
-def shoulder_stiffness(mechanism: Mechanism) -> FloatArray:
-    """K_s, shape (3, 3), N/m.
+class Elastic(ElasticLinear):
+    """By stiffness of the limbs' guides, their joints, the shoulder, harness and cuff, at the displaced geometry.
 
-    Raises
-    ------
-    MissingData
-        If the mechanism has none; no value was found in the literature, so nothing is assumed.
+    Parameters
+    ----------
+    actuators : {"held", "locked"}
+        Whether the actuators hold the pose or their lengths.
     """
-    if mechanism.shoulder.stiffness is None:
-        raise MissingData(["shoulder stiffness"], 'split="elastic"', mechanism.name)
-    return mechanism.shoulder.stiffness
-
-
-class Elastic(Split):
-    """By stiffness of the limbs' guides, their joints and the shoulder."""
 
     name = "elastic"
-    assumption = "the stiffness of guides, joints and shoulder, for displacements small against the limbs"
-    options = frozenset({"cone"})
-    is_linear = True
-    determines_sides = True
+    assumption = "the stiffness of guides, joints and shoulder, at the displaced geometry"
+    is_linear = False
+    moves = True
 
-    def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words."""
-        return "determined by stiffness"
+    def __init__(self, actuators: Literal["held", "locked"] = "held") -> None:
+        self.locked = as_choice("actuators", actuators, ("held", "locked")) == "locked"
+        if self.locked:
+            self.name = "elastic_locked"  # type: ignore[misc]
+            self.assumption = (  # type: ignore[misc]
+                "the stiffness of guides, joints and shoulder, at the displaced geometry and with the limbs' lengths "
+                "locked"
+            )
+            self.options = frozenset()  # type: ignore[misc]
+            refused = {"cone": "a cone", "actuator_bounds": "actuator_bounds"}
+            self.refusals = {name: _REFUSED.format(text) for name, text in refused.items()}  # type: ignore[misc]
 
     def check(self, mechanism: Mechanism) -> None:
-        """Raise if the shoulder's stiffness is not known."""
-        shoulder_stiffness(mechanism)
-
-    def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
-        """K_s, shape (3, 3), N/m."""
-        return shoulder_stiffness(mechanism)
-
-    def program(self, poses: PoseStack, row: int) -> Pose:
-        """The least tensions within their limits, with side forces that follow them."""
-        program, stiffness = poses.program(row), shoulder_stiffness(poses.mechanism)
-        system, _ = poses.elastic_system(np.array([row]), stiffness)
-        if not np.linalg.cond(system[0]) < LOOSE:
-            raise SolverFailed("elastic split", np.inf, "shoulder and limbs together leave a direction free")
-        follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
-        return program._replace(state=follower.state, follower=follower)
+        """Raise if the shoulder's stiffness is not known, or locked limbs are more than six."""
+        super().check(mechanism)
+        if self.locked and mechanism.limb_count > 6:
+            raise InvalidInput(
+                f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six "
+                'freedoms cannot keep more lengths. split="elastic" lets the actuators adapt'
+            )
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
-        """Solve the elastic equations."""
-        part = BalancedTensions(*(array[rows] for array in poses.tensions))
-        stiffness = shoulder_stiffness(poses.mechanism)
-        g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
-        answer.put_determined(rows, part.f + (part.f_of_g @ g[..., None])[..., 0], g)
-        answer.status[rows[np.isnan(g).any(axis=1)]] = STATUS.index("not_solved")
+        """The forces of the equilibrium."""
+        if not self.locked:
+            super().choose(poses, rows, answer)
+            return
+        assert poses.movement is not None
+        assert poses.movement.forces is not None
+        delta = poses.movement.displacement[rows]
+        stretch = (np.swapaxes(poses.sides[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
+        answer.put_determined(rows, poses.movement.forces[rows], poses.stiffness[rows] * stretch)
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """Determined by stiffness, but for tensions that balance themselves."""
-        effect = freedom.elastic(freedom.of_tensions)
-        return np.where(freedom.is_fixed(effect), "stiffness", "optimiser")
+        """Determined by stiffness; of a held device but for tensions that balance themselves."""
+        held = super().kinds(freedom)
+        return np.full_like(held, "stiffness") if self.locked else held
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
-        """Displacement of the shoulder's centre, shape (N, 3), m, and stiffness of the limbs, shape (N, n), N/m."""
-        delta = np.full((len(answer.f), 3), np.nan)
-        rows = np.flatnonzero(answer.status < STATUS.index("singular"))
-        system, load = poses.elastic_system(rows, shoulder_stiffness(poses.mechanism))
-        stress = np.swapaxes(poses.tensions.self_stress[rows], 1, 2) @ answer.f[rows][..., None]
-        load = load - (poses.tensions.shoulder_of_stress[rows] @ stress)[..., 0]
-        delta[rows] = np.linalg.solve(system, load[..., None])[..., 0]
-        return {"centre_displacement": delta, "side_stiffness": poses.stiffness}
+        """What moved and by how much, poses along the first axis."""
+        movement, found = poses.movement, super().extras(poses, answer)
+        assert movement is not None
+        assert poses.load_share is not None
+        assert poses.guide_load is not None
+        lost = answer.status >= STATUS.index("singular")
+        if self.locked:
+            found["centre_displacement"] = movement.displacement.copy()
+        found |= {
+            "arm_orientation": movement.arm.copy(),
+            "interface_displacements": np.stack([movement.harness, movement.cuff], axis=1),
+            "limb_lengths": movement.lengths.copy(),
+            "guide_twist": movement.twist.copy(),
+        }
+        for name, array in found.items():
+            if name != "side_stiffness":
+                array[lost] = np.nan
+        # An overloaded guide has a load, at an equilibrium that is there; other poses without an answer have none.
+        none = lost & (answer.status != QUERY_STATUS.index("guide_overloaded"))
+        guide_load = np.where(none[:, None], np.nan, poses.guide_load)
+        return found | {"load_share": poses.load_share, "guide_load": guide_load}
+
+
+_REFUSED = (
+    "{} cannot go with locked actuators: what they bear follows from the lengths, and is no choice. Use "
+    'split="elastic", whose actuators adapt within their limits, or split="elastic_linear"'
+)

@@ -12,6 +12,7 @@ from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
+from ...wrist.forces.moved_device import Movement
 from ..constraints.limb_limits import ForceLimits
 from ..constraints.side_force_bounds import SideForceBounds
 from ..indeterminacy.freedom import Freedom
@@ -49,6 +50,14 @@ class PoseStack(NamedTuple):
         Orientations, shape (N, 3, 3), {O_B} to {O_A}.
     offset : tuple of ndarray or None
         Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
+    movement : Movement or None
+        How the parts of an elastic device moved; None for a split that leaves them where they are.
+    unmoved : ndarray or None
+        F_s of limbs without side force where the parts have not moved, shape (N, 3), N.
+    load_share : ndarray or None
+        Share of load and offset up to which an equilibrium was followed, shape (N,).
+    guide_load : ndarray or None
+        Bending moment and torque over what the guides bear, the larger, shape (N, n).
     """
 
     mechanism: Mechanism
@@ -64,19 +73,36 @@ class PoseStack(NamedTuple):
     weights: Weights | None
     matrices: FloatArray
     offset: tuple[FloatArray, FloatArray] | None
+    movement: Movement | None = None
+    unmoved: FloatArray | None = None
+    load_share: FloatArray | None = None
+    guide_load: FloatArray | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
 
     @property
     def lengths(self) -> FloatArray:
-        """Limb lengths l_i, shape (N, n), m."""
+        """Limb lengths l_i, shape (N, n), m; of an elastic device as it lies."""
+        if self.movement is not None:
+            return self.movement.lengths
         return limb_lengths(self.mechanism, self.matrices, self.offset)
 
     @property
     def sides(self) -> FloatArray:
         """Side wrenches S_g of the state, shape (N, 3, n)."""
         return self.state.shoulder_of_g
+
+    @property
+    def free_stress(self) -> FloatArray:
+        """Tensions that balance themselves and that actuators can choose, shape (N, n, n - 3); (N, n, 0) if locked."""
+        locked = self.movement is not None and self.movement.forces is not None
+        return self.tensions.self_stress[..., :0] if locked else self.tensions.self_stress
+
+    @property
+    def spherical_force(self) -> FloatArray:
+        """F_s of limbs that carry no side force, the parts where the pose has them, shape (N, 3), N."""
+        return self.tensions.shoulder if self.unmoved is None else self.unmoved
 
     def effect(self, row: int) -> FloatArray:
         """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
@@ -144,13 +170,15 @@ class Split(ABC):
     options : frozenset of str
         Which of "constraint_bounds", "weights" and "cone" it can follow.
     refusals : dict of str to str
-        Why it cannot follow an option, where there is a reason of physics.
+        Why it cannot follow an option, or "actuator_bounds", where there is a reason of physics.
     is_linear : bool
         Whether f, g and F_s follow from linear equations alone, so that they have derivatives everywhere.
     chooses_sides : bool
         Whether it chooses g together with f, so that the moment balance may leave f free with three limbs.
     determines_sides : bool
         Whether it determines g by physics and not by a choice.
+    moves : bool
+        Whether the device gives way, so that forces are those of a displaced geometry.
     """
 
     name: ClassVar[str]
@@ -160,6 +188,7 @@ class Split(ABC):
     is_linear: ClassVar[bool] = False
     chooses_sides: ClassVar[bool] = False
     determines_sides: ClassVar[bool] = False
+    moves: ClassVar[bool] = False
 
     def caption(self, mechanism: Mechanism) -> str:
         """What is assumed, in a few words, for pictures."""

@@ -61,6 +61,8 @@ class Displaced:
         Offsets of :func:`as_offset`.
     force, moment : ndarray
         What limbs and shoulder carry, shape (N, 3): weight, inertia and load of the arm, moment about O.
+    base_points : ndarray, optional
+        Where a base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
 
     Attributes
     ----------
@@ -88,13 +90,14 @@ class Displaced:
         cuff: FloatArray,
         force: FloatArray,
         moment: FloatArray,
+        base_points: FloatArray | None = None,
     ) -> None:
         n = mechanism.limb_count
-        self.side: SideWrenches = side_wrenches(mechanism, query.matrices, base, cuff)
+        self.side: SideWrenches = side_wrenches(mechanism, query.matrices, base, cuff, base_points)
         side = self.side
         closure = share = np.zeros((len(force), n, 6))
         if not mechanism.limbs_are_massless:
-            closure, share = limb_loads(mechanism, query, base, cuff, side.folded)
+            closure, share = limb_loads(mechanism, query, base, cuff, side.folded, base_points)
         self.state = AffineState.of_closures(
             closure,
             -np.concatenate([side.directions, side.moment_arms], axis=-1),

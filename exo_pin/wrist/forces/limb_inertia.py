@@ -27,7 +27,12 @@ __all__ = ["limb_loads"]
 
 
 def limb_loads(
-    mechanism: Mechanism, query: Query, base: FloatArray, cuff: FloatArray, folded: np.ndarray
+    mechanism: Mechanism,
+    query: Query,
+    base: FloatArray,
+    cuff: FloatArray,
+    folded: np.ndarray,
+    base_points: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Wrenches of limbs with mass at f = g = 0, base frame, moments about O.
 
@@ -44,6 +49,10 @@ def limb_loads(
         Centre offsets, shape (N, 3), m.
     folded : ndarray of bool
         Shape (N,): poses without an answer, whose rows are zero.
+    base_points : ndarray, optional
+        Where the base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
+
+    Like the poses and offsets they may be complex: every operation is analytic.
 
     Returns
     -------
@@ -51,17 +60,21 @@ def limb_loads(
         Shape (N, n, 6): wrench of the torso on each limb, and wrench that the limb needs to be carried and moved.
     """
     shape = (len(query.matrices), mechanism.limb_count, 6)
-    closure, share = np.zeros(shape), np.zeros(shape)
+    if base_points is None:
+        base_points = np.broadcast_to(mechanism.geometry.base_points, (*shape[:2], 3))
+    kind = np.result_type(query.matrices, base, cuff, base_points)
+    closure, share = np.zeros(shape, dtype=kind), np.zeros(shape, dtype=kind)
     good = np.flatnonzero(~folded)
     R, omega, eta = query.matrices[good], query.velocity[good], query.acceleration[good]
     for i, limb in enumerate(mechanism.limbs):
         if limb.mass == 0.0:
             continue
         seat = R @ mechanism.geometry.platform_points[i]
-        a = mechanism.geometry.base_points[i] + base[good]
+        y_base = base_points[good, i]
+        a = y_base + base[good]
         p = seat + (R @ cuff[good][..., None])[..., 0]
         line = _Line(a, p, omega, eta)
-        axes = (-np.broadcast_to(mechanism.geometry.base_points[i], p.shape), -seat)
+        axes = (-y_base, -seat)
         turning = (np.zeros_like(omega), np.zeros_like(eta)), (omega, eta)
         along = np.zeros(len(good))
         for body, at, y, (rate, change), is_base in zip(
@@ -85,7 +98,7 @@ class _Line:
         velocity = np.cross(omega, p)
         self.p_change = np.cross(eta, p) + np.cross(omega, velocity)
         self.a, self.p = a, p
-        self.length = np.linalg.norm(p - a, axis=1)[:, None]
+        self.length = np.sqrt(_dot(p - a, p - a))
         self.s = (p - a) / self.length
         rate = _dot(self.s, velocity)
         self.s_rate = (velocity - rate * self.s) / self.length
@@ -147,4 +160,4 @@ def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
 
 
 def _unit(v: FloatArray) -> FloatArray:
-    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True))
+    return np.asarray(v / np.sqrt(_dot(v, v)))

@@ -43,6 +43,14 @@ class SideWrenches(NamedTuple):
         k_i, shape (N, n), N/m; zero for SPS limbs and bare muscles.
     folded : ndarray of bool
         Shape (N,): whether a UPU limb lies on a line through its centre and has no such wrench.
+    twist : ndarray
+        φ_i, shape (N, n), rad, within ±π: the angle about s_i from X_Ai to X_Bi, by which the crosses of the two
+        universal joints twist a straight guide; exact at any displacement.
+    deflection : ndarray
+        φ_i times the moment of the side wrench of unit size along the limb, shape (N, n), m: what g_i = k_i times it
+        does its work on. ``misfit`` is its limit for a small gap between the centres.
+    bending, torque : ndarray
+        Largest bending moment in the guide and its torque under the side wrench of unit size, shape (N, n), m.
     """
 
     directions: FloatArray
@@ -52,10 +60,18 @@ class SideWrenches(NamedTuple):
     misfit: FloatArray
     stiffness: FloatArray
     folded: np.ndarray
+    twist: FloatArray
+    deflection: FloatArray
+    bending: FloatArray
+    torque: FloatArray
 
 
 def side_wrenches(
-    mechanism: Mechanism, matrices: FloatArray, base_offset: FloatArray, cuff_offset: FloatArray
+    mechanism: Mechanism,
+    matrices: FloatArray,
+    base_offset: FloatArray,
+    cuff_offset: FloatArray,
+    base_points: FloatArray | None = None,
 ) -> SideWrenches:
     """Side wrenches and stiffnesses of all limbs.
 
@@ -68,10 +84,12 @@ def side_wrenches(
     base_offset, cuff_offset : ndarray
         Device's centre seen from the anatomical one: held by the base, in the base frame, and carried by the
         cuff, in the arm frame; shape (N, 3), m.
+    base_points : ndarray, optional
+        Where a base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
     """
     geometry = mechanism.geometry
     return side_wrenches_of(
-        geometry.base_points,
+        geometry.base_points if base_points is None else base_points,
         geometry.platform_points,
         matrices,
         base_offset,
@@ -145,6 +163,8 @@ def side_wrenches_of(
     blank = folded | ~is_upu
     force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
     stiffness = _stiffness(flexibility, s, length, force, couple_arm, couple_base)
+    twist = np.where(blank, 0.0, _angle(s, x_base, x_arm))
+    torque = np.where(blank, 0.0, _dot(couple_arm, s))
     return SideWrenches(
         directions=s,
         moment_arms=np.cross(p, s),
@@ -153,6 +173,10 @@ def side_wrenches_of(
         misfit=np.where(blank, 0.0, misfit),
         stiffness=np.where(blank | ~resists, 0.0, stiffness),
         folded=np.asarray((folded & is_upu).any(axis=1)),
+        twist=twist,
+        deflection=torque * twist,
+        bending=np.where(blank, 0.0, np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real)),
+        torque=torque,
     )
 
 
@@ -164,6 +188,16 @@ def _length(vectors: FloatArray) -> FloatArray:
 def _unit(vectors: FloatArray) -> FloatArray:
     length = _length(vectors)
     return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
+
+
+def _angle(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """Angle about s from one unit vector across it to another, within ±π; analytic, unlike arctan2."""
+    return np.asarray(2.0 * np.arctan(_dot(np.cross(first, second), s) / (1.0 + _dot(first, second))))
+
+
+def _across(couple: FloatArray, s: FloatArray) -> FloatArray:
+    """Size of a couple across the limb."""
+    return _length(np.cross(couple, s))[..., 0]
 
 
 def _dot(u: FloatArray, v: FloatArray) -> FloatArray:

@@ -26,6 +26,19 @@ def test_compare_three_splits(capsys):
     assert float(force[-1]) == pytest.approx(expected, abs=0.006)
 
 
+def test_report_by_stiffness(capsys, monkeypatch):
+    given = []
+    monkeypatch.setattr(ep.ShoulderExo, "remedy", lambda *_, **options: given.append(options) or "Another pose.")
+    status, out, _ = run(capsys, "reaction", *POSE, *STIFF, "--offset", "0", "5", "0")
+    assert status == 0
+    assert "at the displaced geometry" in " ".join(out.split())
+    assert max(len(line) for line in out.partition("\n\n")[2].splitlines()) <= 100
+    answer = exo().reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), split="elastic", centre_offset=[0, 5e-3, 0])
+    lengths = [line.split()[1] for line in out.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
+    assert lengths == [f"{1e3 * value:.0f}" for value in answer.limb_lengths]
+    assert given == [{"split": "elastic", "centre_offset": [0.0, 5e-3, 0.0]}]
+
+
 def test_published_effect_of_an_offset(capsys):
     status, out, _ = run(capsys, "reaction", "--compare", "spherical", "--offset", "0", "0", "20", "--json")
     assert status == 0
@@ -45,7 +58,7 @@ def test_certificate(capsys):
     assert "minimal: Unique by equilibrium: f_1, f_2, f_3." in words
     assert "Chosen by an optimiser: g_1, g_2, g_3, F_s x, F_s y, F_s z." in words
     assert "g_1 -5.00 to 5.00 N" in words
-    assert "elastic: Unique by equilibrium: f_1, f_2, f_3. Determined by stiffness: g_1" in words
+    assert "elastic: Determined by stiffness: f_1, f_2, f_3, g_1" in words
     status, out, _ = run(capsys, *arguments, "--json")
     assert "Determined by stiffness" in json.loads(out)["elastic"]["certificate"]
 

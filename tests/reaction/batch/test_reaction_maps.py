@@ -273,7 +273,7 @@ def test_a_pose_that_is_not_finite_is_refused():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"split": "fair"}, ep.UnknownName, "elastic, minimal, spherical, standalone"),
+        ({"split": "fair"}, ep.UnknownName, "elastic, elastic_linear, minimal, spherical"),
         ({"constraint_bounds": (-1.0, 1.0)}, ep.InvalidInput, "minimal"),
         ({"elasticity": ep.Elasticity.of(1.0, 1.0, 1.0)}, ep.InvalidInput, "elastic"),
         ({"split": "elastic"}, ep.MissingData, "shoulder stiffness"),
@@ -344,7 +344,8 @@ def test_elastic_of_the_design_is_that_of_the_query():
         limbs=[ep.Limb(guide=guide), ep.Limb(), ep.Limb(guide=guide)], shoulder=ep.Shoulder(stiffness=2e4)
     )
     poses = regular_poses(exo.mechanism, np.random.default_rng(70), 50)
-    series, query = exo.reaction_map(poses, split="elastic"), exo.reaction(poses, split="elastic")
+    series, query = exo.reaction_map(poses, split="elastic"), exo.reaction(poses, split="elastic_linear")
+    assert series.split == query.split
     scale = np.abs(query.actuator_forces).max(axis=1)[:, None]
     np.testing.assert_allclose(series.shoulder_force / scale, query.shoulder_force / scale, atol=1e-9)
     np.testing.assert_allclose(series.constraint_forces / scale, query.constraint_forces / scale, atol=1e-9)

@@ -1,0 +1,153 @@
+"""What sits between device and person: a spring under the base ring (harness) and one under the platform (cuff)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.conventions import MIRROR
+from ..core.errors import InvalidInput
+from ..core.records import Record
+from ..core.validation import FloatArray, as_finite, as_positive, frozen
+
+__all__ = ["Interface", "Interfaces"]
+
+#: Mirror image of a wrench (force, moment): a moment is a pseudovector.
+_MIRROR = np.block([[MIRROR, np.zeros((3, 3))], [np.zeros((3, 3)), -MIRROR]])
+
+
+@dataclass(frozen=True, eq=False)
+class Interface(Record):
+    """A spring with six degrees of freedom between a part of the device and the body under it.
+
+    Attributes
+    ----------
+    stiffness : ndarray
+        K, shape (6, 6), symmetric, positive definite: (force, moment) per (displacement, rotation vector) of the
+        device's part against the body; N/m, N (that is N/rad and N m/m) and N m/rad. The moment is about ``at``.
+    at : ndarray
+        Shape (3,), m: the point whose displacement is meant. Of a harness in the base frame, of a cuff in the arm frame
+        {O_B}; so are the axes of ``stiffness``.
+    source : str
+        Where the numbers come from.
+    """
+
+    stiffness: FloatArray
+    at: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        matrix = as_finite("interface stiffness", self.stiffness, (6, 6))
+        scale = np.sqrt(np.abs(np.diag(matrix)))
+        if not (np.diag(matrix) > 0.0).all():
+            raise InvalidInput(
+                f"expected the diagonal of an interface's stiffness above zero, got {np.diag(matrix).tolist()}; "
+                "leave the interface out for a rigid one"
+            )
+        scaled = matrix / np.outer(scale, scale)
+        if np.abs(scaled - scaled.T).max() > 1e-9:
+            raise InvalidInput(f"expected the stiffness of an interface to be symmetric, got {matrix.tolist()}")
+        if np.linalg.eigvalsh(scaled)[0] < 1e-12:
+            raise InvalidInput(
+                "expected an interface that resists every motion (a positive definite stiffness), got the eigenvalue "
+                f"{np.linalg.eigvalsh(scaled)[0]:.3g} of the stiffness scaled to a diagonal of ones"
+            )
+        object.__setattr__(self, "stiffness", frozen(0.5 * (matrix + matrix.T)))
+        at = as_finite("at", self.at, (3,))
+        if np.abs(at).max() > 2.0:
+            raise InvalidInput(f"expected at in m, got {at.tolist()} (millimetres?)")
+        object.__setattr__(self, "at", frozen(at))
+        if not isinstance(self.source, str):
+            raise InvalidInput(f"expected source to be a string, got {self.source!r:.40}")
+
+    @classmethod
+    def of(
+        cls, translational: ArrayLike, rotational: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0), source: str = ""
+    ) -> Interface:
+        """Without coupling between the axes.
+
+        Parameters
+        ----------
+        translational, rotational : array_like
+            N/m and N m/rad, a number or shape (3,).
+        at : array_like
+            Shape (3,), m.
+        source : str
+            Where the numbers come from.
+        """
+        values = []
+        for name, given in (("translational", translational), ("rotational", rotational)):
+            array = as_finite(name, np.broadcast_to(given, (3,)) if np.ndim(given) == 0 else given, (3,))
+            values += [as_positive(name, value) for value in array.tolist()]
+        return cls(np.diag(values), at, source)
+
+    @classmethod
+    def upper_arm_cuff(cls, distance: float, times: float = 1.0) -> Interface:
+        """A cuff on the upper arm, as measured on 21 young adults in overhead postures.
+
+        Mean of the linear fits to both senses (subject group regressions): 2.25 N/mm along the arm, 3.15 and 3.70 N/mm
+        across it (latero-medial and caudo-cranial: y and x of the arm that hangs); 0.035 N m/° about the arm, 0.21 and
+        0.185 N m/° across it. Between 2 and 5 N/mm in most people, and stiffer under load: sweep ``times``.
+
+        Parameters
+        ----------
+        distance : float
+            From the shoulder's centre along the arm to the cuff, m.
+        times : float
+            Factor on all of it.
+
+        Notes
+        -----
+        Source: Schiebl et al., Sensors 25 (2025) 4605, doi 10.3390/s25154605, Table in Appendix B.1.
+        """
+        factor, reach = as_positive("times", times), as_positive("distance", distance)
+        per_degree = np.array([0.185, 0.21, 0.035])
+        return cls.of(
+            factor * np.array([3700.0, 3150.0, 2250.0]),
+            factor * np.degrees(per_degree),
+            (0.0, 0.0, -reach),
+            "Schiebl et al., Sensors 25 (2025) 4605, doi 10.3390/s25154605",
+        )
+
+    @property
+    def compliance(self) -> FloatArray:
+        """K⁻¹, shape (6, 6)."""
+        return np.asarray(np.linalg.inv(self.stiffness))
+
+    def mirrored(self) -> Interface:
+        """Mirror image in the x-z plane."""
+        return replace(self, stiffness=_MIRROR @ self.stiffness @ _MIRROR, at=np.asarray(self.at) @ MIRROR)
+
+
+@dataclass(frozen=True)
+class Interfaces:
+    """What sits on the person. None is rigid: a part that does not move against the body.
+
+    Attributes
+    ----------
+    harness : Interface or None
+        Between torso and base ring. No measured stiffness of one was found in the literature, so sweep it.
+    cuff : Interface or None
+        Between arm and platform; see :meth:`Interface.upper_arm_cuff`.
+    """
+
+    harness: Interface | None = None
+    cuff: Interface | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("harness", "cuff"):
+            value: Any = getattr(self, name)
+            if value is not None and not isinstance(value, Interface):
+                raise InvalidInput(f"expected {name} to be an Interface or None, got {type(value).__name__}")
+
+    @property
+    def are_rigid(self) -> bool:
+        """Whether neither gives way."""
+        return self.harness is None and self.cuff is None
+
+    def mirrored(self) -> Interfaces:
+        """Mirror image in the x-z plane."""
+        return Interfaces(*(own and own.mirrored() for own in (self.harness, self.cuff)))

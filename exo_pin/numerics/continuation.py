@@ -1,0 +1,149 @@
+"""Following the solution of nonlinear equations from where it is known: a stack of paths at once.
+
+    r(x, λ) = 0,   x = 0 at λ = 0,   wanted at λ = 1
+
+A step goes along the tangent dx/dλ = -J⁻¹ ∂r/∂λ and is corrected by Newton's method. It is accepted if the corrections
+contract and det J has the sign that it had at the start, so that the path stays on its branch (Deuflhard, Newton
+Methods for Nonlinear Problems, 2004, chapter 5); else it is halved. Where steps become tiny the path has ended: J is
+singular there, two solutions meet (a fold), or r has a pole.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.validation import FloatArray
+
+__all__ = ["Path", "follow"]
+
+#: Step at which the first trial is made: the whole way.
+_FIRST = 1.0
+#: Step below which a path has ended.
+_SHORTEST = 2.0**-10
+#: Newton's corrections in one step, and how much shorter each must be than the one before.
+_CORRECTIONS, _CONTRACTION = 7, 0.35
+#: First correction of a step, relative to the scale of x, beyond which the step is too long.
+_FARTHEST = 0.25
+#: Correction, relative to the scale of x, after which Newton's next one is below rounding.
+_NEAR = 1e-9
+#: Correction that rounding may leave, relative to the scale of x.
+_ROUNDING = 1e-12
+
+
+class Equations(Protocol):
+    """Equations of rows of a stack.
+
+    Called with the rows, shape (k,), their x, shape (k, m), and λ, shape (k,), they return r, shape (k, m), J = ∂r/∂x,
+    shape (k, m, m), and ∂r/∂λ, shape (k, m). A row that cannot be evaluated is NaN.
+    """
+
+    def __call__(
+        self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """r, J and ∂r/∂λ."""
+        ...
+
+
+class Path(NamedTuple):
+    """Ends of N paths.
+
+    Attributes
+    ----------
+    x : ndarray
+        Shape (N, m): the solution at λ = 1, or the last one on the way.
+    reached : ndarray
+        λ, shape (N,): 1 where the path arrived.
+    """
+
+    x: FloatArray
+    reached: FloatArray
+
+
+def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> Path:
+    """Follow the paths of some rows.
+
+    Parameters
+    ----------
+    equations : callable
+        r, J and ∂r/∂λ; see :class:`Equations`.
+    rows : ndarray of int
+        Shape (N,), handed to ``equations``.
+    scale : ndarray
+        Size of what counts as a large change of x, shape (m,); an infinite one leaves a component out of the tests of
+        the step, for unknowns in which the equations are linear.
+
+    Returns
+    -------
+    Path
+    """
+    count, m = len(rows), len(scale)
+    x, at, step = np.zeros((count, m)), np.zeros(count), np.full(count, _FIRST)
+    tangent, sign = _state(equations, rows, x, at)
+    left = np.flatnonzero(sign != 0.0)
+    while left.size:
+        goal = np.minimum(at[left] + step[left], 1.0)
+        trial = x[left] + tangent[left] * (goal - at[left])[:, None]
+        good = np.flatnonzero(_corrected(equations, rows[left], trial, goal, scale))
+        slope, side = _state(equations, rows[left[good]], trial[good], goal[good])
+        same = side == sign[left[good]]
+        good = good[same]
+        kept = left[good]
+        x[kept], at[kept], tangent[kept] = trial[good], goal[good], slope[same]
+        step[left] *= 0.5
+        step[kept] *= 4.0
+        left = left[(at[left] < 1.0) & (step[left] >= _SHORTEST)]
+    return Path(x, at)
+
+
+def _state(
+    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Tangent dx/dλ and sign of det J; NaN and zero where J is singular or not finite."""
+    if not len(rows):
+        return x, at
+    _, jacobian, rate = equations(rows, x, at)
+    tangent = _solved(jacobian, -rate)
+    finite = np.asarray(np.isfinite(tangent).all(axis=1))
+    return tangent, np.where(
+        finite, np.linalg.slogdet(np.where(finite[:, None, None], jacobian, np.eye(len(x[0]))))[0], 0.0
+    )
+
+
+def _corrected(
+    equations: Equations, rows: NDArray[np.intp], x: FloatArray, at: FloatArray, scale: FloatArray
+) -> NDArray[np.bool_]:
+    """Newton's method from x, changed in place; which rows converge by contraction."""
+    good, last = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.inf)
+    left = np.arange(len(rows))
+    for count in range(_CORRECTIONS):
+        residual, jacobian, _ = equations(rows[left], x[left], at[left])
+        change = _solved(jacobian, -residual)
+        with np.errstate(invalid="ignore"):
+            size = np.asarray(np.abs(change / scale).max(axis=1))
+            fits = np.asarray(np.isfinite(change).all(axis=1)) & (size <= (_FARTHEST if count == 0 else np.inf))
+            fits &= (size <= _CONTRACTION * last[left]) | (size <= _ROUNDING)
+        x[left[fits]] += change[fits]
+        good[left[fits & (size <= _NEAR)]] = True
+        last[left] = size
+        left = left[fits & (size > _ROUNDING)]
+        if not left.size:
+            break
+    return good
+
+
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions of a stack of systems; NaN where one is singular or not finite."""
+    finite = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
+    out = np.full_like(right, np.nan)
+    try:
+        out[finite] = np.linalg.solve(matrix[finite], right[finite][..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        for row in np.flatnonzero(finite):
+            try:
+                out[row] = np.linalg.solve(matrix[row], right[row])
+            except np.linalg.LinAlgError:
+                continue
+    return out

@@ -1,0 +1,201 @@
+"""Poses of an elastic device at their equilibrium, and at that within limits of f and the glenoid cone."""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ..core.errors import SolverFailed
+from ..core.progress import track
+from ..core.records import Record
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..load_case.pose_stacks import Query
+from ..wrist.forces.affine_state import AffineState, BalancedTensions
+from ..wrist.forces.displaced import Displaced
+from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
+from ..wrist.forces.moved_device import MovedDevice
+from .answer import QUERY_STATUS, answered
+from .constraints.limb_limits import ForceLimits
+from .indeterminacy.infeasible_poses import shortfall
+from .splits.elastic import Elastic
+from .splits.elastic_linear import shoulder_stiffness
+from .splits.limb_and_side_forces import choose
+from .splits.split import PoseStack
+
+__all__ = ["ElasticPoses"]
+
+#: Displacement of the centre, m, beyond which an equilibrium is not near: no joint of a shoulder opens that far.
+_NEAR = 0.1
+#: How far the geometry of a program and the one that its forces lead to may be apart, m and rad.
+_SAME = 1e-9
+
+
+class ElasticPoses(Record):
+    """N poses of an elastic device.
+
+    Parameters
+    ----------
+    split : Elastic
+        Held or locked actuators.
+    mechanism : Mechanism
+        The design.
+    query : Query
+        N poses.
+    offset : tuple of ndarray or None
+        Centre offsets of base and cuff, shape (N, 3), m.
+    loads : callable
+        Of the arm; see :data:`exo_pin.wrist.forces.elastic_equilibrium.ArmLoads`.
+
+    Attributes
+    ----------
+    status : ndarray of int8
+        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`.
+    device : MovedDevice
+        At the equilibrium, and in rows that have none where the pose has it.
+    """
+
+    def __init__(
+        self,
+        split: Elastic,
+        mechanism: Mechanism,
+        query: Query,
+        offset: tuple[FloatArray, FloatArray] | None,
+        loads: ArmLoads,
+    ) -> None:
+        self.split, self.mechanism = split, mechanism
+        self.stiffness = shoulder_stiffness(mechanism)
+        base, cuff = offset or (np.zeros((len(query.matrices), 3)),) * 2
+        every = np.arange(len(base))
+        self.equations = ElasticEquations(mechanism, query, base, cuff, loads, self.stiffness, split.locked)
+        self.unmoved = Displaced(mechanism, query, base, cuff, *loads(every, query.matrices)[:2])
+        self.status: NDArray[np.int8] = self.unmoved.status.copy()
+        self.x, self.reached = settle(self.equations, answered(self.status))
+        self._move()
+        near = np.linalg.norm(self.x[:, :3], axis=1) <= _NEAR
+        lost = answered(self.status)[~((self.reached >= 1.0) & near)[answered(self.status)]]
+        self.status[lost] = QUERY_STATUS.index("no_equilibrium")
+
+    def _move(self) -> None:
+        """Put the device where x has it."""
+        self.device = MovedDevice(self.equations, np.arange(len(self.x)), self.x)
+        rows = answered(self.status)
+        # Moved, a pose may come nearer to the singular surface, but not onto it: no path of finite forces leads there.
+        self.status[rows] = np.maximum(self.status[rows], np.minimum(self.device.displaced.status[rows], 1))
+
+    @property
+    def loads(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Of the arm as it lies."""
+        return self.device.loads
+
+    def lengths(self) -> FloatArray:
+        """Of the limbs, shape (N, n), m."""
+        return self.device.movement.lengths
+
+    @property
+    def equilibria(
+        self,
+    ) -> tuple[AffineState, BalancedTensions, FloatArray, FloatArray, NDArray[np.int8], FloatArray, FloatArray]:
+        """State, tensions, stiffness and misfit as the device lies; status; margin and determinant of the pose."""
+        own, unmoved = self.device.displaced, self.unmoved
+        return (
+            own.state,
+            own.tensions,
+            own.side.stiffness,
+            self.device.misfit,
+            self.status,
+            unmoved.margin,
+            unmoved.determinant,
+        )
+
+    def within_limits(self, poses: PoseStack, progress: bool = False) -> PoseStack:
+        """The poses at their equilibrium within limits and cone, and how the device moved to it."""
+        limited = poses.socket is not None or (poses.limits is not None and self.mechanism.limb_count > 3)
+        if limited and not self.split.locked:
+            for row in track(answered(self.status).tolist(), "elastic limits", progress):
+                self._limit(poses, row)
+            self._move()
+        own = self.device.displaced
+        self._mark_overloaded()
+        return poses._replace(
+            state=own.state,
+            tensions=own.tensions,
+            stiffness=own.side.stiffness,
+            misfit=self.device.misfit,
+            movement=self.device.movement,
+            unmoved=self.unmoved.shoulder,
+            load_share=self.reached,
+            guide_load=self.guide_load,
+        )
+
+    def _limit(self, poses: PoseStack, row: int) -> None:
+        """Move one pose to the geometry to which the forces within its limits lead."""
+        start, scale = self.x[row].copy(), self.equations.scale
+
+        def apart(y: FloatArray) -> FloatArray:
+            return np.asarray((self._led_to(poses, row, y * scale) - y * scale) / scale)
+
+        try:
+            if np.abs(apart(start / scale) * scale).max() <= _SAME:
+                return
+            found = scipy.optimize.root(apart, start / scale, method="hybr", options={"xtol": 1e-13})
+            good = np.abs(apart(found.x) * scale).max() <= _SAME
+        except (SolverFailed, np.linalg.LinAlgError):
+            good = False
+        if good:
+            self.x[row] = found.x * scale
+        else:
+            self.status[row] = QUERY_STATUS.index("no_equilibrium")
+
+    def _led_to(self, poses: PoseStack, row: int, x: FloatArray) -> FloatArray:
+        """The unknowns to which the forces lead that the program chooses, or that come closest, at those given."""
+        device = MovedDevice(self.equations, np.array([row]), x[None])
+        own = device.displaced
+        there = poses._replace(
+            state=own.state,
+            tensions=own.tensions,
+            stiffness=own.side.stiffness,
+            misfit=device.misfit,
+            limits=None if poses.limits is None else _one(poses.limits, row),
+        )
+        program = self.split.program(there, 0)
+        missing = shortfall(program)
+        f = choose(program).f if missing is None else missing.f
+        assert program.follower is not None
+        g = program.follower.g + program.follower.g_of_f @ f
+        state = own.state.row(0)
+        S, k = state.shoulder_of_g, own.side.stiffness[0]
+        force = state.shoulder + state.shoulder_of_f @ f + S @ (k * device.misfit[0])
+        delta = -np.linalg.solve(self.stiffness + (S * k) @ S.T, force)
+        closure = state.closures(f, g)
+        on_arm = (closure - state.limb_share).sum(axis=0)
+        return self.equations.given_way(x, row, delta, -closure.sum(axis=0), on_arm + device.loads[2][0])
+
+    def _mark_overloaded(self) -> None:
+        """Mark poses whose guides bear more than they can."""
+        with np.errstate(invalid="ignore"):
+            over = (self.guide_load > 1.0).any(axis=1)
+        rows = answered(self.status)
+        self.status[rows[np.asarray(over)[rows]]] = QUERY_STATUS.index("guide_overloaded")
+
+    @property
+    def guide_load(self) -> FloatArray:
+        """Bending moment and torque over what the guides bear, the larger, shape (N, n); NaN where not known."""
+        side = self.device.displaced.side
+        g = np.abs(side.stiffness * side.deflection)
+        limits = np.full((2, self.mechanism.limb_count), np.nan)
+        for i, limb in enumerate(self.mechanism.limbs):
+            if limb.guide is not None:
+                own = (limb.guide.largest_bending_moment, limb.guide.largest_torque)
+                limits[:, i] = [np.nan if value is None else value for value in own]
+        return np.asarray(np.fmax(g * side.bending / limits[0], g * np.abs(side.torque) / limits[1]))
+
+
+def _one(limits: ForceLimits, row: int) -> ForceLimits:
+    """Limits of one pose."""
+    one = copy(limits)
+    one.lower, one.upper = limits.lower[row : row + 1], limits.upper[row : row + 1]
+    return one

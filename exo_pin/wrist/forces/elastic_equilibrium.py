@@ -1,0 +1,324 @@
+"""Equilibrium of the elastic device at the displaced geometry, exact in displacements and turns.
+
+The centre of the arm's joint moves by δ, a harness lets the base ring move by (t_h, v_h), a cuff the platform by
+(t_c, v_c) against the arm; with locked actuators the arm turns by exp [v], too. All of it moves the joints A_i and B_i
+and the axes of the universal joints. At that geometry
+
+    F_s = -K_s δ                                 force and moment balance of the arm about its displaced centre
+    g_i = k_i t_i φ_i                            φ_i the twist that the joints' crosses force on the straight guide
+    (t, v) = K⁻¹ (F, J_lᵀ M)                     of harness and cuff under the wrench that they carry
+
+with t_i the torque of the unit side wrench, so that t_i φ_i is what g_i does its work on, and k_i, directions and side
+wrenches of :func:`exo_pin.wrist.forces.side_forces.side_wrenches_of`. In the limit of small displacements t_i φ_i is
+S_i · δ + misfit_i, the law of :mod:`exo_pin.reaction.splits.elastic`.
+
+- "held": the pose is given, actuators adapt. f follows from the moment balance; of more than three, f of least norm.
+- "locked": the lengths are those of the aligned device in the given pose, and the arm finds its pose: δ and v, with f
+  the forces that hold the lengths.
+
+Assumed: guides are straight for the directions of forces, their law is linear in φ_i; f acts along A_i B_i; harness and
+cuff are linear in rotation vectors; the weight of the device's own moving part acts where it would without the give of
+the cuff. Solved by :func:`exo_pin.numerics.continuation.follow` from the unloaded, aligned device, load and offset
+growing together, with J by complex steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.records import Record
+from ...core.validation import FloatArray
+from ...design import Interface, Mechanism
+from ...load_case.pose_stacks import Query
+from ...numerics.continuation import follow
+from .finite_turns import left_jacobian, turn_matrix
+from .limb_inertia import limb_loads
+from .side_forces import SideWrenches, guide_flexibility, side_wrenches_of
+
+__all__ = ["ArmLoads", "ElasticEquations", "Placement", "settle"]
+
+#: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
+_STEP = 1e-30
+#: Step of the differences by which loads that turn with the arm change, rad.
+_TURN = 1e-5
+
+#: Takes rows of a stack and matrices, shape (k, 3, 3), and returns force, moment about the arm's joint and wrench of
+#: the device's own moving part, shapes (k, 3), (k, 3) and (k, 6), base frame.
+ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
+
+
+class Placement(NamedTuple):
+    """Where the parts of the device are, N poses, seen from the displaced centre of the arm's joint.
+
+    Attributes
+    ----------
+    base_points : ndarray
+        A_i about the centre of the base ring, turned with it, shape (N, n, 3), m, base frame.
+    matrices : ndarray
+        Orientation of the platform, shape (N, 3, 3).
+    base, cuff : ndarray
+        Centre of the base ring, base frame, and of the platform, axes of the platform, shape (N, 3), m.
+    """
+
+    base_points: FloatArray
+    matrices: FloatArray
+    base: FloatArray
+    cuff: FloatArray
+
+
+class ElasticEquations(Record):
+    """r(x, λ) of a stack of poses, load and offset in the share λ.
+
+    x is δ, with locked actuators v, then (t_h, v_h) and (t_c, v_c) where harness and cuff are not rigid, and with
+    locked actuators f.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    query : Query
+        N poses.
+    base, cuff : ndarray
+        Centre offsets, shape (N, 3), m.
+    loads : callable
+        Of the arm; see :data:`ArmLoads`.
+    stiffness : ndarray
+        K_s, shape (3, 3), N/m.
+    locked : bool
+        Whether the actuators are locked.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        query: Query,
+        base: FloatArray,
+        cuff: FloatArray,
+        loads: ArmLoads,
+        stiffness: FloatArray,
+        locked: bool,
+    ) -> None:
+        self.mechanism, self.query, self.base, self.cuff = mechanism, query, base, cuff
+        self._loads_at, self.stiffness, self.locked = loads, stiffness, locked
+        own, geometry = mechanism.interfaces, mechanism.geometry
+        self.harness, self.soft_cuff = own.harness, own.cuff
+        self.flexibility, self.resists = guide_flexibility(mechanism)
+        self._fixed = None if locked else loads(np.arange(len(base)), query.matrices)
+        aligned = geometry.platform_points @ np.swapaxes(query.matrices, 1, 2) - geometry.base_points
+        self.lengths = np.linalg.norm(aligned, axis=-1)
+        ends = np.cumsum([3, 3 * locked, 6 * (self.harness is not None), 6 * (self.soft_cuff is not None)])
+        self.parts = [slice(a, b) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
+        self.size = int(ends[-1]) + mechanism.limb_count * locked
+
+    @property
+    def scale(self) -> FloatArray:
+        """What is a large change of x, shape (m,): a tenth of a limb, half a radian."""
+        scale = np.full(self.size, np.inf)
+        length = 0.2 * float(np.linalg.norm(self.mechanism.geometry.platform_points, axis=-1).max())
+        joint, turn, *springs = self.parts
+        scale[joint], scale[turn] = length, 0.5
+        for part in springs:
+            scale[part] = ([length] * 3 + [0.5] * 3)[: part.stop - part.start]
+        return scale
+
+    def __call__(
+        self, rows: NDArray[np.intp], x: FloatArray, parameter: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """r, ∂r/∂x and ∂r/∂λ; see :class:`exo_pin.numerics.continuation.Equations`."""
+        k, m = x.shape
+        steps = 1j * _STEP * np.eye(m + 1)
+        points = np.concatenate([x, parameter[:, None]], axis=1)[:, None] + steps
+        loads = self._varied_loads(rows, x)
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), *loads).reshape(k, m + 1, m)
+        slopes = np.swapaxes(out.imag, 1, 2) / _STEP
+        return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
+
+    def place(self, rows: NDArray[np.intp], x: FloatArray, share: FloatArray) -> tuple[Placement, FloatArray]:
+        """Where the parts are, and the orientation of the arm, for x of shape (k, m) and λ of shape (k,)."""
+        delta, turn, harness, cuff = (x[:, part] for part in self.parts)
+        arm = self.query.matrices[rows].astype(x.dtype)
+        if self.locked:
+            arm = turn_matrix(turn) @ arm
+        base, carried = share[:, None] * self.base[rows], share[:, None] * self.cuff[rows]
+        points = np.repeat(self.mechanism.geometry.base_points[None], len(rows), axis=0)
+        platform = arm
+        if self.harness is not None:
+            turned = turn_matrix(harness[:, 3:])
+            points = points @ np.swapaxes(turned, 1, 2)
+            base = _moved(self.harness, harness, turned, base)
+        if self.soft_cuff is not None:
+            turned = turn_matrix(cuff[:, 3:])
+            platform = arm @ turned
+            carried = _turned(np.swapaxes(turned, 1, 2), _moved(self.soft_cuff, cuff, turned, carried))
+        return Placement(points, platform, base - delta, carried), arm
+
+    def sides(self, placement: Placement) -> SideWrenches:
+        """Side wrenches at a placement, which may be complex."""
+        return side_wrenches_of(
+            placement.base_points,
+            self.mechanism.geometry.platform_points,
+            *placement[1:],
+            self.flexibility,
+            self.resists,
+            self.mechanism.is_upu,
+        )
+
+    def _residual(
+        self, rows: NDArray[np.intp], z: FloatArray, force: FloatArray, moment: FloatArray, device: FloatArray
+    ) -> FloatArray:
+        """r, shape (k, m), of x and λ side by side; loads in full."""
+        x, share = z[:, :-1], z[:, -1]
+        placement, arm = self.place(rows, x, share)
+        side = self.sides(placement)
+        g = side.stiffness * side.deflection
+        closure, limb_share = self._limbs(rows, placement, side)
+        own = share[:, None, None] * closure
+        limbs = own - share[:, None, None] * limb_share
+        sides = np.concatenate([side.forces, side.moments], axis=-1)
+        lines = np.concatenate([side.directions, side.moment_arms], axis=-1)
+        loads = share[:, None] * np.concatenate([force, moment], axis=1)
+        rest = loads + (limbs - g[..., None] * sides).sum(axis=1)
+        f = x[:, self.parts[3].stop :] if self.locked else _tensions(side.moment_arms, rest[:, 3:])
+        pull = f[..., None] * lines
+        carried = rest - pull.sum(axis=1)
+        delta = x[:, self.parts[0]]
+        # The shoulder puts -K_s δ on the arm.
+        out = [carried[:, :3] - delta @ self.stiffness]
+        if self.locked:
+            out.append(carried[:, 3:])
+        if self.harness is not None:
+            wrench = (pull + g[..., None] * sides - own).sum(axis=1)
+            own_x = x[:, self.parts[2]]
+            out.append(own_x - _give(self.harness, own_x, wrench, delta))
+        if self.soft_cuff is not None:
+            wrench = share[:, None] * device + (limbs - g[..., None] * sides - pull).sum(axis=1)
+            back = np.swapaxes(arm, 1, 2)
+            wrench = np.concatenate([_turned(back, wrench[:, :3]), _turned(back, wrench[:, 3:])], axis=1)
+            own_x = x[:, self.parts[3]]
+            out.append(own_x - _give(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
+        if self.locked:
+            lines = self.mechanism.geometry.platform_points @ np.swapaxes(placement.matrices, 1, 2)
+            lines = lines + _turned(placement.matrices, placement.cuff)[:, None]
+            lines = lines - placement.base_points - placement.base[:, None]
+            out.append(np.sqrt((lines * lines).sum(axis=-1)) - self.lengths[rows])
+        return np.asarray(np.where(side.folded[:, None], np.nan, np.concatenate(out, axis=1)))
+
+    def _limbs(self, rows: NDArray[np.intp], at: Placement, side: SideWrenches) -> tuple[FloatArray, FloatArray]:
+        """Wrenches of limbs with mass at f = g = 0, as :func:`limb_loads` gives them."""
+        if self.mechanism.limbs_are_massless:
+            zero = np.zeros((len(rows), self.mechanism.limb_count, 6))
+            return zero, zero
+        own = self.query
+        query = Query((len(rows),), at.matrices, *(part[rows] for part in own[2:]))
+        return limb_loads(self.mechanism, query, at.base, at.cuff, side.folded, at.base_points)
+
+    def loads(self, rows: NDArray[np.intp], arm: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Loads at orientations of the arm; see :data:`ArmLoads`."""
+        if self._fixed is None:
+            return self._loads_at(rows, arm)
+        force, moment, device = (part[rows] for part in self._fixed)
+        return force, moment, device
+
+    def given_way(
+        self, x: FloatArray, row: int, delta: FloatArray, on_torso: FloatArray, by_cuff: FloatArray
+    ) -> FloatArray:
+        """What x of one held pose becomes under the wrenches that harness and cuff carry at x.
+
+        Parameters
+        ----------
+        x : ndarray
+            Shape (m,), where the wrenches act.
+        row : int
+            The pose.
+        delta : ndarray
+            What δ becomes, shape (3,), m.
+        on_torso, by_cuff : ndarray
+            Wrench of the limbs on the torso, and of the cuff on the arm, shape (6,), base frame, moments about the
+            centre of the arm's joint.
+        """
+        centre = x[None, self.parts[0]]
+        parts = [delta]
+        if self.harness is not None:
+            parts.append(_give(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
+        if self.soft_cuff is not None:
+            wrench = np.concatenate(np.split(by_cuff, 2) @ self.query.matrices[row])[None]
+            parts.append(_give(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
+        return np.concatenate(parts)
+
+    def _varied_loads(self, rows: NDArray[np.intp], x: FloatArray) -> tuple[FloatArray, ...]:
+        """Loads of the arm at the turns of x, m + 1 times a row, with their changes by the complex steps of x."""
+        count = x.shape[1] + 1
+        if self._fixed is not None:
+            return tuple(np.repeat(part[rows], count, axis=0) for part in self._fixed)
+        turns = x[:, self.parts[1]]
+        here = self.query.matrices[rows]
+        parts = [part.astype(complex) for part in self.loads(rows, turn_matrix(turns) @ here)]
+        repeated = [np.repeat(part[:, None], count, axis=1) for part in parts]
+        for axis in range(3):
+            step = _TURN * np.eye(3)[axis]
+            ends = [self.loads(rows, turn_matrix(turns + sign * step) @ here) for sign in (1.0, -1.0)]
+            for part, ahead, back in zip(repeated, *ends, strict=True):
+                part[:, self.parts[1].start + axis] += 1j * _STEP * (ahead - back) / (2.0 * _TURN)
+        return tuple(part.reshape(len(x) * count, -1) for part in repeated)
+
+
+def settle(equations: ElasticEquations, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+    """Follow the device from unloaded and aligned to its equilibrium.
+
+    Parameters
+    ----------
+    equations : ElasticEquations
+        Of N poses.
+    rows : ndarray of int
+        The poses that are wanted.
+
+    Returns
+    -------
+    x : ndarray
+        Shape (N, m); zero in rows that were not reached.
+    reached : ndarray
+        Shape (N,): the share of load and offset at which the path ended, 1 for an answer, 0 where not wanted.
+    """
+    count = len(equations.base)
+    x, reached = np.zeros((count, equations.size)), np.zeros(count)
+    path = follow(equations, rows, equations.scale)
+    good = path.reached >= 1.0
+    x[rows[good]], reached[rows] = path.x[good], path.reached
+    return x, reached
+
+
+def _tensions(arms: FloatArray, moment: FloatArray) -> FloatArray:
+    """f of least norm with Σ f_i arm_i = moment, shape (k, n), by formulas that are analytic."""
+    matrix = np.swapaxes(arms, 1, 2)
+    if arms.shape[1] == 3:
+        return np.asarray(np.linalg.solve(_regular(matrix), moment[..., None])[..., 0])
+    return np.asarray((arms @ np.linalg.solve(_regular(matrix @ arms), moment[..., None]))[..., 0])
+
+
+def _regular(matrix: FloatArray) -> FloatArray:
+    """The matrices, NaN where numpy would refuse to solve for one."""
+    lost = ~np.isfinite(matrix).all(axis=(1, 2)) | (np.linalg.det(np.nan_to_num(matrix)) == 0.0)
+    return np.where(lost[:, None, None], np.eye(3) * np.nan, matrix) if lost.any() else matrix
+
+
+def _turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    return np.asarray((matrices @ vectors[..., None])[..., 0])
+
+
+def _moved(interface: Interface, give: FloatArray, turned: FloatArray, point: FloatArray) -> FloatArray:
+    """Where a point of the device's part comes to, shape (k, 3)."""
+    at = np.asarray(interface.at)
+    return np.asarray(at + give[:, :3] + _turned(turned, point - at))
+
+
+def _give(interface: Interface, give: FloatArray, wrench: FloatArray, centre: FloatArray) -> FloatArray:
+    """(t, v) under a wrench on the device's part, moment about ``centre``; ``give`` is where the wrench acts."""
+    force = wrench[:, :3]
+    moment = wrench[:, 3:] - np.cross(np.asarray(interface.at) + give[:, :3] - centre, force)
+    generalised = _turned(np.swapaxes(left_jacobian(give[:, 3:]), 1, 2), moment)
+    return np.concatenate([force, generalised], axis=1) @ interface.compliance

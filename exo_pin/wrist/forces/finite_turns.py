@@ -1,0 +1,55 @@
+"""Rotation vectors of any size, by formulas that are analytic, so that complex steps give exact derivatives.
+
+With θ = |v| and [v] the matrix of v × (Chirikjian, Stochastic Models, Information Theory, and Lie Groups 2, 2012):
+
+    exp [v] = 1 + sin θ/θ [v] + (1 - cos θ)/θ² [v]²      J_l = 1 + (1 - cos θ)/θ² [v] + (θ - sin θ)/θ³ [v]²
+
+J_l takes the rate of v to the angular velocity in the fixed axes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.validation import FloatArray
+
+__all__ = ["left_jacobian", "turn_matrix"]
+
+#: θ² below which the series is used; its first term that is left out is below 1e-16 there.
+_SMALL = 1e-2
+#: Denominators of the series in -θ²: 1/(2k+1)!, 1/(2k+2)! and 1/(2k+3)!.
+_SERIES = [[1.0, 6.0, 120.0, 5040.0, 362880.0, 39916800.0], [2.0, 24.0, 720.0, 40320.0, 3628800.0, 479001600.0],
+           [6.0, 120.0, 5040.0, 362880.0, 39916800.0, 6227020800.0]]  # fmt: skip
+
+
+def _coefficients(v: FloatArray) -> list[FloatArray]:
+    """sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³, shape (..., 1, 1)."""
+    square = (v * v).sum(axis=-1)[..., None, None]
+    near = np.abs(square) < _SMALL
+    series = [sum((-square) ** k / denominator for k, denominator in enumerate(row)) for row in _SERIES]
+    safe = np.where(near, 1.0, square)
+    angle = np.sqrt(safe)
+    closed = [np.sin(angle) / angle, (1.0 - np.cos(angle)) / safe, (angle - np.sin(angle)) / (safe * angle)]
+    return [np.where(near, a, b) for a, b in zip(series, closed, strict=True)]
+
+
+def _cross_matrix(v: FloatArray) -> FloatArray:
+    """[v], shape (..., 3, 3)."""
+    zero = np.zeros_like(v[..., 0])
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def turn_matrix(v: FloatArray) -> FloatArray:
+    """exp [v], shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
+    first, second, _ = _coefficients(v)
+    cross = _cross_matrix(v)
+    return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
+
+
+def left_jacobian(v: FloatArray) -> FloatArray:
+    """J_l, shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
+    _, second, third = _coefficients(v)
+    cross = _cross_matrix(v)
+    return np.asarray(np.eye(3) + second * cross + third * (cross @ cross))

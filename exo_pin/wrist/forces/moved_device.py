@@ -1,0 +1,96 @@
+"""Equilibrium of a stack of poses of the elastic device, in the terms that every split and limit works on.
+
+At the displaced geometry forces are affine in f and g, as in :mod:`exo_pin.wrist.forces.displaced`; and the law of the
+guides, g_i = k_i t_i φ_i, is that of a device with the misfit t_i φ_i - S_i · δ there. The linear equations of that
+device have the δ of the nonlinear equilibrium as their solution.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.validation import FloatArray
+from ...load_case.pose_stacks import Query
+from .displaced import Displaced
+from .elastic_equilibrium import ElasticEquations
+
+__all__ = ["MovedDevice", "Movement"]
+
+
+class Movement(NamedTuple):
+    """How the parts moved, N poses.
+
+    Attributes
+    ----------
+    arm : ndarray
+        Orientation of the arm, shape (N, 3, 3).
+    displacement : ndarray
+        δ, shape (N, 3), m.
+    harness, cuff : ndarray
+        Displacement and rotation vector of base ring against torso (base frame) and of platform against arm (arm
+        frame), shape (N, 6), m and rad; zero where rigid.
+    twist : ndarray
+        φ_i of the guides, shape (N, n), rad.
+    lengths : ndarray
+        Of the limbs, shape (N, n), m.
+    forces : ndarray or None
+        f of locked actuators, shape (N, n), N.
+    """
+
+    arm: FloatArray
+    displacement: FloatArray
+    harness: FloatArray
+    cuff: FloatArray
+    twist: FloatArray
+    lengths: FloatArray
+    forces: FloatArray | None
+
+
+class MovedDevice:
+    """The device at given unknowns of the elastic equations.
+
+    Parameters
+    ----------
+    equations : ElasticEquations
+        Of N poses.
+    rows : ndarray of int
+        Some of the poses, k of them.
+    x : ndarray
+        Shape (k, m), the unknowns.
+
+    Attributes
+    ----------
+    displaced : Displaced
+        Its equilibrium, k poses, moments about the displaced centre of the arm's joint.
+    misfit : ndarray
+        Shape (k, n), m.
+    loads : tuple of ndarray
+        Of the arm as it lies, as :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
+    movement : Movement
+        How the parts moved.
+    """
+
+    def __init__(self, equations: ElasticEquations, rows: NDArray[np.intp], x: FloatArray) -> None:
+        at, arm = equations.place(rows, x, np.ones(len(rows)))
+        own = equations.query
+        self.loads = equations.loads(rows, arm)
+        query = Query((len(rows),), at.matrices, *(part[rows] for part in own[2:]))
+        mechanism = equations.mechanism
+        self.displaced = Displaced(mechanism, query, at.base, at.cuff, *self.loads[:2], at.base_points)
+        side = self.displaced.side
+        delta, _, harness, cuff = (x[:, part] for part in equations.parts)
+        self.misfit: FloatArray = side.deflection - (side.forces @ delta[..., None])[..., 0]
+        ends = (mechanism.geometry.platform_points + at.cuff[:, None]) @ np.swapaxes(at.matrices, 1, 2)
+        none = np.zeros((len(rows), 6))
+        self.movement = Movement(
+            arm,
+            delta,
+            harness if harness.size else none,
+            cuff if cuff.size else none,
+            side.twist,
+            np.linalg.norm(ends - at.base_points - at.base[:, None], axis=-1),
+            x[:, equations.parts[3].stop :] if equations.locked else None,
+        )

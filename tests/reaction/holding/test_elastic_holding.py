@@ -1,0 +1,89 @@
+"""Verdict, limits and remedy where the device gives way: lengths are those of the displaced device."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from guided_limbs import guided
+from wrists import PERSON, random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin.reaction.holding import remedy as remedy_module
+
+LIFTED = ep.shoulder_rotation(60, 30, 0, degrees=True)
+OFFSET = [0.0, 0.006, 0.008]
+GUIDE = ep.LimbGuide(60.0, 50.0)
+
+
+@pytest.fixture(scope="module")
+def worn():
+    return guided(ep.load("prototype").worn_by(PERSON), GUIDE, 2e4)
+
+
+@pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
+def test_strokes_are_compared_with_the_lengths_of_the_displaced_device(worn, split):
+    pose_lengths = worn.inverse_kinematics(LIFTED).lengths
+    free = worn.reaction(LIFTED, split=split, centre_offset=OFFSET)
+    own = free.source.poses.lengths[0]
+    np.testing.assert_array_equal(own, free.limb_lengths)
+    # Locked actuators have the lengths of the aligned device; held ones have followed the pose.
+    moved = np.abs(own - pose_lengths)
+    assert moved.max() < 1e-9 if split == "elastic_locked" else moved.min() > 1e-4
+    longest = own - 1e-3
+    strokes = [ep.Stroke(1.0, 0.1, float(end), end_fitting=0.0) for end in longest]
+    limbs = [replace(limb, stroke=stroke) for limb, stroke in zip(worn.limbs, strokes, strict=True)]
+    answer = worn.replace(limbs=limbs).reaction(LIFTED, split=split, centre_offset=OFFSET)
+    np.testing.assert_allclose(answer.limits.length_error, 1e-3, atol=1e-9)
+    assert answer.equilibrium_status == "ok"
+    assert answer.status == "beyond_limits"
+    assert "too long" in answer.verdict
+
+
+def test_verdict_of_poses_without_an_answer(worn):
+    weak = guided(worn, ep.LimbGuide(60.0, 50.0, largest_torque=0.5), 2e4)
+    overloaded = weak.reaction(LIFTED, split="elastic", centre_offset=OFFSET)
+    assert overloaded.status == overloaded.equilibrium_status == "guide_overloaded"
+    assert overloaded.verdict == (
+        "The device cannot hold this pose: the guide of a limb would have to bear more than it can."
+    )
+    assert overloaded.guide_load.max() > 1.0
+    lost = guided(worn, replace(GUIDE, largest_torque=50.0), 10.0)
+    answer = lost.reaction(LIFTED, split="elastic", load=ep.Load([0, 0, -200.0]))
+    assert answer.verdict == "The device cannot hold this pose: no equilibrium is near it."
+    assert np.isnan(answer.guide_load).all()
+    stack = weak.reaction(ep.shoulder_rotation([60, 62], 30, 0, degrees=True), split="elastic", centre_offset=OFFSET)
+    assert "the guide of a limb would be overloaded (2)" in stack.verdict
+    assert not stack.can_hold.any()
+
+
+def test_locked_actuators_take_no_other_tensions():
+    mechanism = random_mechanism(np.random.default_rng(21), 4)
+    exo = guided(ep.ShoulderExo.from_mechanism(mechanism), GUIDE, 2e4)
+    pose = regular_poses(exo.mechanism, np.random.default_rng(22), 1, margin=0.1)[0]
+    tensions = {split: exo.reaction(pose, split=split).actuator_forces for split in ("elastic", "elastic_locked")}
+    for split, f in tensions.items():
+        # The most loaded limb can take a little less than it bears: others can take that over, if they can adapt.
+        i = int(np.abs(f).argmax())
+        most = np.full(4, 1e4)
+        most[i] = 0.99 * abs(f[i])
+        limbs = [
+            replace(limb, actuator=ep.Actuator("linear", float(end), float(end)))
+            for limb, end in zip(exo.limbs, most, strict=True)
+        ]
+        answer = exo.replace(limbs=limbs).reaction(pose, split=split)
+        np.testing.assert_allclose(answer.actuator_forces, f, rtol=1e-12)
+        adapts = split == "elastic"
+        assert answer.limits.violated != adapts
+        assert (answer.status == "beyond_limits") != adapts
+        assert np.array_equal(answer.limits.tensions, f) != adapts
+
+
+@pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
+def test_remedy(worn, monkeypatch, split):
+    monkeypatch.setattr(remedy_module, "_REACH", np.radians(2.0))
+    limbs = [replace(limb, actuator=ep.Actuator("cable", pull_limit=1e4)) for limb in worn.limbs]
+    found = worn.replace(limbs=limbs).remedy(LIFTED, split=split)
+    assert found.nearest is None
+    assert "No pose within 2° can be held." in str(found)
+    # A cable cannot push: actuators that adapt lack a moment, and locked ones have no forces to choose.
+    assert (found.infeasibility is None) == (split == "elastic_locked")

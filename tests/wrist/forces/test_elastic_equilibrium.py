@@ -1,0 +1,199 @@
+"""The elastic device at the displaced geometry, against maximal coordinates, exact rods and its own limits."""
+
+import numpy as np
+import pytest
+from exact_rod import RodDevice
+from guided_limbs import SOFT_JOINTS, guided
+from maximal_elastic import Device
+from scipy.spatial.transform import Rotation
+from wrists import PERSON, random_mechanism, regular_poses
+
+import exo_pin as ep
+from exo_pin.load_case.pose_stacks import arm_loads, as_query
+from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations
+from exo_pin.wrist.forces.finite_turns import left_jacobian, turn_matrix
+
+SOFT = ep.Interfaces(ep.Interface.of(3e4, 500.0, [0, 0.05, 0]), ep.Interface.upper_arm_cuff(0.2, 4.0))
+#: Stiffness of the shoulder, N/m, and EI and GJ of the guides, N m².
+RANGE = ((1e4, 30.0, 20.0), (2e4, 60.0, 50.0), (3e4, 100.0, 80.0))
+
+
+@pytest.fixture(scope="module")
+def worn():
+    return ep.load("prototype").worn_by(PERSON)
+
+
+def designs(worn):
+    yield worn
+    yield ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(20), 3))
+    yield ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(21), 4))
+    kinds = ["UPU", "SPS", "UPU", "UPU", "SPS"]
+    yield ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(22), 5, kinds))
+
+
+def offsets(rng, count, largest=0.025):
+    direction = rng.normal(size=(count, 3))
+    return direction * (largest * rng.random(count) / np.linalg.norm(direction, axis=1))[:, None]
+
+
+def compare(exo, poses, rng, split, load=None, every=False):
+    """Compare poses one by one; returns how many were compared, and how many only one of the two solves.
+
+    Poses without an answer are left out of the comparison, unless ``every`` is set: to find none takes long.
+    """
+    base, cuff = offsets(rng, len(poses)), offsets(rng, len(poses))
+    answer = exo.reaction(poses, load=load, split=split, centre_offset=ep.CentreOffset(base, cuff))
+    compared = alone = 0
+    for k, pose in enumerate(poses):
+        if not (every or answer.has_answer[k]):
+            continue
+        extra = () if load is None else (load.force[k], load.moment[k])
+        device = Device(exo, pose, base[k], cuff[k], *extra, locked=split == "elastic_locked")
+        z = device.solve()
+        if (z is None) or not answer.has_answer[k]:
+            alone += (z is None) == bool(answer.has_answer[k])
+            continue
+        device.residual(z, 1.0)
+        force = -device.K @ z[:3]
+        scale = max(np.abs(force).max(), np.abs(device.tensions).max())
+        np.testing.assert_allclose(answer.shoulder_force[k], force, rtol=0, atol=1e-6 * scale)
+        np.testing.assert_allclose(answer.actuator_forces[k], device.tensions, rtol=0, atol=1e-6 * scale)
+        np.testing.assert_allclose(answer.centre_displacement[k], z[:3], rtol=0, atol=1e-6 * np.abs(z[:3]).max())
+        compared += 1
+    return compared, alone
+
+
+def walk(worn, count, seed, split, every=False):
+    rng, compared, alone = np.random.default_rng(seed), 0, 0
+    for n, exo in enumerate(designs(worn)):
+        for m, (K, EI, GJ) in enumerate(RANGE):
+            stiff = guided(exo, SOFT_JOINTS if (n + m) % 4 == 3 else ep.LimbGuide(EI, GJ), K)
+            poses = regular_poses(stiff.mechanism, rng, count, margin=0.05)
+            load = ep.Load(rng.normal(size=(count, 3)) * 10.0, rng.normal(size=(count, 3)))
+            found = compare(stiff, poses, rng, split, load, every)
+            compared, alone = compared + found[0], alone + found[1]
+    return compared, alone
+
+
+def test_equals_maximal_coordinates(worn):
+    held, locked = walk(worn, 1, 30, "elastic"), walk(worn, 1, 31, "elastic_locked")
+    assert held[0] + locked[0] >= 18
+    assert held[1] + locked[1] <= 2
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
+def test_equals_maximal_coordinates_in_many_poses(worn, split):
+    compared, alone = walk(worn, 24, 31, split, every=True)
+    assert compared >= 200
+    assert alone <= 0.1 * compared
+
+
+@pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
+def test_soft_interfaces_equal_maximal_coordinates(worn, split):
+    exo = guided(worn, ep.LimbGuide(60.0, 50.0), 2e4).replace(interfaces=SOFT)
+    rng = np.random.default_rng(34)
+    compared, _ = compare(exo, regular_poses(exo.mechanism, rng, 1, margin=0.15), rng, split)
+    assert compared == 1
+
+
+def test_most_poses_have_an_answer(worn):
+    rng = np.random.default_rng(33)
+    box = ep.adl_box(10).as_quat().reshape(-1, 4)
+    poses = Rotation.from_quat(box[rng.choice(len(box), 300, replace=False)])
+    poses = poses[np.abs(worn.singularity(poses).determinant) > 0.05]
+    for K, EI, GJ in RANGE:
+        exo = guided(worn, ep.LimbGuide(EI, GJ), K)
+        answer = exo.reaction(poses, split="elastic", centre_offset=offsets(rng, len(poses)))
+        assert answer.has_answer.mean() >= 0.9
+        assert set(np.unique(answer.status)) <= {"ok", "near_singular", "no_equilibrium"}
+        assert (answer.residual[answer.has_answer] < 1e-9).all()
+
+
+def test_linear_formula_is_the_limit(worn):
+    """Its error falls with the square of load and offset, so that relative to F_s it falls with the first power."""
+    exo = guided(worn, ep.LimbGuide(60.0, 50.0), 2e4).replace(gravity=[0, 0, 0])
+    rng = np.random.default_rng(34)
+    poses = regular_poses(exo.mechanism, rng, 6, margin=0.1)
+    force, base, cuff = rng.normal(size=(6, 3)), *(1e-3 * rng.normal(size=(2, 6, 3)))
+    errors = []
+    for share in (1.0, 0.1, 0.01):
+        ask = {"load": ep.Load(30.0 * share * force), "centre_offset": ep.CentreOffset(share * base, share * cuff)}
+        errors.append(exo.elastic_difference(poses, **ask).relative)
+    np.testing.assert_allclose(np.log10(errors[0] / errors[1]), 1.0, atol=0.2)
+    np.testing.assert_allclose(np.log10(errors[1] / errors[2]), 1.0, atol=0.03)
+
+
+def rod_errors(worn, guide, K, count, size, seed):
+    """Relative errors of F_s of finite and linear formula against exact rods, and the largest bending."""
+    exo, rng = guided(worn, guide, K), np.random.default_rng(seed)
+    found = []
+    for pose in regular_poses(exo.mechanism, rng, count, margin=0.15):
+        offset = size * rng.normal(size=3) / np.sqrt(3)
+        answers = [exo.reaction(pose, split=split, centre_offset=offset) for split in ("elastic", "elastic_linear")]
+        if not answers[0].has_answer:
+            continue
+        rods = RodDevice(exo, pose, offset, offset)
+        solved = rods.solve(rods.guess(answers[0]))
+        if solved is not None:
+            size_of_force = np.linalg.norm(solved[0])
+            errors = [np.linalg.norm(answer.shoulder_force - solved[0]) / size_of_force for answer in answers]
+            found.append((*errors, solved[1].max()))
+    return np.array(found).T
+
+
+def test_guides_that_bend_little_equal_exact_rods(worn):
+    finite, linear, bending = rod_errors(worn, ep.LimbGuide(1e4, 50.0), 2e4, 3, 0.015, 35)
+    assert len(finite) >= 2
+    assert bending.max() < 0.01
+    assert finite.max() < 2e-3
+    assert linear.max() > 5 * finite.max()
+
+
+@pytest.mark.full
+def test_tubes_are_near_exact_rods(worn):
+    finite, linear, bending = rod_errors(worn, ep.LimbGuide(104.0, 80.0), 2e4, 40, 0.01, 36)
+    assert len(finite) >= 30
+    assert bending.max() < 0.05
+    assert np.median(finite) < 0.02
+    assert np.median(finite) < 0.5 * np.median(linear)
+
+
+@pytest.mark.parametrize("locked", [False, True])
+@pytest.mark.parametrize("interfaces", [ep.Interfaces(), SOFT], ids=["rigid", "soft"])
+@pytest.mark.parametrize("mass", [False, True], ids=["light", "heavy"])
+def test_jacobian_equals_differences(worn, locked, interfaces, mass):
+    half = ep.LimbBody.rod(0.2, 0.12, 0.012) if mass else None
+    limbs = [ep.Limb("UPU", half, half, guide=ep.LimbGuide(60.0, 50.0))] * 3
+    mechanism = worn.mechanism.replace(limbs=limbs, shoulder=ep.Shoulder(stiffness=2e4), interfaces=interfaces)
+    poses = regular_poses(mechanism, np.random.default_rng(37), 2, margin=0.1)
+    motion = ep.Motion([0.5, -1.0, 0.3], [2.0, 1.0, -1.0])
+
+    def loads(rows, matrices):
+        return arm_loads(mechanism.arm, mechanism.gravity, as_query(Rotation.from_matrix(matrices), motion))
+
+    rng = np.random.default_rng(38)
+    offset = offsets(rng, 2)
+    equations = ElasticEquations(mechanism, as_query(poses, motion), offset, offset, loads, 2e4 * np.eye(3), locked)
+    x = 0.01 * rng.normal(size=(2, equations.size))
+    x[:, equations.parts[3].stop :] *= 1e3
+    rows, share, h = np.arange(2), np.array([0.6, 1.0]), 1e-5
+    _, jacobian, rate = equations(rows, x, share)
+    for column, step in enumerate(h * np.eye(equations.size)):
+        ends = [equations(rows, x + sign * step, share)[0] for sign in (1, -1)]
+        np.testing.assert_allclose(
+            (ends[0] - ends[1]) / (2 * h), jacobian[:, :, column], atol=1e-6 * np.abs(jacobian).max()
+        )
+    ends = [equations(rows, x, share + sign * h)[0] for sign in (1, -1)]
+    np.testing.assert_allclose((ends[0] - ends[1]) / (2 * h), rate, atol=1e-6 * np.abs(rate).max())
+
+
+def test_finite_turns():
+    rng = np.random.default_rng(39)
+    v = rng.normal(size=(40, 3)) * np.geomspace(1e-9, 2.0, 40)[:, None]
+    np.testing.assert_allclose(turn_matrix(v), Rotation.from_rotvec(v).as_matrix(), atol=1e-14)
+    for rate in np.eye(3):
+        # exp[v + h dv] = exp[h J dv] exp[v]
+        ends = [Rotation.from_rotvec(v + h * rate) for h in (1e-5, -1e-5)]
+        turn = (ends[0] * ends[1].inv()).as_rotvec() / 2e-5
+        np.testing.assert_allclose(left_jacobian(v) @ rate, turn, atol=1e-9)

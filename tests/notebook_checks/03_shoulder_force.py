@@ -9,7 +9,8 @@ assert cables.certificate.shoulder_force.all()
 np.testing.assert_allclose(cables.shoulder_force, spherical.shoulder_force, rtol=1e-9)
 # Limb forces do not depend on the assumption; the shoulder force does.
 for answer in answers.values():
-    np.testing.assert_allclose(answer.actuator_forces, cables.actuator_forces, rtol=1e-9)
+    tolerance = 0.1 if answer is elastic else 1e-9  # displaced lever arms
+    np.testing.assert_allclose(answer.actuator_forces, cables.actuator_forces, rtol=tolerance)
     assert not answer.certificate.shoulder_force.any()
 assert standalone.magnitude < 1e-9 < minimal.magnitude < spherical.magnitude
 # The limits of the elastic answer.

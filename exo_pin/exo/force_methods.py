@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..core.errors import InvalidInput
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.human_range import warn_outside_human_range
 from ..reaction import (
     ActuatorBounds,
     ConstraintBounds,
@@ -45,7 +47,7 @@ class ForceQuestions(Subject):
 
     def reaction(
         self,
-        orientation: Rotation,
+        orientation: Rotation | Movement,
         motion: Motion | None = None,
         load: Load | None = None,
         split: str | Split = "spherical",
@@ -65,8 +67,9 @@ class ForceQuestions(Subject):
 
         Parameters
         ----------
-        orientation : Rotation
-            Pose of the arm, single or a stack of shape (...).
+        orientation : Rotation or Movement
+            Pose of the arm, single or a stack of shape (...); or a movement, whose motion then counts
+            (:meth:`follow` adds peaks and the noise of measured movements).
         motion : Motion, optional
             Angular velocity and acceleration; the arm is at rest if left out.
         load : Load, optional
@@ -85,18 +88,19 @@ class ForceQuestions(Subject):
             Or an instance of a class of your own (:class:`exo_pin.reaction.Split`).
             With more than three limbs, the tensions that equilibrium does not determine are those of least sum of
             squares; in "minimal" the tensions that balance themselves serve to lower |F_s| as well.
-        constraint_bounds : None, "actuator" or (lower, upper), optional
-            Bounds on g_i for "minimal": none, |g_i| <= |f_i|, or N, broadcasting to (..., n). With a centre offset
-            "actuator" means the |f_i| of limbs without side force, unless ``actuator_bounds`` fix the sign of f.
+        constraint_bounds : None, "actuator", number or (lower, upper), optional
+            Bounds on g_i for "minimal": none, |g_i| <= |f_i|, |g_i| at most so many N, or N, broadcasting to (..., n).
+            With a centre offset "actuator" means the |f_i| of limbs without side force, unless ``actuator_bounds`` fix
+            the sign of f.
         centre_offset : CentreOffset, CentrePath or array_like, optional
             Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
             and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
             lever arms and misfit, in the displaced geometry; limbs with mass move as
             :mod:`exo_pin.wrist.forces.limb_inertia` says.
-        actuator_bounds : None, "pull", "design", (lower, upper), or actuators, optional
-            Limits of f_i: none; f_i >= 0; what the design's own actuators can do at their lengths
-            (:class:`exo_pin.Actuator`); N, broadcasting to (..., n); or one object with ``force_limits(length)``
-            for all limbs or a sequence of one a limb (see :class:`exo_pin.reaction.ForceLimited`). A pose that
+        actuator_bounds : None, "pull", "design", number, (lower, upper), or actuators, optional
+            Limits of f_i: none; f_i >= 0; |f_i| at most so many N; what the design's own actuators can do at
+            their lengths (:class:`exo_pin.Actuator`); N, broadcasting to (..., n); or one object with
+            ``force_limits(length)`` for all limbs or a sequence of one a limb (see :class:`exo_pin.reaction.ForceLimited`). A pose that
             cannot be held within them has status "infeasible", and ``infeasibility`` says why.
         cone : GlenoidCone, optional
             Keep F_s in the socket, as a constraint or at a price. Give the person's own muscles with it.
@@ -121,6 +125,12 @@ class ForceQuestions(Subject):
         -----
         Source: thesis (D-30).
         """
+        if isinstance(orientation, Movement):
+            if motion is not None:
+                raise InvalidInput("expected a movement without motion: a movement has a motion of its own")
+            orientation, motion = orientation.orientations, orientation.motion
+        if isinstance(orientation, Rotation):
+            warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
         return reaction(
             self._equilibrium,
             orientation,

@@ -93,6 +93,8 @@ def pose(options: argparse.Namespace, exo: ShoulderExo) -> Rotation:
         orientation = exo.pose(*pose_angles(options))
     for caution in cautions:
         print(f"exo-pin: {caution.message}", file=sys.stderr)
+    # Said once is enough: the query would say it again.
+    warnings.simplefilter("ignore", OutsideHumanRange)
     return orientation
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import ExoPinError, InvalidInput, MissingData, UnknownName
 from ...core.validation import LARGEST, FloatArray
 from ...wrist.forces.wrench_feasibility import force_bounds
+from .side_force_bounds import symmetric
 
 __all__ = ["ActuatorBounds", "ForceLimited", "ForceLimits", "PressureActuator", "each_limb"]
 
@@ -42,9 +43,9 @@ class PressureActuator(ForceLimited, Protocol):
         ...
 
 
-#: None, "pull", "design" (what the design's actuators can do), a pair (lower, upper) in N, an object with
-#: ``force_limits``, or one such object a limb.
-ActuatorBounds = str | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | None
+#: None, "pull", "design" (what the design's actuators can do), a number N for (-N, N), a pair
+#: (lower, upper) in N, an object with ``force_limits``, or one such object a limb.
+ActuatorBounds = str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | None
 
 
 class ForceLimits:
@@ -84,6 +85,7 @@ class ForceLimits:
         self, bounds: ActuatorBounds, shape: tuple[int, ...], limb_count: int, lengths: Callable[[], FloatArray]
     ) -> None:
         count, n = math.prod(shape), limb_count
+        bounds = symmetric("actuator_bounds", bounds)
         self.is_free = bounds is None
         self.reachable: NDArray[np.bool_] = np.ones(count, dtype=bool)
         if bounds is None:

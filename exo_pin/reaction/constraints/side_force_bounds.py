@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,10 +11,27 @@ from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, Unkno
 from ...core.validation import LARGEST, FloatArray, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds"]
+__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "symmetric"]
 
-#: None, the word "actuator", or a pair (lower, upper) of numbers or arrays in N.
-ConstraintBounds = str | tuple[ArrayLike, ArrayLike] | None
+#: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
+ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
+
+
+def symmetric(name: str, bounds: Any) -> Any:
+    """The pair (-N, N) for a number N; anything else as it is.
+
+    Raises
+    ------
+    InvalidInput
+        If the number is negative.
+    """
+    if isinstance(bounds, bool | np.bool_) or not isinstance(bounds, int | float | np.integer | np.floating):
+        return bounds
+    if bounds < 0.0:
+        raise InvalidInput(
+            f"expected {name} as a number of zero or more for (-N, N), or (lower, upper), got {bounds:g} N"
+        )
+    return (-float(bounds), float(bounds))
 
 
 class SideForceBounds:
@@ -20,9 +39,9 @@ class SideForceBounds:
 
     Parameters
     ----------
-    bounds : None, "actuator" or (lower, upper)
-        None: no bound. "actuator": |g_i| <= |f_i|. A pair in N: numbers, or arrays that broadcast to (..., n);
-        infinities are allowed and mean no bound.
+    bounds : None, "actuator", number or (lower, upper)
+        None: no bound. "actuator": |g_i| <= |f_i|. A number: |g_i| at most that, N. A pair in N: numbers, or arrays
+        that broadcast to (..., n); infinities are allowed and mean no bound.
     shape : tuple of int
         Stack shape (...).
     limb_count : int
@@ -77,7 +96,7 @@ class SideForceBounds:
             self.by_tension = limb_count > 3 or (displaced and one_signed)
             self.by_actuator = not self.by_tension
             return
-        lower, upper = _pair(bounds)
+        lower, upper = _pair(symmetric("constraint_bounds", bounds))
         stacked = (
             Rows("constraint_bounds", lower, shape, limb_count),
             Rows("constraint_bounds", upper, shape, limb_count),

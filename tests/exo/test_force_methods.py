@@ -1,0 +1,145 @@
+"""What the one object a user holds accepts, and what it says of a pose."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from wrists import PERSON
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput
+
+
+@pytest.fixture(scope="module")
+def cables():
+    return ep.load("four-cables")
+
+
+def strong(exo, **limits):
+    """The design with linear actuators of stated limits that take any length."""
+    limb = ep.Limb(actuator=ep.Actuator("linear", **limits), stroke=ep.Stroke(0.3, 0.01, 10.0, 0.0))
+    return exo.replace(limbs=[limb] * len(exo.limbs))
+
+
+def test_a_number_is_a_bound_to_either_side(exo):
+    pose = exo.pose(40, 20)
+    one = exo.reaction(pose, split="minimal", constraint_bounds=20)
+    other = exo.reaction(pose, split="minimal", constraint_bounds=(-20, 20))
+    np.testing.assert_array_equal(one.shoulder_force, other.shoulder_force)
+    tight = exo.reaction(pose, actuator_bounds=50.0)
+    np.testing.assert_array_equal(
+        tight.equilibrium_status, exo.reaction(pose, actuator_bounds=(-50, 50)).equilibrium_status
+    )
+    for option in ("constraint_bounds", "actuator_bounds"):
+        with pytest.raises(InvalidInput, match="zero or more"):
+            exo.reaction(pose, split="minimal", **{option: -5})
+
+
+def test_movement_is_a_stack_of_poses_with_its_motion(exo):
+    times = np.linspace(0, 1, 30)
+    movement = ep.Movement.from_samples(times, exo.pose(40 * np.sin(times), 10 * times))
+    one = exo.reaction(movement)
+    other = exo.reaction(movement.orientations, movement.motion)
+    np.testing.assert_array_equal(one.shoulder_force, other.shoulder_force)
+    with pytest.raises(InvalidInput, match="motion of its own"):
+        exo.reaction(movement, movement.motion)
+
+
+def test_prototype_cannot_hold_a_lifted_arm_and_says_why(exo):
+    answer = exo.reaction(exo.pose(60, 30))
+    assert answer.status == "beyond_limits"
+    assert answer.equilibrium_status == "ok"
+    assert answer.has_answer
+    assert not answer.can_hold
+    assert not answer.unknown
+    f, lengths = answer.actuator_forces, exo.inverse_kinematics(exo.pose(60, 30)).lengths
+    for words in (
+        f"limbs 1 and 3 would have to push with {-f[0]:.0f} and {-f[2]:.0f} N",
+        f"limb 2 would have to pull with {f[1]:.0f} N (at most 73 N)",
+        f"limb 2 would be {1e3 * (0.75 * 0.25 + 0.154 - lengths[1]):.0f} mm too short",
+    ):
+        assert words in answer.verdict
+    assert str(answer).startswith("The device cannot hold this pose")
+
+
+def test_length_alone_is_judged_by_an_estimate(exo):
+    weightless = exo.replace(gravity=[0, 0, -1e-6]).reaction(exo.pose(60, 30))
+    assert not weightless.can_hold
+    lengths = weightless.limits.length_error
+    assert (lengths < 0).any()
+    only = strong(exo, pull_limit=500.0, push_limit=500.0)
+    limbs = [replace(limb, stroke=own.stroke) for limb, own in zip(only.limbs, exo.limbs, strict=True)]
+    judged = exo.replace(limbs=limbs, estimated=exo.mechanism.estimated).reaction(exo.pose(60, 30))
+    assert judged.unknown
+    assert not judged.can_hold
+    assert "probably cannot hold" in judged.verdict
+    assert "estimate of end fitting of limbs 1, 2 and 3" in judged.verdict
+
+
+def test_known_limits_that_are_met_hold_the_pose(exo):
+    answer = strong(exo, pull_limit=500.0, push_limit=300.0).reaction(exo.pose(60, 30))
+    assert answer.can_hold
+    assert answer.status == "ok"
+    assert answer.verdict == "The device can hold this pose."
+    weak = strong(exo, pull_limit=500.0, push_limit=250.0).reaction(exo.pose(60, 30))
+    assert not weak.can_hold
+    assert "limb 1 would have to push with 264 N (at most 250 N)" in weak.verdict
+
+
+def test_unknown_limits_are_named(exo):
+    answer = exo.replace(limbs=None).reaction(exo.pose(60, 30))
+    assert answer.unknown
+    assert not answer.can_hold
+    assert answer.status == "ok"
+    assert "not known: stroke of limbs 1, 2 and 3, actuator of limbs 1, 2 and 3" in answer.verdict
+
+
+def test_estimates_of_replaced_limbs_are_forgotten(exo):
+    assert exo.mechanism.estimated
+    assert strong(exo, pull_limit=1.0).mechanism.estimated == ()
+    assert exo.worn_by(PERSON).mechanism.estimated == exo.mechanism.estimated
+
+
+def test_singular_pose_names_the_axis_that_is_not_held(exo):
+    answer = exo.reaction(exo.pose(0, 90))
+    assert answer.status == "singular"
+    axis = exo.singularity(exo.pose(0, 90)).lost_direction
+    assert abs(axis[1]) > 0.999
+    assert "cannot resist a moment about the sideways axis" in answer.verdict
+
+
+def test_spare_limbs_are_judged_by_the_best_tensions(cables):
+    pose = cables.pose(60, 30)
+    plain, held = cables.reaction(pose), cables.holding_reaction(pose)
+    assert plain.actuator_forces.min() < 0.0
+    assert plain.can_hold
+    assert held.can_hold
+    assert held.actuator_forces.min() >= -1e-9
+    np.testing.assert_allclose(
+        held.shoulder_force + held.limb_wrenches[:, :3].sum(axis=0), [0, 0, 9.81 * cables.arm.mass], atol=1e-9
+    )
+
+
+def test_remedy_leads_to_a_pose_that_can_be_held(exo):
+    weak = strong(ep.load("prototype"), pull_limit=20.0, push_limit=20.0)
+    pose = weak.pose(40, 20, 10)
+    assert not weak.reaction(pose).can_hold
+    found = weak.remedy(pose)
+    assert weak.reaction(found.nearest.pose).can_hold
+    assert (found.nearest.pose * pose.inv()).magnitude() == pytest.approx(found.nearest.distance)
+    # Half way there it cannot be held: the search has not gone further than it had to.
+    turn = (found.nearest.pose * pose.inv()).as_rotvec()
+    for share in (0.5, 0.9):
+        assert not weak.reaction(type(pose).from_rotvec(share * turn) * pose).can_hold
+    assert "N m about" in str(found)
+    assert exo.remedy(exo.pose(60, 30)).nearest is None
+    with pytest.raises(InvalidInput, match="single pose"):
+        weak.remedy(weak.pose([0, 10]))
+
+
+def test_stack_counts_poses_and_reasons(exo):
+    answer = exo.reaction(exo.pose([0, 30, 60]))
+    assert answer.can_hold.shape == (3,)
+    pushes = int((answer.limits.force_error < 0).any(axis=-1).sum())
+    assert answer.verdict.startswith("The device can hold none of 3 poses: ")
+    assert f"a limb would have to push ({pushes})" in answer.verdict

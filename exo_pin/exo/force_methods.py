@@ -101,7 +101,8 @@ class ForceQuestions(Subject):
             Limits of f_i: none; f_i >= 0; |f_i| at most so many N; what the design's own actuators can do at
             their lengths (:class:`exo_pin.Actuator`); N, broadcasting to (..., n); or one object with
             ``force_limits(length)`` for all limbs or a sequence of one a limb (see
-            :class:`exo_pin.reaction.ForceLimited`). A pose that cannot be held within them has status "infeasible", and ``infeasibility`` says why.
+            :class:`exo_pin.reaction.ForceLimited`). A pose that cannot be held within them has status "infeasible",
+            and ``infeasibility`` says why.
         cone : GlenoidCone, optional
             Keep F_s in the socket, as a constraint or at a price. Give the person's own muscles with it.
         weights : Weights, optional

@@ -193,15 +193,15 @@ def _singularity(options: argparse.Namespace) -> int:
             f"reach h_i                       {', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm\n"
             f"nearest singular pose           {nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, "
             f"abduction {there[1]:.1f}°, internal rotation {there[2]:.1f}°\n"
-            f"limb force per moment, worst    {state.amplification:.1f} N per N m\n"
+            f"limb force per moment, worst    {_bounded(float(state.amplification), 'N per N m')}\n"
             f"axis that the limbs hold worst  ({x:.3f}, {y:.3f}, {z:.3f})\n"
-            f"centre shift without ball joint {state.centre_shift:.1f} mm per mm of play in each limb\n"
-            f"condition of the limbs          {state.condition:.1f}\n"
+            f"centre shift without ball joint {_bounded(float(state.centre_shift), 'mm per mm of play in each limb')}\n"
+            f"condition of the limbs          {_bounded(float(state.condition), '')}\n"
         )
         print("turn of the arm per unit of sensor error, worst")
         for label, sensor in sensors.items():
             unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
-            print(f"  {label:32} {sensor.sensitivity * factor:8.2f} {unit}")
+            print(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
         if not crossings:
             print("\nthe hanging arm is itself singular: no range of motion lies on either side of it")
         else:
@@ -238,3 +238,8 @@ def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
             write_figure(path, draw().figure)
             written.append(path)
     return written
+
+
+def _bounded(value: float, unit: str, digits: int = 1) -> str:
+    """A number with its unit; in words where it has no bound."""
+    return f"{value:.{digits}f} {unit}".rstrip() if value < 1e9 else "without bound"

@@ -56,7 +56,8 @@ def arm_segments(
     """
     height, mass = as_positive("height", height), as_positive("mass", mass)
     if not 0.5 <= height <= 2.6:
-        raise InvalidInput(f"expected a height of 0.5 to 2.6 m, got {height:g}")
+        likely = f"; did you mean {height / 100:g} m?" if 50.0 <= height <= 260.0 else ""
+        raise InvalidInput(f"expected a height of 0.5 to 2.6 m, got {height:g}{likely}")
     if not 3.0 <= mass <= 400.0:
         raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {mass:g}")
     as_choice("sex", sex, _SEGMENTS)

@@ -15,6 +15,8 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..person import DeviceAction, Person
 from ..reaction import ActuatorBounds, Reaction
 from ..reaction.constraints.limb_limits import ForceLimits
+from ..reaction.holding.hold_check import hold_check
+from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
 
@@ -68,15 +70,15 @@ def action_of_limbs(
             device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
-        limits = ForceLimits(
-            actuator_bounds, shape, n, lambda: np.linalg.norm(_spans(mechanism, query.matrices, base, cuff), axis=-1)
-        )
+        limits = ForceLimits(actuator_bounds, shape, n, lambda: limb_lengths(mechanism, query.matrices, (base, cuff)))
         lower, upper, words = limits.lower, limits.upper, _CHOSEN[forces]
         least = forces.removeprefix("least_")
     else:
         if actuator_bounds is not None:
             raise InvalidInput('actuator_bounds are for forces="least_effort" and "least_contact": leave them out')
-        lower, words = _given(forces, limbs, device, wearer, mechanism, query)
+        lower, words = _given(
+            forces, limbs, device, wearer, mechanism, query, limb_lengths(mechanism, query.matrices, (base, cuff))
+        )
         upper, least = lower, "effort"
     return DeviceAction(
         device.reshape(*shape, 6),
@@ -88,18 +90,20 @@ def action_of_limbs(
     )
 
 
-def _spans(mechanism: Mechanism, matrices: FloatArray, base: FloatArray, cuff: FloatArray) -> FloatArray:
-    """Vectors from A_i to B_i, shape (N, n, 3), m."""
-    geometry = mechanism.geometry
-    arm = geometry.platform_points @ np.swapaxes(matrices, 1, 2)
-    carried_centre = np.einsum("kij,kj->ki", matrices, cuff)
-    return np.asarray(arm + carried_centre[:, None] - geometry.base_points - base[:, None])
-
-
 def _given(
-    forces: ArrayLike, limbs: FloatArray, device: FloatArray, wearer: Person, mechanism: Mechanism, query: Query
+    forces: ArrayLike,
+    limbs: FloatArray,
+    device: FloatArray,
+    wearer: Person,
+    mechanism: Mechanism,
+    query: Query,
+    lengths: FloatArray,
 ) -> tuple[FloatArray, str]:
-    """Limb forces of a share, or as given, shape (N, n)."""
+    """Limb forces of a share, or as given, shape (N, n).
+
+    Of a share they are the shortest ones, or, where the actuators cannot give these and more than three limbs leave a
+    choice, ones that they can give.
+    """
     shape, (count, n) = query.shape, limbs.shape[:2]
     if as_real("forces", forces).ndim > 0:
         given = as_finite("forces", forces, (n,), stack=True)
@@ -114,8 +118,13 @@ def _given(
     moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
     needed = -(device[:, 3:] + share * moment)
     arms = np.swapaxes(limbs[:, :, 3:], 1, 2)
-    values = np.linalg.svd(arms, compute_uv=False)
+    _, values, axes = np.linalg.svd(arms)
     reach = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
     f = np.einsum("kni,ki->kn", np.linalg.pinv(arms), needed)
-    f[values[:, -1] < SINGULAR_MARGIN * reach] = np.nan
-    return f, f"limbs carry {100.0 * share:g} % of the moments of the person's arm, without side forces"
+    good = values[:, -1] >= SINGULAR_MARGIN * reach
+    check = hold_check(mechanism, lengths, f, np.swapaxes(axes[:, 3:], 1, 2), good)
+    words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm, without side forces"
+    beyond = int(check.violated.sum())
+    if beyond:
+        words += f"; beyond what the actuators can do in {beyond} of {len(f)} poses"
+    return np.where(good[:, None], check.tensions, np.nan), words

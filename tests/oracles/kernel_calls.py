@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from dataclasses import replace
 
 import numpy as np
 from harvest import NUMERICAL
@@ -57,7 +58,7 @@ def recorded_calls(folder):
     compiled.Kernel._make_plain = recording
     try:
         with compiled.mode("plain"):
-            for scenario in (*NUMERICAL, _more_wrists, _more_chains):
+            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces):
                 scenario(folder)
     finally:
         compiled.Kernel._make_plain = make
@@ -94,3 +95,16 @@ def _more_chains(folder):
     found = chain.inverse_dynamics_derivatives(q, v, a)
     for closure in chain.closures:
         found.joint_reaction(closure.name)
+
+
+def _workspaces(folder):
+    body = ep.BodyShape.from_height(1.75)
+    cables = ep.load("four-cables")
+    cables.workspace(55.0, ep.Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=body, least_gap=0.012))
+    exo = ep.load("prototype")
+    limbs = [replace(limb, joint_straight=(0.0, 0.0, 1.0)) for limb in exo.limbs]
+    exo.replace(limbs=limbs).workspace(55.0, ep.Criteria(largest_shoulder_force=120.0, body=body))
+    spare = random_mechanism(np.random.default_rng(7), 6, ["SPS"] * 6)
+    limb = ep.Limb("SPS", actuator=ep.Actuator("cable", pull_limit=400.0))
+    exo = ep.ShoulderExo.from_mechanism(spare).replace(limbs=[limb] * 6)
+    exo.workspace(55.0, ep.Criteria(largest_shoulder_force=120.0))

@@ -11,10 +11,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
+from ...numerics.quadratic import LeastSquares, solve
 from .actuator_limits import DesignLimits, design_limits, length_limits, missing_limits
 
 __all__ = ["HoldCheck", "hold_check"]
@@ -142,27 +144,17 @@ def _force_error(tensions: FloatArray, limits: DesignLimits) -> FloatArray:
 def _redistributed(
     tensions: FloatArray, self_stress: FloatArray, limits: DesignLimits, rows: NDArray[np.intp]
 ) -> FloatArray:
-    """Tensions within the limits, where some self-stress brings them there; else those given. Shape (rows, n)."""
-    import scipy.optimize  # here, because its import takes long
-
+    """The shortest tensions within the limits that balance as well, those given where there are none; (rows, n)."""
     lower = np.where(np.isnan(limits.lower), -np.inf, limits.lower)[rows]
     upper = np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)[rows]
     out = tensions[rows].copy()
+    size = out.shape[1]
     for k, row in enumerate(rows):
-        N = self_stress[row]
-        size = max(float(np.abs(out[k]).max()), 1.0)
-        # The largest margin m that all limits can have, relative to the largest tension: a point well inside.
-        columns = N.shape[1]
-        bounded = [np.isfinite(lower[k]), np.isfinite(upper[k])]
-        A = np.vstack([-N[bounded[0]], N[bounded[1]]])
-        b = np.concatenate([(out[k] - lower[k])[bounded[0]], (upper[k] - out[k])[bounded[1]]])
-        answer = scipy.optimize.linprog(
-            np.append(np.zeros(columns), -1.0),
-            A_ub=np.hstack([A, np.full((len(A), 1), size)]),
-            b_ub=b,
-            bounds=[*[(None, None)] * columns, (0.0, 1.0)],
-            method="highs",
-        )
-        if answer.status == 0:
-            out[k] = out[k] + N @ answer.x[:columns]
+        # What self-stress cannot change stays as it is.
+        fixed = scipy.linalg.null_space(self_stress[row].T).T
+        none = np.zeros((0, size)), np.zeros(0)
+        program = LeastSquares(np.eye(size), np.zeros(size), fixed, fixed @ out[k], lower[k], upper[k], *none)
+        answer = solve(program)
+        if answer.is_optimal:
+            out[k] = answer.z
     return out

@@ -55,7 +55,9 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
         remarks.append({"text": why, "warn": False})
     elif forces is not None:
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
-        if forces.status != "ok":
+        if forces.verdict:
+            remarks.append({"text": forces.verdict, "warn": forces.status == "beyond_limits"})
+        if forces.is_near_singular:
             remarks.append({"text": _NEAR, "warn": True})
         if forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})

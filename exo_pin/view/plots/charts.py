@@ -242,7 +242,7 @@ def _cut_peaks(ax: Any, values: FloatArray, name: str, *edges: FloatArray) -> No
 
 def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
     """Grey where poses are near a singularity, dotted lines where the motion crosses one."""
-    near = reaction.status != "ok"
+    near = reaction.equilibrium_status != "ok"
     if near.any():
         edges = np.concatenate([stamps[:1], (stamps[1:] + stamps[:-1]) / 2, stamps[-1:]])
         for i in np.flatnonzero(near):

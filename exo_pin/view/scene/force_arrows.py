@@ -55,6 +55,8 @@ class PoseForces(Record):
     status: str
     percent: float | None
     split: str
+    is_near_singular: bool
+    verdict: str
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...]) -> PoseForces:
@@ -69,6 +71,8 @@ class PoseForces(Record):
             str(answer.status[index]),
             None if percent is None else float(percent[index]),
             answer.split,
+            str(answer.equilibrium_status[index]) == "near_singular",
+            _verdict(answer, index),
         )
 
     @property
@@ -123,7 +127,9 @@ class ForcePicture(OneProcess):
     def plan(self, poses: Sequence[PoseForces]) -> None:
         """Choose the scale and the legend for a pose or for all poses of a motion."""
         largest = np.array([forces.largest for forces in poses])
-        firm = np.array([forces.status == "ok" for forces in poses], dtype=bool) & np.isfinite(largest)
+        firm = np.array([forces.status in ("ok", "beyond_limits") for forces in poses], dtype=bool) & np.isfinite(
+            largest
+        )
         known = largest[firm if firm.any() else np.isfinite(largest)]
         weight = float(np.linalg.norm(self._weight))
         top = max(weight, float(np.percentile(known, _SHARE)) if known.size else 0.0) or 1.0
@@ -221,3 +227,10 @@ class ForcePicture(OneProcess):
         shown.add(name)
         tip = start if at_start else start + vector
         self._labels.append({"text": f"{text} (cut)" if cut else text, "at": tip.tolist(), "colour": colour})
+
+
+def _verdict(answer: Reaction, index: tuple[int, ...]) -> str:
+    """The verdict on a pose; on one of a stack only that it cannot be held, because it is drawn many times a second."""
+    if answer.equilibrium_status.ndim == 0:
+        return answer.verdict
+    return "The device cannot hold this pose." if answer.limits.violated[index] else ""

@@ -106,7 +106,7 @@ def test_a_motion_has_one_scale_and_cuts_what_is_near_singular(exo):
     lift = pose(np.linspace(0, 90, 46), 30.0, 0.0)
     recording = scene.record(lift, np.linspace(0, 2, 46))
     largest = np.fmax(recording.reaction.magnitude, np.abs(recording.reaction.actuator_forces).max(axis=-1))
-    firm = largest[recording.reaction.status == "ok"]
+    firm = largest[recording.reaction.equilibrium_status == "ok"]
     assert np.percentile(firm, 50) * scene.metres_per_newton < 0.24
     assert np.nanmax(largest) * scene.metres_per_newton > LONGEST
     assert f"cut at {LONGEST / scene.metres_per_newton:.4g} N" in panel(scene, "legend")["scale"]

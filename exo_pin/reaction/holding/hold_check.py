@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray, ReadOnly
@@ -144,6 +143,8 @@ def _redistributed(
     tensions: FloatArray, self_stress: FloatArray, limits: DesignLimits, rows: NDArray[np.intp]
 ) -> FloatArray:
     """Tensions within the limits, where some self-stress brings them there; else those given. Shape (rows, n)."""
+    import scipy.optimize  # here, because its import takes long
+
     lower = np.where(np.isnan(limits.lower), -np.inf, limits.lower)[rows]
     upper = np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)[rows]
     out = tensions[rows].copy()

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray
@@ -83,6 +82,8 @@ def _held(check: HoldCheck) -> np.ndarray:
 
 def _shrunk(check: Callable[[Rotation], HoldCheck], orientation: Rotation, start: FloatArray) -> FloatArray:
     """A shorter rotation vector that still leads to a pose that can be held, by direct search from ``start``."""
+    from scipy.optimize import minimize  # here, because its import takes long
+
     best = start
 
     def cost(turn: FloatArray) -> float:

@@ -25,8 +25,9 @@ _FIRST = 1.0
 _SHORTEST = 2.0**-10
 #: Newton's corrections in one step, and how much shorter each must be than the one before.
 _CORRECTIONS, _CONTRACTION = 7, 0.35
-#: First correction of a step, relative to the scale of x, beyond which the step is too long.
-_FARTHEST = 0.25
+#: First correction of a step, relative to the scale of x, beyond which the step is too long. Longer ones may pass two
+#: folds at once, after which det J has its old sign again.
+_FARTHEST = 0.03
 #: Correction, relative to the scale of x, after which Newton's next one is below rounding.
 _NEAR = 1e-9
 #: Correction that rounding may leave, relative to the scale of x.

@@ -74,6 +74,27 @@ def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
     assert len(again.closures) == 3
 
 
+def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
+    names = run_code_of("closed_chains.md", monkeypatch, tmp_path)
+    chain, q = names["chain"], names["q"]
+    assert "redundant rows       1: pin (1)" in capsys.readouterr().out
+    # The plane's own view: virtual work of the weights along the one motion is that of the holding torque.
+    free = chain.mobility(q)
+    assert free.degrees_of_freedom == 1
+    step = 1e-6
+    heights = []
+    for turn in (-step, step):
+        moved = q.copy()
+        moved[chain.configuration_slice("crank_hinge")] += turn
+        moved = chain.close(moved, hold=["crank_hinge"])
+        heights.append(names["pin"].computePotentialEnergy(chain.model, chain.model.createData(), moved))
+    torque = (heights[1] - heights[0]) / (2 * step)
+    assert names["rest"].effort("crank_hinge")[0] == pytest.approx(torque, rel=1e-6)
+    assert np.abs(names["plain"] - chain.forward_dynamics(q).a).max() < 1e-9
+    np.testing.assert_allclose(names["state"].qacc, names["plain"], rtol=2e-3, atol=1e-3 * np.abs(names["plain"]).max())
+    assert np.ptp(names["run"].energy) < 1e-8
+
+
 def test_ledger_is_not_stale():
     page = (Path(__file__).parents[1] / "docs" / "thesis.md").read_text(encoding="utf-8")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger()))

@@ -41,6 +41,8 @@ def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remed
     parts = [_filled(answer.verdict)]
     if remedy is not None:
         parts.append(_filled(str(remedy)))
+    elif answer.infeasibility is not None:
+        parts.append(_filled(answer.infeasibility.explain()))
     if not answer.has_answer:
         parts.append(beside_singular(exo, orientation) if answer.status == "singular" else "")
         return "\n\n".join(part for part in parts if part)

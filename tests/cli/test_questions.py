@@ -101,7 +101,7 @@ QUESTIONS = {
     "tensions out of a drive's reach": (
         ["reaction", "four-cables", "--flexion", "90", "--tension", "0,20"],
         0,
-        ["no forces within the limits balance"],
+        ["no forces within the limits balance", "is missing.", "Limb 1 cannot go above 20.0 N"],
     ),
     "the workspace": (
         ["workspace", "four-cables", "--step", "20"],

@@ -103,7 +103,7 @@ def _reaction(options: argparse.Namespace) -> int:
 
 
 def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
-    """What would make the pose possible, where it is not; of limits given here the answer itself says what is missing."""
+    """What would make the pose possible, where it is not; with given limits the answer itself says what is missing."""
     if (answer.has_answer and not answer.limits.violated) or answer.infeasibility is not None:
         return None
     # A device that gives way has other forces and lengths, and in some poses no equilibrium.

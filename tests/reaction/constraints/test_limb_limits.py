@@ -256,7 +256,9 @@ def test_limits_from_actuators():
     ("arguments", "error", "message"),
     [
         ({"actuator_bounds": "push"}, ep.UnknownName, "pull"),
-        ({"actuator_bounds": 3.0}, ep.InvalidInput, "force_limits"),
+        ({"actuator_bounds": -3.0}, ep.InvalidInput, "zero or more"),
+        ({"actuator_bounds": True}, ep.InvalidInput, "force_limits"),
+        ({"actuator_bounds": {3.0}}, ep.InvalidInput, "force_limits"),
         ({"actuator_bounds": (1, 0)}, ep.InfeasibleBounds, "limb index 0"),
         ({"actuator_bounds": (np.nan, 1)}, ep.InvalidInput, "NaN"),
         ({"actuator_bounds": (np.inf, np.inf)}, ep.InvalidInput, r"below \+inf"),

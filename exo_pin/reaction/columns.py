@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..core.conventions import shoulder_angles
 from ..core.errors import InvalidInput, MissingExtra
+from ..core.pictures import drawn
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
@@ -124,9 +125,7 @@ class ShownReaction:
         MissingExtra
             If matplotlib is not installed.
         """
-        from ..view.plots.answer_plots import reaction_figure
-
-        return reaction_figure(self, along, label, limits)
+        return drawn("reaction_figure", self, along, label, limits)
 
 
 class ShownMovement:
@@ -176,9 +175,7 @@ class ShownMovement:
         MissingExtra
             If matplotlib is not installed.
         """
-        from ..view.plots.answer_plots import movement_figure
-
-        return movement_figure(self, against, side, limits)
+        return drawn("movement_figure", self, against, side, limits)
 
 
 class ShownMap:
@@ -232,9 +229,7 @@ class ShownMap:
         MissingExtra
             If matplotlib is not installed.
         """
-        from ..view.plots.answer_plots import map_figure
-
-        return map_figure(kept_magnitude(self), along, label)
+        return drawn("map_figure", kept_magnitude(self), along, label)
 
 
 def kept_magnitude(answer: ReactionMap) -> FloatArray:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..core.errors import UnknownName
 from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
+from ..core.pictures import drawn
 from ..core.records import Record
 from ..reaction.columns import frame_of
 
@@ -103,9 +104,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         MissingExtra
             If matplotlib is not installed.
         """
-        from ..view.plots.answer_plots import study_figure
-
-        return study_figure(self, figure)
+        return drawn("study_figure", self, figure)
 
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; the file appears whole or not at all, an empty cell means NaN."""

@@ -17,9 +17,10 @@ from ..core.compiled import kernel
 from ..core.validation import FloatArray
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
-    from ..design import Mechanism
 
 __all__ = ["connection_margin", "largest_region", "widest_path"]
 
@@ -92,7 +93,11 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
 
 
 def connection_margin(
-    mechanism: Mechanism, matrices: FloatArray, shape: tuple[int, ...], value: FloatArray, side: float
+    independence: Callable[[FloatArray], FloatArray],
+    matrices: FloatArray,
+    shape: tuple[int, ...],
+    value: FloatArray,
+    side: float,
 ) -> FloatArray:
     """Greatest least independence on a path of the grid from rest, shape (N,).
 
@@ -100,8 +105,8 @@ def connection_margin(
 
     Parameters
     ----------
-    mechanism : Mechanism
-        The design.
+    independence : callable
+        det X or its equal for more limbs, shape (N,), of orientations, shape (N, 3, 3).
     matrices : ndarray
         Shape (N, 3, 3).
     shape : tuple of int
@@ -111,12 +116,10 @@ def connection_margin(
     side : float
         Sign of det X at rest.
     """
-    from .evaluation import independence_at  # here, because that module needs this one
-
     node = nearest_to_rest(matrices)
     turn = Rotation.from_matrix(matrices[node]).as_rotvec()
     steps = np.linspace(0.0, 1.0, int(np.ceil(np.linalg.norm(turn) / _STEP)) + 1)
-    way = side * independence_at(mechanism, Rotation.from_rotvec(steps[:, None] * turn).as_matrix())
+    way = side * independence(Rotation.from_rotvec(steps[:, None] * turn).as_matrix())
     # NaN, of a limb that has no plane, is no way.
     clean = np.where(np.isnan(value), -np.inf, value)
     out = np.empty(len(value))

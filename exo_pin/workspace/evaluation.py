@@ -86,7 +86,9 @@ def evaluate_poses(
     if "singularity" in names:
         margins["singularity"] = side * independent - criteria.independence
     if "connected" in names:
-        path = connection_margin(mechanism, matrices, shape, side * independent, side)
+        path = connection_margin(
+            functools.partial(independence_at, mechanism), matrices, shape, side * independent, side
+        )
         margins["connected"] = path - criteria.independence
     tensions, shoulder = np.full((count, n), np.nan), np.full((count, 3), np.nan)
     if "forces" in names or "shoulder_force" in names:

@@ -19,7 +19,8 @@ from ..kinematics.loops import tree_frame_jacobian
 from ..kinematics.reduced_kinematics import project_velocity
 from ..structure.chain_state import ChainState
 from ..structure.inertia import inertia_matrix
-from .forward_dynamics import acceleration, efforts_of
+from .forward_dynamics import efforts_of
+from .nonsmooth.constrained_acceleration import acceleration
 
 __all__ = ["Instant", "Rates", "efforts_at", "energies_of", "integrated"]
 

@@ -19,7 +19,7 @@ from ..core.validation import FloatArray
 
 __all__ = ["Complementarity", "bounded_complementarity"]
 
-#: Error of the conditions, A's diagonal scaled to one, as a share of the largest term, that counts as rounding; that
+#: Error of the conditions, A's diagonal scaled to about one, as a share of the largest term, that counts as rounding; that
 #: of an accepted answer; singular values of A below this share of the largest count as zero.
 _ROUNDING, _ACCEPTED, _RANK = 1e-12, 1e-9, 1e-12
 #: A pivot is the variable with the largest error in the first steps, then the first one (Bland), which cannot cycle.
@@ -38,7 +38,7 @@ class Complementarity(NamedTuple):
     unique : ndarray of bool
         Shape (n,), which components of f are the same in every answer. False may be cautious, True never is.
     residual : float
-        Largest error of the conditions, A's diagonal scaled to one, as a share of the largest term.
+        Largest error of the conditions, A's diagonal scaled to about one, as a share of the largest term.
     bounded : bool
         False if no f meets the conditions: w stays negative however large f becomes.
     """
@@ -63,12 +63,15 @@ def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high:
     Raises
     ------
     SolverFailed
-        If the conditions hold to no better than 1e-9.
+        If the conditions hold to no better than 1e-9, or A or c is not finite.
     """
-    # Forces in units that make the diagonal one; immovable rows keep theirs.
+    if not (np.isfinite(A).all() and np.isfinite(c).all()):
+        raise SolverFailed("the complementarity problem", np.inf, "A or c is not finite")
+    # Forces in units that make the diagonal about one; immovable rows keep theirs.
     diagonal = np.diag(A)
     immovable = diagonal <= _RANK**2 * diagonal.max(initial=0.0)
-    unit = np.sqrt(np.where(immovable, 1.0, diagonal))
+    # Powers of two, so that bounds are exact.
+    unit = np.exp2(np.round(0.5 * np.log2(np.where(immovable, 1.0, diagonal))))
     A, c = A / unit / unit[:, None], c / unit
     A[immovable] = 0.0
     A[:, immovable] = 0.0

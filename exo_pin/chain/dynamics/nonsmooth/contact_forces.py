@@ -30,6 +30,8 @@ __all__ = ["AT_STOP", "ContactForces", "Contacts", "contact_forces", "contacts_a
 
 #: A joint is at its stop if it is within this of it, characteristic lengths and rad.
 AT_STOP = 1e-9
+#: Acceleration of a contact that counts as zero, as a share of the largest that contacts would have without forces.
+_STILL = 1e-13
 
 
 class Contacts(NamedTuple):
@@ -147,7 +149,9 @@ def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatAr
     found = bounded_complementarity(rows @ rows.T, motion.a[index] / column, contacts.low * column, contacts.high * column)
     if not found.bounded:
         raise SolverFailed("the complementarity problem", np.inf, "every motion of the loops moves a joint into its stop")
-    force = found.force / column
+    # Exactly on the bounds where it is active.
+    at_low, at_high = found.force == contacts.low * column, found.force == contacts.high * column
+    force = np.where(at_low, contacts.low, np.where(at_high, contacts.high, found.force / column))
     a = motion.a + R @ (rows.T @ found.force)
     a[index] = found.rate * column
     friction, stops, unique = sliding.copy(), np.zeros_like(sliding), np.ones(len(sliding), dtype=np.bool_)
@@ -155,8 +159,8 @@ def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatAr
     friction[index[rests]] = force[rests]
     np.add.at(stops, index[~rests], force[~rests])
     unique[index[~found.unique]] = False
-    size = max(float(np.abs(motion.a / motion.column).max(initial=0.0)), REST)
-    still = np.abs(found.rate) <= REST * size
+    # Exactly zero, but for contacts on a bound of their force that would not move without it either.
+    still = np.abs(found.rate) <= _STILL * float(np.abs(motion.a[index] / column).max(initial=0.0))
     return ContactForces(
         a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual
     )

@@ -1,30 +1,13 @@
 """Dry friction and stops in forward and inverse dynamics, against all active sets written out."""
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from contact_enumeration import contact_acceleration
 from moving_chains import drivers, moving
+from rubbing_chains import slide, with_friction
 
-from exo_pin.chain import ClosedChain, Closures
+from exo_pin.chain import ClosedChain
 from exo_pin.core.errors import InfeasibleForces, InvalidInput, UndrivenMotion, UnknownName, UnsupportedDynamics
-
-
-def with_friction(chain, friction):
-    model = chain.model.copy()
-    model.upperDryFrictionLimit, model.lowerDryFrictionLimit = np.array(friction), -np.array(friction)
-    return ClosedChain(model, chain.description)
-
-
-def slide(angle=0.0, friction=0.0, mass=2.0, limits=(-np.inf, np.inf)):
-    """A block on a slide that rises at an angle."""
-    model = pin.Model()
-    direction = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    model.addJoint(0, pin.JointModelPrismaticUnaligned(direction), pin.SE3.Identity(), "slide")
-    model.appendBodyToJoint(1, pin.Inertia(mass, np.zeros(3), np.eye(3)), pin.SE3.Identity())
-    model.lowerPositionLimit, model.upperPositionLimit = np.array([limits[0]]), np.array([limits[1]])
-    model.upperDryFrictionLimit, model.lowerDryFrictionLimit = np.array([friction]), np.array([-friction])
-    return ClosedChain(model, Closures("slide"))
 
 
 @pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "prismatic loop", "four-bar cut in a link"])
@@ -129,7 +112,7 @@ def test_the_range_of_an_effort_in_a_loop_ends_where_the_loop_slips():
     low, high = chain.inverse_dynamics(case.q).effort_interval("crank_hinge")[0]
     for effort, moves in ((low - 1e-6, True), (low + 1e-6, False), (high - 1e-6, False), (high + 1e-6, True)):
         a = chain.forward_dynamics(case.q, None, {"crank_hinge": effort}).a
-        assert a.any() == moves
+        assert (np.abs(a).max() > 1e-9) == moves
     way = np.sign(chain.dependent_motion(case.q, ["crank_hinge"], [1.0])[0])
     names = list(chain.model.names)[1:]
     for direction, end in ((1, high), (-1, low)):

@@ -31,7 +31,7 @@ __all__ = ["AT_STOP", "ContactForces", "Contacts", "contact_forces", "contacts_a
 #: A joint is at its stop if it is within this of it, characteristic lengths and rad.
 AT_STOP = 1e-9
 #: Acceleration of a contact that counts as zero, as a share of the largest that contacts would have without forces.
-_STILL = 1e-13
+_STILL = 1e-11
 
 
 class Contacts(NamedTuple):

@@ -38,7 +38,7 @@ EventFunction = Callable[[float, FloatArray, FloatArray], float]
 
 #: Sliding has ended at this speed backwards, a stop is reached at this depth, characteristic lengths and rad; friction
 #: is exceeded by this share of half its range.
-_BACK, _DEPTH, _EXCEEDED = 1e-10, 1e-10, 1e-9
+_BACK, _DEPTH, _EXCEEDED = 1e-10, 1e-13, 1e-9
 #: Instants of a step at which events are examined, and halvings to locate one.
 _INSTANTS, _HALVINGS = 8, 60
 #: Most events within a nanosecond.

@@ -22,7 +22,7 @@ from .projected_motion import projected_motion, response_at
 __all__ = ["SLOW", "MotionEvent", "StopRules", "settled"]
 
 #: Speed below which a stop is not bounced from, characteristic lengths and rad a second: bounces become ever shorter.
-SLOW = 1e-6
+SLOW = 1e-5
 
 
 class MotionEvent(NamedTuple):

@@ -19,8 +19,8 @@ from ..core.validation import FloatArray
 
 __all__ = ["Complementarity", "bounded_complementarity"]
 
-#: Error of the conditions, A's diagonal scaled to about one, as a share of the largest term, that counts as rounding; that
-#: of an accepted answer; singular values of A below this share of the largest count as zero.
+#: Error of the conditions, A's diagonal scaled to about one, as a share of the largest term, that counts as
+#: rounding; that of an accepted answer; singular values of A below this share of the largest count as zero.
 _ROUNDING, _ACCEPTED, _RANK = 1e-12, 1e-9, 1e-12
 #: A pivot is the variable with the largest error in the first steps, then the first one (Bland), which cannot cycle.
 _STEPS, _STEPS_OF_BLAND = 20, 400

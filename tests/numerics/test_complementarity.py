@@ -29,7 +29,8 @@ def test_answers_are_those_of_all_active_sets(seed):
 
 def test_without_variables_and_without_curvature():
     none = bounded_complementarity(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
-    assert none.bounded and none.force.shape == (0,)
+    assert none.bounded
+    assert none.force.shape == (0,)
     still = bounded_complementarity(np.zeros((1, 1)), np.array([2.0]), np.array([-3.0]), np.array([3.0]))
     np.testing.assert_array_equal(still.force, [-3.0])
     jammed = bounded_complementarity(np.zeros((1, 1)), np.array([-2.0]), np.zeros(1), np.array([np.inf]))

@@ -167,7 +167,9 @@ def inverse_dynamics_derivatives(
     equations = equations_of_motion(state, q, v, a, external)
     if state.passive.rubs:
         rubbing = friction_of(state, v)
-        refuse_rest(state, rubbing, "its derivatives exist only in motion; without_friction() gives the chain without it")
+        refuse_rest(
+            state, rubbing, "its derivatives exist only in motion; without_friction() gives the chain without it"
+        )
         equations = replace(equations, tau=equations.tau - rubbing.force)
     drive = state.drive(actuated)
     forces = solved(equations, drive, metric="closures")

@@ -212,9 +212,7 @@ class SimulationStopped(ExoPinError, RuntimeError):
         self.time = float(time)
         self.q = q
         self.v = v
-        super().__init__(
-            f"the simulation stopped at {self.time:.6g} s: {reason}"
-        )
+        super().__init__(f"the simulation stopped at {self.time:.6g} s: {reason}")
 
 
 class UnsupportedDynamics(ExoPinError, ValueError):
@@ -233,6 +231,6 @@ class UnsupportedDynamics(ExoPinError, ValueError):
         self.joints = tuple(joints)
         more = ", ..." if len(self.joints) > 4 else ""
         super().__init__(
-            f"{effect} in {', '.join(self.joints[:4])}{more} is not part of this function, and forces would be wrong without it: "
-            f"{advice}"
+            f"{effect} in {', '.join(self.joints[:4])}{more} is not part of this function, and forces would be wrong "
+            f"without it: {advice}"
         )

@@ -78,7 +78,8 @@ def test_a_falling_block_bounces_on_its_stop(restitution):
     if restitution < 1.0:
         assert moved.q[-1, 0] == pytest.approx(0.0, abs=1e-8)
         assert moved.dissipated[-1] == pytest.approx(2.0 * 9.81 * height)
-        assert [event.time for event in moved.events if event.kind == "stop reached"][0] == pytest.approx(rest, abs=1e-4)
+        reached = next(event for event in moved.events if event.kind == "stop reached")
+        assert reached.time == pytest.approx(rest, abs=1e-4)
     else:
         assert abs(moved.dissipated[-1]) <= 1e-7
         assert len(impacts) >= 4
@@ -105,11 +106,13 @@ def test_events_of_the_caller_are_recorded_and_may_end_the_motion():
     both = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=[still, deep])
     plain = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11))
     np.testing.assert_allclose(both.q, plain.q, atol=1e-7)
-    assert {event.number for event in both.events} == {0, 1} and not both.stopped
+    assert {event.number for event in both.events} == {0, 1}
+    assert not both.stopped
     assert [e.time for e in both.events] == sorted(e.time for e in both.events)
     deep.terminal, deep.direction = True, -1
     ended = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=deep)
-    assert ended.stopped and ended.times[-1] == ended.events[-1].time == both.events[0].time
+    assert ended.stopped
+    assert ended.times[-1] == ended.events[-1].time == both.events[0].time
     assert ended.q[-1, 0] == pytest.approx(1.0, abs=1e-9)
     deep.direction = 1
     later = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=deep)
@@ -135,8 +138,10 @@ def test_energy_never_grows_and_all_of_it_is_accounted_for(name):
     chain = with_friction(case.chain, np.linspace(0.05, 0.3, nv))
     for restitution in (0.0, 0.6):
         swing = chain.simulate(case.q, 2 * case.v, np.linspace(0, 3, 61), stops=True, restitution=restitution)
-        assert "impact" in kinds(swing) and "stick" in kinds(swing)
-        assert np.diff(swing.energy).max() <= 1e-8 and np.diff(swing.dissipated).min() >= -1e-9
+        assert "impact" in kinds(swing)
+        assert "stick" in kinds(swing)
+        assert np.diff(swing.energy).max() <= 1e-8
+        assert np.diff(swing.dissipated).min() >= -1e-9
         assert swing.energy_drift <= 1e-7
         assert swing.opening.max() <= 1e-12
         assert np.abs(swing.q - case.q).max() <= 1.0 + 1e-7
@@ -176,7 +181,8 @@ def test_mujoco_with_stiff_constraints_moves_alike(what, tmp_path):
                 mujoco.mj_step(theirs, data)
             found.append(np.array(data.qpos[order]))
         errors.append(np.abs(np.array(found) - own.q).max())
-    assert errors[1] <= 2e-4 and errors[1] <= 0.5 * errors[0], errors
+    assert errors[1] <= 2e-4
+    assert errors[1] <= 0.5 * errors[0], errors
 
 
 def test_efforts_that_switch_without_end_stop_the_motion_with_the_reason():

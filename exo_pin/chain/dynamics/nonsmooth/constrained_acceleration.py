@@ -82,7 +82,7 @@ def with_contacts(
     """Method, acceleration and forces with friction and stops; :func:`moving_loops` must have been called."""
     rubbing, contacts = contacts_at(state, q, v, stops)
     applied = efforts + rubbing.force
-    if len(contacts.index):
+    if len(contacts.place):
         if method == "proximal":
             raise InvalidInput(
                 "method 'proximal' is not applicable with friction at rest or an active stop: use 'projected'"

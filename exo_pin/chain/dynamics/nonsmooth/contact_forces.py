@@ -26,7 +26,17 @@ from ...structure.joint_limits import Limits, limits_of
 from .joint_friction import REST, Rubbing, friction_of
 from .projected_motion import ProjectedMotion
 
-__all__ = ["AT_STOP", "ContactForces", "Contacts", "contact_forces", "contacts_at", "contacts_of", "impact", "only_sliding", "stops_at"]
+__all__ = [
+    "AT_STOP",
+    "ContactForces",
+    "Contacts",
+    "contact_forces",
+    "contacts_at",
+    "contacts_of",
+    "impact",
+    "only_sliding",
+    "stops_at",
+]
 
 #: A joint is at its stop if it is within this of it, characteristic lengths and rad.
 AT_STOP = 1e-9
@@ -39,18 +49,22 @@ class Contacts(NamedTuple):
 
     Attributes
     ----------
-    index : ndarray of int
-        Shape (n,), in v; a coordinate that rests at its stop with friction occurs twice.
+    place : ndarray of int
+        Shape (n,), indices in v; a coordinate that rests at its stop with friction occurs twice.
     low, high : ndarray
         Shape (n,), range of the force, N and N m.
     side : ndarray of int
         Shape (n,): 1 at a lower stop, which pushes with f >= 0, -1 at an upper one, 0 for friction.
     """
 
-    index: NDArray[np.int64]
+    place: NDArray[np.int64]
     low: FloatArray
     high: FloatArray
     side: NDArray[np.int64]
+
+    def only(self, chosen: NDArray[np.bool_]) -> Contacts:
+        """Some of them."""
+        return Contacts(self.place[chosen], self.low[chosen], self.high[chosen], self.side[chosen])
 
 
 class ContactForces(NamedTuple):
@@ -113,7 +127,9 @@ def contacts_at(state: ChainState, q: FloatArray, v: FloatArray, stops: bool) ->
         If a joint is beyond its stop, or moves into it.
     """
     rubbing = friction_of(state, v)
-    index, side = stops_at(state, limits_of(state.model), q) if stops else (np.zeros(0, np.int64), np.zeros(0, np.int64))
+    index, side = (
+        stops_at(state, limits_of(state.model), q) if stops else (np.zeros(0, np.int64), np.zeros(0, np.int64))
+    )
     speed = side * v[index] / state.topology.column[index]
     if (speed < -REST).any():
         k = int(speed.argmin())
@@ -143,12 +159,16 @@ def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatAr
     SolverFailed
         If the optimality conditions hold to no better than 1e-9, or the loops move a joint into its stop.
     """
-    index, column = contacts.index, motion.column[contacts.index]
+    index, column = contacts.place, motion.column[contacts.place]
     R = motion.response
     rows = R[index] / column[:, None]
-    found = bounded_complementarity(rows @ rows.T, motion.a[index] / column, contacts.low * column, contacts.high * column)
+    found = bounded_complementarity(
+        rows @ rows.T, motion.a[index] / column, contacts.low * column, contacts.high * column
+    )
     if not found.bounded:
-        raise SolverFailed("the complementarity problem", np.inf, "every motion of the loops moves a joint into its stop")
+        raise SolverFailed(
+            "the complementarity problem", np.inf, "every motion of the loops moves a joint into its stop"
+        )
     # Exactly on the bounds where it is active.
     at_low, at_high = found.force == contacts.low * column, found.force == contacts.high * column
     force = np.where(at_low, contacts.low, np.where(at_high, contacts.high, found.force / column))
@@ -161,9 +181,7 @@ def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatAr
     unique[index[~found.unique]] = False
     # Exactly zero, but for contacts on a bound of their force that would not move without it either.
     still = np.abs(found.rate) <= _STILL * float(np.abs(motion.a[index] / column).max(initial=0.0))
-    return ContactForces(
-        a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual
-    )
+    return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual)
 
 
 def only_sliding(a: FloatArray, sliding: FloatArray) -> tuple[FloatArray, ContactForces]:

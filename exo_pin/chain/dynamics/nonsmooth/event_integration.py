@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -41,8 +42,8 @@ EventFunction = Callable[[float, FloatArray, FloatArray], float]
 _BACK, _DEPTH, _EXCEEDED = 1e-10, 1e-13, 1e-9
 #: Instants of a step at which events are examined, and halvings to locate one.
 _INSTANTS, _HALVINGS = 8, 60
-#: Most events within a nanosecond.
-_CROWD, _NANOSECOND = 100, 1e-9
+#: Most changes of mode within a time, s.
+_CROWD, _MOMENT = 60, 1e-6
 
 
 class _Found(NamedTuple):
@@ -115,8 +116,8 @@ class EventIntegration:
                     return states, steps, found, time
                 if event is not None:
                     instant, mode, changes = self._settled(time, instant)
-                    found, step, short = found + changes, None, 0
-                    crowd = [t for t in crowd if t > time - _NANOSECOND] + [time]
+                    found, step = found + changes, None
+                    crowd = [t for t in crowd if t > time - _MOMENT] + [time]
                     self._refuse_crowd(crowd, time, instant)
         return states, steps, found, None
 
@@ -134,8 +135,8 @@ class EventIntegration:
                 time,
                 instant.q.copy(),
                 instant.v.copy(),
-                f"more than {_CROWD} changes between sticking, slipping and stops within a nanosecond: efforts that "
-                "depend on the sign of v switch without end; make them continuous",
+                f"more than {_CROWD} changes between sticking, slipping and stops within {_MOMENT:g} s. Efforts that "
+                "depend on the sign of v switch without end: make them continuous",
             )
 
     def _first(
@@ -147,28 +148,36 @@ class EventIntegration:
         for later in np.linspace(start, end, _INSTANTS + 1)[1:].tolist():
             change = None
             if self._ends(inside, later):
-                change = self._located(lambda t: self._ends(inside, t), earlier, later)
-            crossed = []
-            for number, event in enumerate(self.events):
-                old, values[number] = values[number], self._value(event, inside, later)
-                way = np.sign(getattr(event, "direction", 0))
-                up, down = old < 0.0 <= values[number] and way >= 0, old > 0.0 >= values[number] and way <= 0
-                if up or down:
-                    passed = lambda t, event=event, up=up: (self._value(event, inside, t) >= 0.0) == up  # noqa: E731
-                    if not up:
-                        passed = lambda t, event=event: self._value(event, inside, t) <= 0.0  # noqa: E731
-                    at = self._located(passed, earlier, later)
-                    crossed.append(_Found(at, number, bool(getattr(event, "terminal", False))))
-            for event in sorted(crossed):
-                if change is not None and event.time > change:
+                change = self._located(partial(self._ends, inside), earlier, later)
+            crossed = sorted(self._crossed(inside, values, earlier, later))
+            for passed in crossed:
+                if change is not None and passed.time > change:
                     break
-                own.append(MotionEvent(event.time, "event", (), event.number))
-                if event.terminal:
-                    return event, own
+                own.append(MotionEvent(passed.time, "event", (), passed.number))
+                if passed.terminal:
+                    return passed, own
             if change is not None:
                 return _Found(change, -1, False), own
             earlier = later
         return None, own
+
+    def _crossed(
+        self, inside: scipy.integrate.DenseOutput, values: list[float], earlier: float, later: float
+    ) -> list[_Found]:
+        """The caller's events between two instants; ``values`` are those at the first, and become those at the last."""
+        found = []
+        for number, event in enumerate(self.events):
+            old, new = values[number], self._value(event, inside, later)
+            values[number] = new
+            way = float(getattr(event, "direction", 0))
+            if (old < 0.0 <= new and way >= 0.0) or (old > 0.0 >= new and way <= 0.0):
+                at = self._located(partial(self._passed, event, inside, old), earlier, later)
+                found.append(_Found(at, number, bool(getattr(event, "terminal", False))))
+        return found
+
+    def _passed(self, event: EventFunction, inside: scipy.integrate.DenseOutput, before: float, time: float) -> bool:
+        """Whether an event's value no longer has the sign that it had before."""
+        return self._value(event, inside, time) * np.sign(before) <= 0.0
 
     def _state(self, inside: scipy.integrate.DenseOutput, time: float) -> tuple[FloatArray, FloatArray]:
         nv, y = self.rates.state.nv, inside(time)
@@ -197,10 +206,10 @@ class EventIntegration:
         state, (q, v) = rates.state, self._state(inside, time)
         if (mode.sign * v < -_BACK * state.topology.column).any():
             return True
-        gaps, index, side = self.stops.gaps(state, q)
+        gaps, index, _ = self.stops.gaps(state, q)
         if len(gaps) and (gaps < self._floor)[~np.isin(index, mode.index)].any():
             return True
-        if not len(mode.held.index):
+        if not len(mode.held.place):
             return False
         efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
         return mode.margin(q, v, efforts, external, rates.method, rates.stabilisation) < -_EXCEEDED

@@ -54,7 +54,7 @@ class Mode:
     @property
     def index(self) -> NDArray[np.int64]:
         """Coordinates of v that are held, each once."""
-        return np.unique(self.held.index)
+        return np.unique(self.held.place)
 
     def acceleration(
         self,
@@ -84,20 +84,20 @@ class Mode:
         those with the largest margin, by a linear program.
         """
         held = self.held
-        if not len(held.index):
+        if not len(held.place):
             return np.inf
         _, force, rows, moved = self._solved(q, v, efforts, external, method, stabilisation)
         if moved:
             return -1.0
-        index, column = self.index, self.state.topology.column[held.index]
+        index, column = self.index, self.state.topology.column[held.place]
         half = np.where(np.isfinite(held.high - held.low), 0.5 * (held.high - held.low), 0.0) * column
         scaled = force * self.state.topology.column[index]
         size = max(float(half.max(initial=0.0)), float(np.abs(scaled).max(initial=0.0))) or 1.0
         weight = np.where(half > 0.0, half, size)
-        place = np.searchsorted(index, held.index)
+        place = np.searchsorted(index, held.place)
         effect = rows[place]
         low, high = held.low * column, held.high * column
-        if len(place) == len(index) and np.linalg.matrix_rank(effect, _RANK * max(np.linalg.norm(effect), 1e-300)) == len(place):
+        if len(place) == len(index) and _independent(effect):
             found = scaled[place]
             return float(np.minimum((found - low) / weight, (high - found) / weight).min())
         return _largest_margin(effect.T, rows.T @ scaled, low, high, weight)
@@ -126,6 +126,14 @@ class Mode:
         left = float(np.abs(start + rows @ (rows.T @ scaled)).max())
         size = max(float(np.abs(motion.a / motion.column).max()), float(np.abs(start).max()))
         return a, scaled / column, rows, left > _MOVED * max(size, _MOVED)
+
+
+def _independent(rows: FloatArray) -> bool:
+    """Whether the rows are linearly independent."""
+    if rows.shape[0] > rows.shape[1]:
+        return False
+    values = np.linalg.svd(rows, compute_uv=False)
+    return bool(values[-1] > _RANK * values[0])
 
 
 def _held_forces(rows: FloatArray, start: FloatArray) -> FloatArray:

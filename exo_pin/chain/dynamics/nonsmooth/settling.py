@@ -65,9 +65,7 @@ class StopRules:
         return room / state.topology.column[index], index, np.repeat([1, -1], [count, count])
 
 
-def settled(
-    rates: Rates, time: float, instant: Instant, stops: StopRules
-) -> tuple[Instant, Mode, list[MotionEvent]]:
+def settled(rates: Rates, time: float, instant: Instant, stops: StopRules) -> tuple[Instant, Mode, list[MotionEvent]]:
     """The state and mode after impacts at a time, and what happened; ``rates`` has the mode before, or None.
 
     Raises
@@ -100,7 +98,7 @@ def settled(
 
 
 def _resting(mode: Mode | None, index: NDArray[np.int64], side: NDArray[np.int64]) -> NDArray[np.bool_]:
-    held = set() if mode is None else set(zip(mode.held.index.tolist(), mode.held.side.tolist(), strict=True))
+    held = set() if mode is None else set(zip(mode.held.place.tolist(), mode.held.side.tolist(), strict=True))
     return np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)
 
 
@@ -113,18 +111,18 @@ def _mode(
     low, high = state.passive.dry_friction
     # Friction in one direction may be zero.
     sign = np.where((sliding == 0.0) & ((low != 0.0) | (high != 0.0)), np.sign(v), sign).astype(np.int64)
-    sign[contacts.index[contacts.side == 0]] = 0
-    if not len(contacts.index):
+    sign[contacts.place[contacts.side == 0]] = 0
+    if not len(contacts.place):
         return Mode(state, sliding, sign, contacts)
     efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
     moving_loops(state, q, v)
     motion = projected_motion(state, q, v, efforts + sliding, external, rates.stabilisation)
     found = contact_forces(motion, contacts, sliding)
     slips = (contacts.side == 0) & ~found.sticks
-    sliding, own = sliding.copy(), contacts.index[slips]
+    sliding, own = sliding.copy(), contacts.place[slips]
     sliding[own] = found.force[slips]
     sign[own] = np.sign(found.a[own])
-    held = Contacts(*(part[found.sticks] for part in contacts))
+    held = contacts.only(found.sticks)
     return Mode(state, sliding, sign, held)
 
 
@@ -133,7 +131,9 @@ def _changes(state: ChainState, time: float, before: Mode | None, after: Mode) -
     if before is None:
         return []
     found = []
-    old, new = ({(int(k), int(s)) for k, s in zip(mode.held.index, mode.held.side, strict=True)} for mode in (before, after))
+    old, new = (
+        {(int(k), int(s)) for k, s in zip(mode.held.place, mode.held.side, strict=True)} for mode in (before, after)
+    )
     for kind, pairs, friction in (
         ("stick", new - old, True),
         ("slip", old - new, True),

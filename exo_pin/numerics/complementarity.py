@@ -9,12 +9,13 @@ singular: then w is unique, and f may not be.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import SolverFailed
+from ..core.records import reduced_tuple
 from ..core.validation import FloatArray
 
 __all__ = ["Complementarity", "bounded_complementarity"]
@@ -48,6 +49,9 @@ class Complementarity(NamedTuple):
     unique: NDArray[np.bool_]
     residual: float
     bounded: bool
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high: FloatArray) -> Complementarity:

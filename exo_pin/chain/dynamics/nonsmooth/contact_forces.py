@@ -13,12 +13,13 @@ has no impulse, because its force is bounded.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.errors import InvalidInput, SolverFailed
+from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, frozen
 from ....numerics.complementarity import bounded_complementarity
 from ...structure.chain_state import ChainState
@@ -62,6 +63,9 @@ class Contacts(NamedTuple):
     high: FloatArray
     side: NDArray[np.int64]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
     def only(self, chosen: NDArray[np.bool_]) -> Contacts:
         """Some of them."""
         return Contacts(self.place[chosen], self.low[chosen], self.high[chosen], self.side[chosen])
@@ -93,6 +97,9 @@ class ContactForces(NamedTuple):
     stops: FloatArray
     unique: NDArray[np.bool_]
     residual: float
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def stops_at(state: ChainState, limits: Limits, q: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -13,12 +13,13 @@ with ``model.lowerDryFrictionLimit`` and ``model.upperDryFrictionLimit``, N or N
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.errors import InvalidInput, UnsupportedDynamics
+from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, as_mapping, as_real
 from ...structure.chain_state import ChainState
 
@@ -46,6 +47,9 @@ class Rubbing(NamedTuple):
     rest: NDArray[np.int64]
     low: FloatArray
     high: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def friction_of(state: ChainState, v: FloatArray, *next_signs: FloatArray | None) -> Rubbing:

@@ -15,6 +15,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import SolverFailed
+from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ..equations_of_motion import moving_loops
@@ -31,7 +32,7 @@ _MOVED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
+class Mode(Record):
     """One mode.
 
     Attributes

@@ -6,12 +6,13 @@ a = a_0 + Z z with J Z = 0 and J a_0 = -J̇ v, (ZᵀMZ) z = Zᵀ(forces - M a_0)
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ....core.errors import MasslessMotion
+from ....core.records import reduced_tuple
 from ....core.validation import FloatArray
 from ...kinematics.rank import least_motion
 from ...structure.chain_state import CLOSED, ChainState
@@ -40,6 +41,9 @@ class ProjectedMotion(NamedTuple):
     ways: FloatArray
     sizes: FloatArray
     column: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
     @property
     def response(self) -> FloatArray:

@@ -6,11 +6,12 @@ is in the equations of motion, so that the effort is known up to the range of th
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.records import reduced_tuple
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState, Drive
 from ..force_distribution import Bound
@@ -44,6 +45,9 @@ class RestingFriction(NamedTuple):
     largest: FloatArray
     total: FloatArray
     total_is_unique: NDArray[np.bool_]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
     def split(self) -> tuple[FloatArray, FloatArray]:
         """Efforts and friction: the least friction for which efforts are within their bounds."""

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.inertia import inertia_matrix
@@ -48,7 +49,7 @@ class MotionEvent(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StopRules:
+class StopRules(Record):
     """Limits that are stops, or None, and Newton's restitution."""
 
     limits: Limits | None

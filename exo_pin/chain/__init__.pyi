@@ -4,6 +4,7 @@ from .derivatives.dynamics_derivatives import ReactionDerivatives as ReactionDer
 from .dynamics.forward_dynamics import ClosedMotion as ClosedMotion
 from .dynamics.inverse_dynamics import PULL as PULL
 from .dynamics.inverse_dynamics import PUSH as PUSH
+from .dynamics.nonsmooth.settling import MotionEvent as MotionEvent
 from .dynamics.reactions import ClosedForces as ClosedForces
 from .dynamics.reactions import JointReaction as JointReaction
 from .dynamics.simulation import Simulation as Simulation

@@ -11,6 +11,7 @@ from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from mckibben import McKibben
 from moving_chains import moving
+from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
 from workspace_examples import workspace_examples
@@ -179,6 +180,10 @@ def _chains(folder):
         answer.joint_reaction(chain.model.names[1])
         chain.forward_dynamics(q, v)
         chain.simulate(q, v, times=np.linspace(0, 0.01, 3))
+    bouncing = slide(np.pi / 2, friction=0.5, limits=(0.0, 1.0))
+    bouncing.simulate([0.01], [0.0], [0.0, 0.2], stops=True)
+    bouncing.forward_dynamics([0.0], stops=True).forces.friction_interval("slide")
+    bouncing.inverse_dynamics([0.5], actuated=["slide"])
     found = chain.inverse_dynamics_derivatives(q, v, a)
     found.joint_reaction(chain.model.names[1])
     sdf_writing.sdf_text(chain.state, q)

@@ -13,7 +13,7 @@ from differences, of fourth order and exact to about 1e-11.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
@@ -24,6 +24,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ..dynamics.equations_of_motion import equations_of_motion
 from ..dynamics.inverse_dynamics import solved
+from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
 from ..kinematics.loops import closed_configuration
 from ..kinematics.reduced_kinematics import split
@@ -155,6 +156,8 @@ def inverse_dynamics_derivatives(
     ------
     UndeterminedMotion
         If the given joints do not determine the others.
+    UnsupportedDynamics
+        If a joint with dry friction is at rest: forces have no derivatives there.
     LoopNotClosed, InvalidInput, UnknownName, UndrivenMotion
         As for :meth:`ClosedChain.inverse_dynamics`.
     """
@@ -162,8 +165,16 @@ def inverse_dynamics_derivatives(
     v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()
     a = np.zeros(state.model.nv) if a is None else state.tangent("a", a).copy()
     equations = equations_of_motion(state, q, v, a, external)
+    if state.passive.rubs:
+        rubbing = friction_of(state, v)
+        refuse_rest(
+            state, rubbing, "its derivatives exist only in motion; without_friction() gives the chain without it"
+        )
+        equations = replace(equations, tau=equations.tau - rubbing.force)
     drive = state.drive(actuated)
     forces = solved(equations, drive, metric="closures")
+    if state.passive.rubs:
+        forces = replace(forces, _friction=frozen(rubbing.force))
     parts = split(state, q, independent)
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
     wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}

@@ -47,6 +47,8 @@ _REST = 1e-3
 class EquationsOfMotion:
     """M a + h - passive - external = τ + Jᵀλ at one state; passive are the forces of springs and damping.
 
+    Dry friction is part of τ.
+
     Attributes
     ----------
     state : ChainState
@@ -150,8 +152,6 @@ def equations_of_motion(
         If the motion opens the loops.
     UnknownName
         If a frame is not known.
-    UnsupportedDynamics
-        If a joint has dry friction.
     """
     work, top, model = state.workspace, state.topology, state.model
     moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
@@ -180,10 +180,9 @@ def open_tree(
 ) -> FloatArray:
     """Generalised forces of the open tree without its springs and dampers, shape (nv,); fills ``forces``.
 
-    The workspace's poses must be up to date.
+    Dry friction is not in them: callers know whether joints slide or rest. The workspace's poses must be up to date.
     """
     work = state.workspace
-    state.passive.refuse_friction()
     if external is None:
         tau = np.array(pin.rnea(state.model, work.data, q, v, a))
     else:

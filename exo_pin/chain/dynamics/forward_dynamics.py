@@ -9,29 +9,29 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InvalidInput, LoopNotClosed, MasslessMotion, SolverFailed, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
-from ..kinematics.rank import least_motion
 from ..structure.chain_state import CLOSED, ChainState
-from ..structure.inertia import MASSLESS, has_inertia, heaviest, inertia_matrix, massless_joints
+from ..structure.inertia import has_inertia, massless_joints
 from ..structure.workspace import PINOCCHIO_TYPES
 from .equation_kernels import missed
 from .equations_of_motion import (
     equations_of_motion,
     moving_loops,
-    open_tree,
     refuse_missing,
     refuse_near_singular,
     refuse_opening,
 )
 from .inverse_dynamics import solved
+from .nonsmooth.constrained_acceleration import smooth_acceleration, with_contacts
+from .nonsmooth.contact_forces import ContactForces
+from .nonsmooth.projected_motion import stabilising
 from .reactions import ClosedForces
 
-__all__ = ["METHODS", "ClosedMotion", "acceleration", "efforts_of", "forward_dynamics"]
+__all__ = ["METHODS", "ClosedMotion", "efforts_of", "forward_dynamics"]
 
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
@@ -62,6 +62,22 @@ class ClosedMotion(Record):
     method: str
     residual: float
     _motion: tuple[ChainState, FloatArray, FloatArray, dict[str, FloatArray] | None, FloatArray] = field(repr=False)
+    _contacts: ContactForces | None = field(repr=False, default=None)
+
+    @property
+    def friction(self) -> FloatArray:
+        """Dry friction of the joints, shape (nv,), N and N m."""
+        return np.zeros(len(self.a)) if self._contacts is None else self._contacts.friction
+
+    @property
+    def stop_reactions(self) -> FloatArray:
+        """Reactions of the joint limits as stops, shape (nv,), N and N m, above zero at lower limits."""
+        return np.zeros(len(self.a)) if self._contacts is None else self._contacts.stops
+
+    @property
+    def contact_is_unique(self) -> NDArray[np.bool_]:
+        """Shape (nv,): where friction and the stop's reaction are the same in every solution; a is always."""
+        return np.ones(len(self.a), dtype=np.bool_) if self._contacts is None else self._contacts.unique
 
     @cached_property
     def forces(self) -> ClosedForces:
@@ -79,7 +95,11 @@ class ClosedMotion(Record):
         # The residual of stabilised loops is no rounding error: the same rank as in the acceleration.
         equations = replace(equations, gap=min(equations.gap, CLOSED))
         # Nearness to a singular configuration was checked with the acceleration.
-        return solved(equations, state.drive(()), applied=self.tau, resolved=False)
+        if self._contacts is None:
+            return solved(equations, state.drive(()), applied=self.tau, resolved=False)
+        all_forces = self.tau + self.friction + self.stop_reactions
+        found = solved(equations, state.drive(()), applied=all_forces, resolved=False)
+        return replace(found, tau=frozen(self.tau.copy()), _friction=self.friction)
 
 
 def forward_dynamics(
@@ -91,10 +111,16 @@ def forward_dynamics(
     external: Mapping[str, ArrayLike] | None = None,
     method: Method = "auto",
     stabilisation: float = 0.0,
+    stops: bool = False,
 ) -> ClosedMotion:
     """Acceleration that efforts make.
 
-    M a + h - passive - external = τ + Jᵀλ with J a + J̇ v = 0, where passive are the forces of springs and damping.
+    M a + h - passive - external = τ + f + Jᵀλ with J a + J̇ v = 0, where passive are the forces of springs and
+    damping, and f dry friction and reactions of stops, as
+    :mod:`exo_pin.chain.dynamics.nonsmooth` has them: the acceleration is unique, f may not be. A coordinate is at rest
+    below 1e-9 characteristic lengths or rad a second, and at its stop within 1e-9 of it. With friction at rest or
+    an active stop "projected" is used.
+
     "proximal" is Pinocchio's constrained dynamics, for rigid and
     spherical closures and chains whose links all have inertia. "projected" solves the equations in the null
     space of the closures, a = a_0 + Z z with J Z = 0. It takes every closure type, redundant closures, and links
@@ -113,6 +139,8 @@ def forward_dynamics(
     stabilisation : float
         Rate ω, 1/s, of Baumgarte's terms: J a + J̇ v = -2 ω J v - ω² residual, so that open loops close as a
         critically damped oscillator. Zero leaves them out. Above zero the loops may be open, and "projected" is used.
+    stops : bool
+        Whether joint limits are rigid stops.
 
     Raises
     ------
@@ -125,11 +153,12 @@ def forward_dynamics(
     NearSingularConfiguration
         If q is so near a singular configuration that the acceleration depends on rounding, without stabilisation.
     InvalidInput
-        If v opens the loops, without stabilisation, or "proximal" is not applicable to the closures.
+        If v opens the loops, without stabilisation, or "proximal" is not applicable to the closures or with friction
+        at rest; if a joint is beyond its stop or moves into it.
     UnknownName
         If a joint, frame or method is not known.
-    UnsupportedDynamics
-        If a joint has dry friction.
+    SolverFailed
+        If friction and stops meet their optimality conditions to no better than 1e-9.
     """
     if method not in METHODS:
         raise UnknownName("method", method, METHODS)
@@ -151,29 +180,32 @@ def forward_dynamics(
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
-    solve = _projected if chosen == "projected" else _proximal
-    a = solve(state, q, v, efforts, external, stabilisation)
+    forces = None
+    if stops or state.passive.rubs:
+        chosen, a, forces = with_contacts(state, q, v, efforts, external, stabilisation, chosen, method, stops)
+    else:
+        a = smooth_acceleration(state, q, v, efforts, external, stabilisation, chosen)
     if not math.isfinite(a.dot(a)):
         if chosen == "proximal" and method == "auto":
-            return forward_dynamics(state, q, v, efforts, external=external, method="projected")
+            return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
-    drift = work.drift + _stabilising(state, v, stabilisation) if stabilisation else work.drift
+    drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
     largest, missing, size = missed(work.jacobian, drift, a, top.row_scale, top.column)
     size += speed * speed
     if not stabilisation:
         # Pinocchio's tolerances have units, so that very small or light robots may miss them.
         if chosen == "proximal" and method == "auto" and missing > _MISSED * size:
-            return forward_dynamics(state, q, v, efforts, external=external, method="projected")
+            return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
         refuse_missing(q, v, missing, size)
         if not regular:
             refuse_near_singular(state, q, work.jacobian, gap)
-    state.passive.refuse_friction()
     # Copies: gravity and the caller's arrays may have changed when forces are computed.
     given = None
     if external is not None:
         wrenches = as_mapping("external", external, "frames to wrenches")
         given = {name: np.array(wrench) for name, wrench in wrenches.items()}
-    return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, (state, q, v, given, state.gravity.copy()))
+    motion = state, q, v, given, state.gravity.copy()
+    return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, motion, forces)
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
@@ -209,84 +241,3 @@ def chosen_method(state: ChainState, method: Method, stabilisation: float) -> st
             "stabilisation, use 'projected'"
         )
     return "proximal" if fits and method != "projected" else "projected"
-
-
-def acceleration(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    method: str,
-    stabilisation: float,
-) -> FloatArray:
-    """:meth:`ClosedChain.forward_dynamics` after its checks.
-
-    Raises
-    ------
-    MasslessMotion
-        If some motion has no inertia.
-    SolverFailed
-        If the answer is not finite.
-    """
-    if method == "projected":
-        moving_loops(state, q, v)
-    solve = _projected if method == "projected" else _proximal
-    a = solve(state, q, v, efforts, external, stabilisation)
-    if not math.isfinite(a.dot(a)):
-        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
-    return a
-
-
-def _projected(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    stabilisation: float,
-) -> FloatArray:
-    """Solution in the null space of the closures; :func:`moving_loops` must have been called."""
-    work, top, model = state.workspace, state.topology, state.model
-    J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
-    right = -_stabilising(state, v, stabilisation) - work.drift
-    column = top.column
-    forces = column * (efforts - open_tree(state, q, v, np.zeros(model.nv), external))
-    M = inertia_matrix(state, q) * column[:, None] * column
-    # a = start + column basis z: metres in characteristic lengths, as the rows.
-    start, basis = least_motion(J, right, top.row_scale, column, top.blocks, model.njoints, gap, True)
-    if not basis.shape[1]:
-        return start
-    reduced = basis.T @ M @ basis
-    sizes, ways = np.linalg.eigh(reduced)
-    if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
-        raise MasslessMotion(massless_joints(state, q, basis))
-    push = ways.T @ (basis.T @ (forces - M @ (start / column)))
-    return start + column * (basis @ (ways @ (push / sizes)))
-
-
-def _stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:
-    """Baumgarte's terms; the workspace must be linearised."""
-    work = state.workspace
-    return 2.0 * rate * (work.jacobian @ v) + rate**2 * work.gap
-
-
-def _proximal(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    _: float,
-) -> FloatArray:
-    """Pinocchio's constrained dynamics, which knows no stabilisation."""
-    model, problem = state.model, state.proximal_problem
-    if external:
-        state.workspace.linearise(q)
-        still = np.zeros(state.nv)
-        efforts = efforts + open_tree(state, q, still, still, None) - open_tree(state, q, still, still, external)
-    if state.passive.act:
-        efforts = efforts + state.passive.force(q, v)
-    return np.array(
-        pin.constraintDynamics(model, problem.data, q, v, efforts, problem.models, problem.datas, problem.settings)
-    )

@@ -19,9 +19,23 @@ from ..kinematics.loops import tree_frame_jacobian
 from ..kinematics.reduced_kinematics import project_velocity
 from ..structure.chain_state import ChainState
 from ..structure.inertia import inertia_matrix
-from .forward_dynamics import acceleration, efforts_of
+from .forward_dynamics import efforts_of
+from .nonsmooth.constrained_acceleration import acceleration
+from .nonsmooth.modes import Mode, at_rest
 
-__all__ = ["Instant", "Rates", "efforts_at", "energies_of", "integrated"]
+__all__ = [
+    "Instant",
+    "Rates",
+    "efforts_at",
+    "energies_of",
+    "external_at",
+    "first_state",
+    "instant_of",
+    "integrated",
+    "kinetic_energy",
+    "refuse_jump",
+    "taken",
+]
 
 #: Largest error of the energy in a step, as a share of the kinetic energy; larger only where a motion passes a
 #: singularity.
@@ -32,6 +46,11 @@ _SPARE = 10.0
 #: With more steps in a row than this below this size, s, the integration has failed. A jump of the efforts takes
 #: fewer, at most six in trials: after it steps may grow tenfold each.
 _LEAST_STEP, _SHORT_STEPS = 1e-9, 8
+_SINGULAR = (
+    "Usually the configuration there is singular, and more than one motion is possible: stop before it, or start from "
+    "another state"
+)
+_NONE = np.zeros(0)
 
 
 class Instant(NamedTuple):
@@ -45,30 +64,42 @@ class Instant(NamedTuple):
 
 @dataclass
 class Rates:
-    """The right side of the differential equations: y = (ξ, v, work, dissipated), with q = base ⊕ ξ."""
+    """The right side of the differential equations: y = (ξ, v, work, dissipated), with q = base ⊕ ξ.
+
+    In a mode with friction and stops the impulses of the coordinates that it holds follow, so that the steps
+    resolve forces that change while nothing moves.
+    """
 
     state: ChainState
     tau: object
-    external: Mapping[str, ArrayLike] | None
+    external: object
     method: str
     stabilisation: float
     base: FloatArray = field(default_factory=lambda: np.zeros(0))
+    mode: Mode | None = None
 
     def __call__(self, t: float, y: FloatArray) -> FloatArray:  # noqa: D102 - SciPy calls it
         state, model = self.state, self.state.model
-        shift, v = y[: model.nv], y[model.nv : -2]
+        shift, v = y[: model.nv], y[model.nv : 2 * model.nv]
         q = pin.integrate(model, self.base, shift)
-        efforts = efforts_at(state, self.tau, t, q, v)
-        a = acceleration(state, q, v, efforts, self.external, self.method, self.stabilisation)
+        efforts, external = efforts_at(state, self.tau, t, q, v), external_at(self.external, t, q, v)
+        held, rubbed = _NONE, 0.0
+        if self.mode is None:
+            a = acceleration(state, q, v, efforts, external, self.method, self.stabilisation)
+        else:
+            a, held = self.mode.acceleration(q, v, efforts, external, self.method, self.stabilisation)
+            rubbed = -float(self.mode.sliding @ v)
         # d/dt (base ⊕ ξ) = v, so that ξ' is the inverse of the step's right Jacobian times v.
         rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
-        return np.concatenate([rate, a, [efforts @ v + self._power(q, v), state.passive.loss(v)]])
+        return np.concatenate(
+            [rate, a, [efforts @ v + self._power(q, v, external), state.passive.loss(v) + rubbed], held]
+        )
 
-    def _power(self, q: FloatArray, v: FloatArray) -> float:
+    def _power(self, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> float:
         """Of the external wrenches, W."""
         return sum(
             float(np.asarray(wrench) @ (tree_frame_jacobian(self.state, q, frame) @ v))
-            for frame, wrench in (self.external or {}).items()
+            for frame, wrench in (external or {}).items()
         )
 
 
@@ -80,6 +111,16 @@ def _right_jacobian(model: pin.Model, q: FloatArray, shift: FloatArray) -> Float
 def efforts_at(state: ChainState, tau: object, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
     """Efforts at a time and state, shape (nv,), N and N m, given as for :meth:`ClosedChain.simulate`."""
     return efforts_of(state, tau(t, q.copy(), v.copy()) if callable(tau) else tau)  # type: ignore[arg-type]
+
+
+def external_at(external: object, t: float, q: FloatArray, v: FloatArray) -> Mapping[str, ArrayLike] | None:
+    """External wrenches at a time and state, given as for :meth:`ClosedChain.simulate`."""
+    return external(t, q.copy(), v.copy()) if callable(external) else external  # type: ignore[return-value]
+
+
+def first_state(instant: Instant, held: int = 0) -> FloatArray:
+    """y at the start of a step, with room for the impulses of held coordinates."""
+    return np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated], np.zeros(held)])
 
 
 def integrated(
@@ -102,50 +143,64 @@ def integrated(
     for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
         while time < target and len(states) < len(when):
             rates.base = instant.q
-            y = np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated]])
             solver = scipy.integrate.DOP853(
-                rates, time, y, end, first_step=step, rtol=tolerances[0], atol=tolerances[1]
+                rates, time, first_state(instant), end, first_step=step, rtol=tolerances[0], atol=tolerances[1]
             )
-            message = solver.step()
-            failed = solver.status == "failed"
-            short = short + 1 if not failed and solver.step_size < _LEAST_STEP else 0
-            if failed or short > _SHORT_STEPS:
-                reason = message or f"steps would have to be below {_LEAST_STEP:g} s"
-                raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), reason)
+            short = taken(solver, instant, short)
             inside = solver.dense_output()
             while len(states) < len(when) and when[len(states)] <= solver.t:
-                states.append(_instant(rates, inside(float(when[len(states)])), projection))
-            before, instant = instant, _instant(rates, solver.y, projection)
+                states.append(instant_of(rates, inside(float(when[len(states)])), projection))
+            before, instant = instant, instant_of(rates, solver.y, projection)
             if not rates.stabilisation:
-                _refuse_jump(rates.state, before, instant, time, solver.y[: len(instant.v)], tolerances)
+                refuse_jump(rates.state, before, instant, time, solver.y[: len(instant.v)], tolerances)
             time, steps = float(solver.t), steps + 1
             step = min(solver.h_abs, end - time) or None
     return states, steps
 
 
-def _instant(rates: Rates, y: FloatArray, projection: bool) -> Instant:
+def taken(solver: scipy.integrate.DOP853, instant: Instant, short: int) -> int:
+    """Take a step and return the number of very short steps in a row.
+
+    Raises
+    ------
+    SimulationStopped
+        If the steps become too small.
+    """
+    time, message = float(solver.t), solver.step()
+    failed = solver.status == "failed"
+    short = short + 1 if not failed and solver.step_size < _LEAST_STEP else 0
+    if failed or short > _SHORT_STEPS:
+        reason = message or f"steps would have to be below {_LEAST_STEP:g} s"
+        raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), f"{reason}. {_SINGULAR}")
+    return short
+
+
+def instant_of(rates: Rates, y: FloatArray, projection: bool) -> Instant:
+    """The state that y is, with closed loops if ``projection``."""
     state, nv = rates.state, rates.state.model.nv
-    q, v = pin.integrate(state.model, rates.base, y[:nv]), y[nv:-2].copy()
+    q, v = pin.integrate(state.model, rates.base, y[:nv]), y[nv : 2 * nv].copy()
     if projection and state.row_count:
         q = close(state, q, restarts=0)
         v = project_velocity(state, q, v)
-    return Instant(q, v, float(y[-2]), float(y[-1]))
+    if rates.mode is not None:
+        v = at_rest(state, q, v, rates.mode.index)
+    return Instant(q, v, float(y[2 * nv]), float(y[2 * nv + 1]))
 
 
 def energies_of(state: ChainState, instant: Instant) -> tuple[float, float]:
     """Total and kinetic energy, J."""
     data = state.workspace.data
     height = float(pin.computePotentialEnergy(state.model, data, instant.q))
-    kinetic = _kinetic_energy(state, instant.q, instant.v)
+    kinetic = kinetic_energy(state, instant.q, instant.v)
     return height + state.passive.energy(instant.q) + kinetic, kinetic
 
 
-def _kinetic_energy(state: ChainState, q: FloatArray, v: FloatArray) -> float:
+def kinetic_energy(state: ChainState, q: FloatArray, v: FloatArray) -> float:
     """J, rotors included: Pinocchio's own leaves them out for joints about an axis other than x, y or z."""
     return float(0.5 * v @ inertia_matrix(state, q) @ v)
 
 
-def _refuse_jump(
+def refuse_jump(
     state: ChainState,
     before: Instant,
     after: Instant,
@@ -159,7 +214,10 @@ def _refuse_jump(
     explained = _SPARE * _explained(state, after, (new, moving), shift, tolerances)
     if jump > _JUMP * max(kinetic, moving) + explained:
         raise SimulationStopped(
-            time, before.q.copy(), before.v.copy(), f"the next step changes the energy by {jump:.3g} J"
+            time,
+            before.q.copy(),
+            before.v.copy(),
+            f"the next step changes the energy by {jump:.3g} J beyond work and dissipation. {_SINGULAR}",
         )
 
 
@@ -176,7 +234,7 @@ def _explained(
     # The residual of a closed loop may be 1e-12.
     pull = np.abs(pin.computeGeneralizedGravity(model, data, instant.q)) + np.abs(state.passive.force(instant.q, None))
     height = pull @ (atol + 1e-12 + rtol * np.abs(shift))
-    stray = _kinetic_energy(state, instant.q, atol + rtol * np.abs(instant.v))
+    stray = kinetic_energy(state, instant.q, atol + rtol * np.abs(instant.v))
     speed = stray + 2.0 * np.sqrt(kinetic * stray)
     rounding = np.finfo(float).eps * (abs(total) + abs(instant.work) + instant.dissipated)
     return float(height + speed + 2.0 * atol + rtol * (abs(instant.work) + instant.dissipated) + rounding)

@@ -14,7 +14,9 @@ from ...core.validation import FloatArray, frozen
 from ..structure.chain_state import ChainState, Drive
 from .equations_of_motion import EquationsOfMotion, equations_of_motion, refuse_near_singular
 from .force_distribution import METRICS, Bound, ForceDistribution, self_stress_within
-from .objectives import Objective, Range, effort_bounds_of, objective_of, reaction_bounds_of
+from .nonsmooth.joint_friction import Rubbing, friction_of, slip_directions
+from .nonsmooth.resting_friction import bearing_drive, friction_bounds, resting_friction
+from .objectives import Objective, Range, effort_bounds_of, effort_ranges, objective_of, reaction_bounds_of
 from .reactions import ClosedForces, JointReaction
 from .solution_kernels import efforts_and_residual, least, solutions
 
@@ -41,6 +43,7 @@ def inverse_dynamics(
     reaction_bounds: Mapping[str, Range] | None = None,
     objective: Objective | None = None,
     metric: Literal["reactions", "closures"] = "reactions",
+    slip: Mapping[str, ArrayLike] | None = None,
 ) -> ClosedForces:
     """Efforts of the actuators and multipliers of the closures that make a motion.
 
@@ -48,6 +51,10 @@ def inverse_dynamics(
     passive being the forces of springs and damping. They determine τ and λ up to the chain's self-stresses. The result
     is the solution of least objective within the bounds, by ProxSuite, and among equals the one of least norm in the
     metric. Without objective and bounds that is a linear least-squares problem and is solved as one.
+
+    Dry friction is known in joints that move, or start to move with a. At rest it is an unknown within its range: a
+    joint without actuator may be held by it, and ``effort_interval`` and ``friction_interval`` of the result have what
+    remains undetermined. ``tau`` then has the least friction in actuated joints for which efforts are within bounds.
 
     Parameters
     ----------
@@ -74,6 +81,9 @@ def inverse_dynamics(
         Minimised among the remaining solutions: the sum of squares of the wrenches of all joints and
         closures, each about its own origin, moments divided by the characteristic length, which depends
         neither on where the loops are cut nor on the root; or that of the multipliers alone.
+    slip : mapping, optional
+        Joint to direction, -1 or 1 (0 for none), one or one for each coordinate, in which a joint at rest is about to
+        slip: its friction is that of motion in this direction.
 
     Raises
     ------
@@ -89,19 +99,19 @@ def inverse_dynamics(
         If no efforts within the bounds do.
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
-    UnsupportedDynamics
-        If a joint has dry friction.
     NearSingularConfiguration
         If q is so near a singular configuration that the forces depend on rounding.
     """
-    equations = equations_of_motion(
-        state,
-        state.configuration(q).copy(),
-        None if v is None else state.tangent("v", v),
-        None if a is None else state.tangent("a", a),
-        external,
-    )
-    return solved(equations, state.drive(actuated), effort_bounds, reaction_bounds, objective, metric)
+    v, a = (None if value is None else state.tangent(name, value) for name, value in (("v", v), ("a", a)))
+    equations = equations_of_motion(state, state.configuration(q).copy(), v, a, external)
+    drive = state.drive(actuated)
+    if not state.passive.rubs:
+        slip_directions(state, slip)  # to check them
+        return solved(equations, drive, effort_bounds, reaction_bounds, objective, metric)
+    still = np.zeros(state.nv)
+    rubbing = friction_of(state, still if v is None else v, a, slip_directions(state, slip))
+    equations = replace(equations, tau=equations.tau - rubbing.force)
+    return solved(equations, drive, effort_bounds, reaction_bounds, objective, metric, rubbing=rubbing)
 
 
 def joint_reaction(
@@ -138,6 +148,7 @@ def solved(
     metric: Literal["reactions", "closures"] = "reactions",
     applied: FloatArray | None = None,
     resolved: bool = True,
+    rubbing: Rubbing | None = None,
 ) -> ClosedForces:
     """:meth:`ClosedChain.inverse_dynamics` from the equations of motion.
 
@@ -151,6 +162,8 @@ def solved(
         Shape (nv,), given generalised forces.
     resolved : bool
         Whether to raise too near a singular configuration; not for loops that are open in a stabilised motion.
+    rubbing : Rubbing, optional
+        Dry friction; the equations contain that of motion already.
 
     Raises
     ------
@@ -162,6 +175,10 @@ def solved(
     top = equations.state.topology
     if applied is not None:
         equations = replace(equations, tau=equations.tau - applied)
+    actuators = drive
+    rests = rubbing is not None and bool(len(rubbing.rest))
+    if rubbing is not None and rests:
+        drive = bearing_drive(drive, rubbing)
     start, stresses, sharpness, missing, share_of_largest, weakest = solutions(
         equations.jacobian,
         equations.tau,
@@ -179,7 +196,7 @@ def solved(
     if resolved:
         refuse_near_singular(equations.state, equations.q, equations.jacobian, equations.gap, weakest)
     bounds: tuple[Bound, ...] = ()
-    if effort_bounds is None and reaction_bounds is None and objective is None:
+    if effort_bounds is None and reaction_bounds is None and objective is None and not rests:
         multipliers = start
         if metric == "reactions" and stresses.shape[1]:
             multipliers = least(
@@ -197,13 +214,19 @@ def solved(
     else:
         self_stress = start, stresses, sharpness
         bounds, multipliers = _bounds_and_multipliers(
-            equations, drive, self_stress, (effort_bounds, reaction_bounds), objective, metric
+            equations, (drive, actuators), self_stress, (effort_bounds, reaction_bounds), objective, metric, rubbing
         )
     tau, residual, unique = efforts_and_residual(
         equations.jacobian, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
     )
     if applied is not None:
         tau += applied
+    friction, rest = None if rubbing is None else rubbing.force, None
+    if rubbing is not None and rests:
+        ranges = effort_ranges(equations.state, actuators.driven, effort_bounds)
+        rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
+        tau, resting = rest.split()
+        friction, unique = rubbing.force + resting, (unique & ~rest.actuated) | rest.alone
     return ClosedForces(
         frozen(tau),
         frozen(multipliers),
@@ -216,27 +239,39 @@ def solved(
         sharpness,
         metric,
         bounds,
+        None if friction is None else frozen(friction),
+        rest,
     )
 
 
 def _bounds_and_multipliers(
     equations: EquationsOfMotion,
-    drive: Drive,
+    drives: tuple[Drive, Drive],
     self_stress: tuple[FloatArray, FloatArray, float],
     given: tuple[Mapping[str, Range] | Literal["model"] | None, Mapping[str, Range] | None],
     objective: Objective | None,
     metric: str,
+    rubbing: Rubbing | None,
 ) -> tuple[tuple[Bound, ...], FloatArray]:
-    """Bounds, and the λ within them that is least in the objective, and then in the metric."""
-    state = equations.state
+    """Bounds, and the λ within them that is least in the objective, and then in the metric.
+
+    ``drives`` are that of actuators and friction at rest, and that of actuators alone.
+    """
+    state, (drive, actuators) = equations.state, drives
     start, stresses, sharpness = self_stress
     # Efforts are tau - Jᵀ λ. Rounding of a self-stress must not change determined efforts, however large z becomes.
     effort, slope = equations.tau - equations.jacobian.T @ start, -equations.jacobian.T @ stresses
     slope[np.abs(slope * state.topology.per_newton[:, None]).max(axis=1, initial=0.0) <= sharpness] = 0.0
     slope[drive.passive] = 0.0
-    bounds = effort_bounds_of(state, drive.driven, effort, slope, given[0])
+    friction = None
+    if rubbing is not None:
+        rests = np.isin(np.arange(state.nv), rubbing.rest)
+        friction = np.where(rests, rubbing.low, 0.0), np.where(rests, rubbing.high, 0.0)
+    bounds = effort_bounds_of(state, actuators.driven, effort, slope, given[0], friction)
+    if rubbing is not None:
+        bounds += friction_bounds(state, actuators, rubbing, effort, slope)
     bounds += reaction_bounds_of(equations, start, (stresses, sharpness), given[1])
-    least_first = objective_of(equations, drive.driven, (effort, slope), self_stress, objective)
+    least_first = objective_of(equations, actuators.driven, (effort, slope), self_stress, objective)
     distribution = ForceDistribution(equations.metric(start, stresses, metric), bounds, sharpness)
     return tuple(bounds), start + stresses @ self_stress_within(distribution, least_first)
 

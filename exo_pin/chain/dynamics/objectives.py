@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, bounds_of, without_rounding
 from .wrenches import own_frame, turned
 
-__all__ = ["Objective", "Range", "effort_bounds_of", "objective_of", "reaction_bounds_of"]
+__all__ = ["Objective", "Range", "effort_bounds_of", "effort_ranges", "objective_of", "reaction_bounds_of"]
 
 #: Lower and upper bound, numbers or one for each component.
 Range = tuple[ArrayLike, ArrayLike]
@@ -77,8 +78,12 @@ def effort_bounds_of(
     effort: FloatArray,
     slope: FloatArray,
     given: Mapping[str, Range] | Literal["model"] | None,
+    friction: tuple[FloatArray, FloatArray] | None = None,
 ) -> list[Bound]:
-    """Bounds on the actuators' efforts, given these and their change per unit of z, shapes (nv,) and (nv, k)."""
+    """Bounds on the actuators' efforts, given these and their change per unit of z, shapes (nv,) and (nv, k).
+
+    With ranges of ``friction`` at rest, shape (nv,) each, the forces are efforts and friction together.
+    """
     if given is None:
         return []
     if isinstance(given, str):
@@ -91,8 +96,24 @@ def effort_bounds_of(
         if not np.isin(np.arange(own.start, own.stop), driven).all():
             raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated, expected one of the actuated joints")
         names = _components(f"effort of {joint}", own.stop - own.start)
-        found += bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]")
+        bounds = bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]")
+        if friction is not None:
+            wider = zip(bounds, friction[0][own].tolist(), friction[1][own].tolist(), strict=True)
+            bounds = [replace(b, lower=b.lower + low, upper=b.upper + high) for b, low, high in wider]
+        found += bounds
     return found
+
+
+def effort_ranges(
+    state: ChainState, driven: np.ndarray, given: Mapping[str, Range] | Literal["model"] | None
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds on efforts that :func:`effort_bounds_of` has checked, shape (nv,) each, infinite where there is none."""
+    low, high = np.full(state.nv, -np.inf), np.full(state.nv, np.inf)
+    ranges = {} if given is None else _effort_limits(state, driven) if isinstance(given, str) else given
+    for joint, limits in ranges.items():
+        own = state.velocity_slice(joint)
+        low[own], high[own] = limits
+    return low, high
 
 
 def _effort_limits(state: ChainState, driven: np.ndarray) -> dict[str, Range]:

@@ -15,66 +15,12 @@ from ...core.validation import FloatArray, frozen
 from ..structure.couplings import refuse_coupling
 from .equations_of_motion import EquationsOfMotion
 from .force_distribution import Bound, ForceDistribution, interval
-from .wrenches import axes_and_point, own_frame, shifted, turned
+from .nonsmooth.resting_friction import RestingFriction
+from .wrenches import JointReaction, axes_and_point, own_frame, shifted, turned
 
 __all__ = ["ClosedForces", "JointReaction"]
 
 _NO_DIRECTION = frozen(np.zeros((6, 0)))
-_COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
-
-
-@dataclass(frozen=True, eq=False)
-class JointReaction(Record):
-    """Wrench that a joint or closure transmits, and which components equilibrium determines; prints as a table.
-
-    Attributes
-    ----------
-    name : str
-        Of the joint or closure.
-    on : str
-        The body that receives it.
-    wrench : ndarray
-        Shape (6,), force and moment, N and N m.
-    unique : ndarray of bool
-        Shape (6,): which components are the same in every solution of the equations of motion (Wojtyra's criterion:
-        no self-stress of the chain changes them).
-    directions : ndarray
-        Shape (6, r), the directions in which the wrench may change without any motion: the image of the
-        chain's self-stresses, orthonormal with moments divided by the characteristic length. r = 0 if it is unique.
-    interval : ndarray
-        Shape (6, 2), least and largest value of each component within the bounds; infinite where it is not bounded,
-        twice the value where it is unique.
-    """
-
-    name: str
-    on: str
-    wrench: FloatArray
-    unique: NDArray[np.bool_]
-    directions: FloatArray
-    interval: FloatArray
-
-    @property
-    def force(self) -> FloatArray:
-        """Shape (3,), N."""
-        return self.wrench[:3]
-
-    @property
-    def moment(self) -> FloatArray:
-        """Shape (3,), N m, about the point given as ``at``."""
-        return self.wrench[3:]
-
-    @property
-    def undetermined(self) -> int:
-        """Number of independent directions in which the wrench is undetermined."""
-        return self.directions.shape[1]
-
-    def __str__(self) -> str:
-        lines = [f"{self.name} on {self.on}"]
-        for k, name in enumerate(_COMPONENTS):
-            low, high = self.interval[k]
-            note = "unique" if self.unique[k] else f"undetermined, from {low:.6g} to {high:.6g}"
-            lines.append(f"{name} {self.wrench[k]:14.6f} {'N' if k < 3 else 'N m':4} {note}")
-        return "\n".join(lines)
 
 
 class _Certified(NamedTuple):
@@ -119,6 +65,13 @@ class ClosedForces(Record):
     _sharpness: float = field(repr=False)  # share of a self-stress that is rounding
     _metric: str = field(repr=False)
     _bounds: tuple[Bound, ...] = field(repr=False, default=())
+    _friction: FloatArray | None = field(repr=False, default=None)
+    _rest: RestingFriction | None = field(repr=False, default=None)
+
+    @property
+    def friction(self) -> FloatArray:
+        """Dry friction of the joints, shape (nv,), N and N m; at rest one of the values in ``friction_interval``."""
+        return np.zeros(len(self.tau)) if self._friction is None else self._friction
 
     @cached_property
     def _distribution(self) -> ForceDistribution:
@@ -153,10 +106,27 @@ class ClosedForces(Record):
         return self.tau[self._equations.state.velocity_slice(joint)].copy()
 
     def effort_interval(self, joint: str) -> FloatArray:
-        """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded."""
+        """Least and largest effort within the bounds, shape (nv of the joint, 2); infinite where it is not bounded.
+
+        Dry friction at rest is one of the undetermined forces.
+        """
         own = self._equations.state.velocity_slice(joint)
-        ranges = np.stack([self.tau[own], self.tau[own]], axis=-1)
-        ranges[~self.effort_is_unique[own]] = -np.inf, np.inf
+        if self._rest is not None:
+            return self._rest.efforts(own, self._joint_forces(own, self._rest.total_is_unique))
+        return self._joint_forces(own, self.effort_is_unique)
+
+    def friction_interval(self, joint: str) -> FloatArray:
+        """Least and largest dry friction within the bounds, shape (nv of the joint, 2), N or N m."""
+        own = self._equations.state.velocity_slice(joint)
+        if self._rest is None:
+            return np.stack([self.friction[own], self.friction[own]], axis=-1)
+        return self._rest.frictions(own, self.friction, self._joint_forces(own, self._rest.total_is_unique))
+
+    def _joint_forces(self, own: slice, unique: NDArray[np.bool_]) -> FloatArray:
+        """Ranges of effort and friction at rest together."""
+        total = self.tau[own] if self._rest is None else self._rest.total[own]
+        ranges = np.stack([total, total], axis=-1)
+        ranges[~unique[own]] = -np.inf, np.inf
         effect = -self._equations.jacobian[:, own].T
         return self._bounded(ranges, self._equations.tau[own] + effect @ self._start, effect @ self.self_stresses)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,13 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, frozen
 from ..kinematics.loops import closed_configuration, residual
 from ..structure.chain_state import ChainState
+from ..structure.joint_limits import limits_of
 from .equations_of_motion import moving_loops, refuse_opening
 from .forward_dynamics import Method, forward_dynamics
-from .integration import Instant, Rates, efforts_at, energies_of, integrated
+from .integration import Instant, Rates, efforts_at, energies_of, external_at, integrated
+from .nonsmooth.contact_forces import stops_at
+from .nonsmooth.event_integration import EventFunction, EventIntegration
+from .nonsmooth.settling import MotionEvent, StopRules
 
 __all__ = ["Simulation", "simulate"]
 
@@ -39,11 +43,16 @@ class Simulation(Record):
     work : ndarray
         Shape (count,), work of efforts and external wrenches since the start, J.
     dissipated : ndarray
-        Shape (count,), energy that dampers have dissipated since the start, J; it never falls.
+        Shape (count,), energy that dampers, dry friction and impacts have dissipated since the start, J; it never
+        falls.
     opening : ndarray
         Shape (count,), largest residual of the loops, m and rad.
     steps : int
         Steps of the integrator.
+    events : tuple of MotionEvent
+        Joints that stick, slip, hit, reach or leave their stops, and the caller's events, in time.
+    stopped : bool
+        Whether a terminal event ended the motion: the last state is that of the event.
     """
 
     times: FloatArray
@@ -55,10 +64,12 @@ class Simulation(Record):
     dissipated: FloatArray
     opening: FloatArray
     steps: int
+    events: tuple[MotionEvent, ...] = ()
+    stopped: bool = False
 
     @property
     def energy_drift(self) -> float:
-        """Largest change of the energy without that by work and damping, over the largest kinetic energy.
+        """Largest change of the energy without that by work and dissipation, over the largest kinetic energy.
 
         It is meaningless for a chain that hardly moves.
         """
@@ -74,17 +85,21 @@ def simulate(
     times: ArrayLike,
     tau: Efforts | Callable[[float, FloatArray, FloatArray], Efforts] = None,
     *,
-    external: Mapping[str, ArrayLike] | None = None,
+    external: Mapping[str, ArrayLike] | Callable[[float, FloatArray, FloatArray], object] | None = None,
     method: Method = "auto",
     projection: bool = True,
     stabilisation: float = 0.0,
+    stops: bool = False,
+    restitution: float = 0.0,
+    events: EventFunction | Sequence[EventFunction] = (),
     rtol: float = 1e-9,
     atol: float = 1e-11,
     progress: bool = False,
 ) -> Simulation:
-    """Integrate the motion under given efforts, weight, springs and damping.
+    """Integrate the motion under given efforts, weight, springs, damping and dry friction.
 
-    Joint limits do not stop the motion, and bodies pass through each other.
+    Joint limits stop the motion with ``stops=True`` only, and bodies pass through each other. With friction or stops
+    the motion goes from event to event: joints stick, slip, hit, reach and leave their stops.
 
     SciPy's DOP853 on the configuration manifold: the coordinates of every step are relative to the configuration at
     its start, so that quaternions have length 1. After every step the state is projected on the closed loops, so that
@@ -98,12 +113,23 @@ def simulate(
         Shape (count,), ascending, s, at which the state is returned.
     tau : array_like, mapping or callable, optional
         Efforts as for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns them.
-    external, method
+    external : mapping or callable, optional
+        As for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns it.
+    method
         As for :meth:`ClosedChain.forward_dynamics`.
     projection : bool
         Whether to project after every step. Without it the loops open slowly, faster for a larger ``rtol``.
     stabilisation : float
         Rate of Baumgarte's terms, 1/s, as for :meth:`ClosedChain.forward_dynamics`.
+    stops : bool
+        Whether joint limits are rigid stops.
+    restitution : float
+        Newton's restitution at stops, from 0, no bounce, to 1, no loss. Impacts slower than 1e-5 characteristic
+        lengths or rad a second do not bounce.
+    events : callable or sequence of callable
+        Functions of time, q and v; where one changes its sign the instant is recorded. As for SciPy's ``solve_ivp``, an
+        attribute ``terminal = True`` of the function ends the motion there, and ``direction`` above or below zero
+        selects rising or falling values.
     rtol, atol : float
         Tolerances of a step, relative, and absolute in m, rad, m/s and rad/s.
     progress : bool
@@ -120,10 +146,11 @@ def simulate(
     MasslessMotion
         If some motion has no inertia.
     InvalidInput
-        If v opens the loops at the start, or the times do not ascend.
+        If v opens the loops at the start, the times do not ascend, or a joint is beyond its stop at the start.
     SimulationStopped
         If the steps become too small, or the energy jumps: usually the motion has reached a singular
-        configuration, from which more than one motion is possible. A step across one is not detected.
+        configuration, from which more than one motion is possible. A step across one is not detected. If the loops
+        move a joint into its stop, so that no motion is possible; if sticking and slipping alternate without end.
     """
     start, velocity = closed_configuration(state, q).copy(), state.tangent("v", v).copy()
     when = as_finite("times", times, (None,))
@@ -134,14 +161,36 @@ def simulate(
             raise InvalidInput(f"expected {name} between 0 and 1, got {value}")
     _, _, opening, speed, _ = moving_loops(state, start, velocity)
     refuse_opening(opening, speed)
+    bounce = float(as_finite("restitution", restitution, ()))
+    if not 0.0 <= bounce <= 1.0:
+        raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")
+    own = _event_functions(events)
     # Checks the efforts, the external wrenches and the method, and chooses one.
-    efforts = efforts_at(state, tau, float(when[0]), start, velocity)
+    time = float(when[0])
+    efforts, wrenches = efforts_at(state, tau, time, start, velocity), external_at(external, time, start, velocity)
     first = forward_dynamics(
-        state, start, velocity, efforts, external=external, method=method, stabilisation=stabilisation
+        state, start, velocity, efforts, external=wrenches, method=method, stabilisation=stabilisation
     )
-    rates = Rates(state, tau, external, first.method, stabilisation)
-    states, steps = integrated(rates, Instant(start, velocity, 0.0, 0.0), when, projection, (rtol, atol), progress)
-    return _simulation(state, when, states, steps)
+    rates, instant = Rates(state, tau, external, first.method, stabilisation), Instant(start, velocity, 0.0, 0.0)
+    if not (stops or own or state.passive.rubs):
+        states, steps = integrated(rates, instant, when, projection, (rtol, atol), progress)
+        return _simulation(state, when, states, steps)
+    rules = StopRules(limits_of(state.model) if stops else None, bounce)
+    if rules.limits is not None:
+        stops_at(state, rules.limits, start)
+    motion = EventIntegration(rates, rules, own)
+    states, steps, found, stopped = motion.run(instant, when, projection, (rtol, atol), progress)
+    if stopped is not None:
+        when = np.append(when[when < stopped], stopped)
+    return replace(_simulation(state, when, states, steps), events=tuple(found), stopped=stopped is not None)
+
+
+def _event_functions(events: EventFunction | Sequence[EventFunction]) -> tuple[EventFunction, ...]:
+    """The caller's events as a tuple."""
+    given = (events,) if callable(events) else tuple(events) if isinstance(events, Sequence) else (events,)
+    if not all(callable(event) for event in given):
+        raise InvalidInput(f"expected events as functions of time, q and v, got {events!r}")
+    return given
 
 
 def _simulation(state: ChainState, when: FloatArray, states: list[Instant], steps: int) -> Simulation:

@@ -16,6 +16,7 @@ from ..kinematics.closure_wrench_kernels import closure_wrenches
 from ..structure.chain_state import ChainState
 from ..structure.couplings import coupling_forces, refuse_coupling
 from .equations_of_motion import put_on
+from .nonsmooth.joint_friction import friction_of, refuse_rest
 
 __all__ = ["TreeForces", "rnea"]
 
@@ -133,7 +134,7 @@ def rnea(
     """Generalised forces of the tree, and the wrench that every joint transmits.
 
     τ = M a + h - passive - Jᵀλ - external: the efforts of the actuators that balance the multipliers λ and the
-    passive forces of springs and damping.
+    passive forces of springs, damping and dry friction in joints that move or start to move.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def rnea(
     Raises
     ------
     UnsupportedDynamics
-        If a joint has dry friction.
+        If a joint with dry friction neither moves nor accelerates, so that its friction is a range.
     """
     zero = np.zeros(state.model.nv)
     return _rnea(
@@ -187,8 +188,11 @@ def _rnea(
             work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
         )
     put_on(state, external)
-    state.passive.refuse_friction()
     tau = np.array(pin.rnea(model, data, q, v, a, work.external_vector))
+    if state.passive.rubs:
+        rubbing = friction_of(state, v, a)
+        refuse_rest(state, rubbing, "use inverse_dynamics, or without_friction() for the chain without it")
+        tau -= rubbing.force
     if state.passive.act:
         tau -= state.passive.force(q, v)
     if multipliers is not None and len(top.coupled):

@@ -5,16 +5,74 @@ Wrenches are columns: shape (6, sets), force above moment, N and N m.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import UnknownName
+from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from .equations_of_motion import EquationsOfMotion
 
-__all__ = ["axes_and_point", "own_frame", "shifted", "turned"]
+__all__ = ["JointReaction", "axes_and_point", "own_frame", "shifted", "turned"]
+
+_COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
+
+
+@dataclass(frozen=True, eq=False)
+class JointReaction(Record):
+    """Wrench that a joint or closure transmits, and which components equilibrium determines; prints as a table.
+
+    Attributes
+    ----------
+    name : str
+        Of the joint or closure.
+    on : str
+        The body that receives it.
+    wrench : ndarray
+        Shape (6,), force and moment, N and N m.
+    unique : ndarray of bool
+        Shape (6,): which components are the same in every solution of the equations of motion (Wojtyra's criterion:
+        no self-stress of the chain changes them).
+    directions : ndarray
+        Shape (6, r), the directions in which the wrench may change without any motion: the image of the
+        chain's self-stresses, orthonormal with moments divided by the characteristic length. r = 0 if it is unique.
+    interval : ndarray
+        Shape (6, 2), least and largest value of each component within the bounds; infinite where it is not bounded,
+        twice the value where it is unique.
+    """
+
+    name: str
+    on: str
+    wrench: FloatArray
+    unique: NDArray[np.bool_]
+    directions: FloatArray
+    interval: FloatArray
+
+    @property
+    def force(self) -> FloatArray:
+        """Shape (3,), N."""
+        return self.wrench[:3]
+
+    @property
+    def moment(self) -> FloatArray:
+        """Shape (3,), N m, about the point given as ``at``."""
+        return self.wrench[3:]
+
+    @property
+    def undetermined(self) -> int:
+        """Number of independent directions in which the wrench is undetermined."""
+        return self.directions.shape[1]
+
+    def __str__(self) -> str:
+        lines = [f"{self.name} on {self.on}"]
+        for k, name in enumerate(_COMPONENTS):
+            low, high = self.interval[k]
+            note = "unique" if self.unique[k] else f"undetermined, from {low:.6g} to {high:.6g}"
+            lines.append(f"{name} {self.wrench[k]:14.6f} {'N' if k < 3 else 'N m':4} {note}")
+        return "\n".join(lines)
 
 
 def own_frame(equations: EquationsOfMotion, index: int) -> tuple[FloatArray, FloatArray]:

@@ -1,11 +1,12 @@
-"""Springs and viscous damping in the joints of a chain: generalised forces, their derivatives, energy.
+"""Springs, damping and dry friction in the joints of a chain: forces, their derivatives, energy.
 
 * Damping, from ``model.damping``: -d v for every coordinate, N s/m and N m s/rad.
 * Springs, from :class:`exo_pin.chain.JointProperties`: -k times the difference that takes the reference to q, the
   gradient of k |difference|² / 2. Hinges, slides and every joint whose v is the rate of q: the coordinates. Spherical
   joints: the rotation vector, which jumps at half a turn. Free flights: the displacement in world axes and the
   rotation vector.
-* Dry friction, from the model's dry friction limits, is not modelled; dynamics of a chain with friction raise an error.
+* Dry friction, from ``model.lowerDryFrictionLimit`` and ``upperDryFrictionLimit``: the range of Coulomb's friction of
+  every coordinate, N and N m. :mod:`exo_pin.chain.dynamics.nonsmooth` has its law.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import InvalidInput, UnknownName, UnsupportedDynamics
+from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray
 from .description import JointProperties
 
@@ -102,15 +103,31 @@ class PassiveForces:
         flies = kind == "JointModelFreeFlyer"
         self._turning.append(_Spring(q, v, own.stiffness, flies, reference[:3], turn))
 
-    def refuse_friction(self) -> None:
-        """Raise UnsupportedDynamics if a joint has dry friction, which is not modelled."""
+    @property
+    def rubs(self) -> bool:
+        """Whether a joint has dry friction."""
         lower, upper = self._friction
-        if np.count_nonzero(lower) or np.count_nonzero(upper):
-            model, rubs = self._model, (lower != 0.0) | (upper != 0.0)
-            spans = ((model.idx_vs[j], model.nvs[j]) for j in range(1, model.njoints))
-            names = zip(list(model.names)[1:], spans, strict=True)
-            rubbing = [str(name) for name, (first, size) in names if rubs[first : first + size].any()]
-            raise UnsupportedDynamics("dry friction", rubbing, "without_friction() gives the chain without it")
+        return bool(np.count_nonzero(lower) or np.count_nonzero(upper))
+
+    @property
+    def dry_friction(self) -> tuple[FloatArray, FloatArray]:
+        """Least and largest dry friction of every coordinate, shape (nv,) each, N and N m.
+
+        Raises
+        ------
+        InvalidInput
+            If a range does not contain zero or is not finite: such friction would drive the joint.
+        """
+        lower, upper = self._friction
+        wrong = ~((lower <= 0.0) & (upper >= 0.0) & np.isfinite(lower) & np.isfinite(upper))
+        if wrong.any():
+            at = int(np.flatnonzero(wrong)[0])
+            raise InvalidInput(
+                f"expected finite limits of dry friction, the lower one at most 0 and the upper one at least 0, got "
+                f"{lower[at]} and {upper[at]} in coordinate {at} of v: change model.lowerDryFrictionLimit and "
+                "model.upperDryFrictionLimit"
+            )
+        return lower, upper
 
     @property
     def act(self) -> bool:

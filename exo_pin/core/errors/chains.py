@@ -198,7 +198,7 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
 
 
 class SimulationStopped(ExoPinError, RuntimeError):
-    """A motion cannot be integrated any further, usually because it has reached a singular configuration.
+    """A motion cannot be integrated any further; the message has the reason.
 
     Attributes
     ----------
@@ -212,14 +212,11 @@ class SimulationStopped(ExoPinError, RuntimeError):
         self.time = float(time)
         self.q = q
         self.v = v
-        super().__init__(
-            f"the simulation stopped at {self.time:.6g} s: {reason}. Usually the configuration there is singular, and "
-            "more than one motion is possible: stop before it, or start from another state"
-        )
+        super().__init__(f"the simulation stopped at {self.time:.6g} s: {reason}")
 
 
 class UnsupportedDynamics(ExoPinError, ValueError):
-    """Forces of a chain depend on an effect that is not modelled.
+    """Forces of a chain depend on an effect that the function does not compute.
 
     Attributes
     ----------
@@ -234,6 +231,6 @@ class UnsupportedDynamics(ExoPinError, ValueError):
         self.joints = tuple(joints)
         more = ", ..." if len(self.joints) > 4 else ""
         super().__init__(
-            f"{effect} in {', '.join(self.joints[:4])}{more} is not modelled, and forces would be wrong without it: "
-            f"{advice}"
+            f"{effect} in {', '.join(self.joints[:4])}{more} is not part of this function, and forces would be wrong "
+            f"without it: {advice}"
         )

@@ -1,0 +1,228 @@
+"""Friction at rest and reactions of stops: the complementarity problem of the constrained motion, and impacts.
+
+Gauss's principle: of all accelerations that keep the loops closed and move no joint into its stop, the motion has the
+one with the least ½ (a - a_free)ᵀ M (a - a_free) + Σ friction's dissipation. The forces f that act in the coordinates
+with contact are the multipliers of that convex program:
+
+    w = A f + c with A = R_c R_cᵀ, c = a_free in those coordinates, w complementary to the bounds of f
+
+(Moreau; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008). Impacts are the same problem
+between velocities before and after with Newton's restitution e, by Moreau's rule: v⁺ + e v⁻ in place of a. Friction
+has no impulse, because its force is bounded.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....core.errors import InvalidInput, SolverFailed
+from ....core.records import reduced_tuple
+from ....core.validation import FloatArray, frozen
+from ....numerics.complementarity import bounded_complementarity
+from ...structure.chain_state import ChainState
+from ...structure.joint_limits import Limits, limits_of
+from .joint_friction import REST, Rubbing, friction_of
+from .projected_motion import ProjectedMotion
+
+__all__ = [
+    "AT_STOP",
+    "ContactForces",
+    "Contacts",
+    "contact_forces",
+    "contacts_at",
+    "contacts_of",
+    "impact",
+    "only_sliding",
+    "stops_at",
+]
+
+#: A joint is at its stop if it is within this of it, characteristic lengths and rad.
+AT_STOP = 1e-9
+#: Acceleration of a contact that counts as zero, as a share of the largest that contacts would have without forces.
+_STILL = 1e-11
+
+
+class Contacts(NamedTuple):
+    """Coordinates whose joint force is a set: friction at rest, then stops.
+
+    Attributes
+    ----------
+    place : ndarray of int
+        Shape (n,), indices in v; a coordinate that rests at its stop with friction occurs twice.
+    low, high : ndarray
+        Shape (n,), range of the force, N and N m.
+    side : ndarray of int
+        Shape (n,): 1 at a lower stop, which pushes with f >= 0, -1 at an upper one, 0 for friction.
+    """
+
+    place: NDArray[np.int64]
+    low: FloatArray
+    high: FloatArray
+    side: NDArray[np.int64]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+    def only(self, chosen: NDArray[np.bool_]) -> Contacts:
+        """Some of them."""
+        return Contacts(self.place[chosen], self.low[chosen], self.high[chosen], self.side[chosen])
+
+
+class ContactForces(NamedTuple):
+    """Motion with friction and stops.
+
+    Attributes
+    ----------
+    a : ndarray
+        Shape (nv,), m/s² and rad/s².
+    force : ndarray
+        Shape (n,), of every contact, N and N m.
+    sticks : ndarray of bool
+        Shape (n,), contacts that stay at rest: their force is between its bounds, or they do not accelerate.
+    friction, stops : ndarray
+        Shape (nv,), all friction, and the reactions of the stops.
+    unique : ndarray of bool
+        Shape (nv,), coordinates in which friction and reaction of the stop are the same in every solution.
+    residual : float
+        Error of the complementarity conditions, as a share of the largest term.
+    """
+
+    a: FloatArray
+    force: FloatArray
+    sticks: NDArray[np.bool_]
+    friction: FloatArray
+    stops: FloatArray
+    unique: NDArray[np.bool_]
+    residual: float
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+
+def stops_at(state: ChainState, limits: Limits, q: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Coordinates at their stops: index in v, and 1 for a lower stop or -1 for an upper one.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint is beyond its limits.
+    """
+    here, near = q[limits.q_index], AT_STOP * state.topology.column[limits.v_index]
+    below, above = here - limits.lower, limits.upper - here
+    beyond = np.flatnonzero((below < -near) | (above < -near))
+    if len(beyond):
+        k = int(beyond[0])
+        raise InvalidInput(
+            f"joint {limits.joints[k]!r} is at {here[k]:.6g}, beyond its limits {limits.lower[k]:.6g} and "
+            f"{limits.upper[k]:.6g}: expected q within all limits where they are stops, use "
+            "close(q, respect_limits=True), or stops=False"
+        )
+    low, high = np.flatnonzero(below <= near), np.flatnonzero(above <= near)
+    index = np.concatenate([limits.v_index[low], limits.v_index[high]])
+    return index, np.repeat([1, -1], [len(low), len(high)])
+
+
+def contacts_at(state: ChainState, q: FloatArray, v: FloatArray, stops: bool) -> tuple[Rubbing, Contacts]:
+    """Friction and contacts of a state.
+
+    Raises
+    ------
+    InvalidInput
+        If a joint is beyond its stop, or moves into it.
+    """
+    rubbing = friction_of(state, v)
+    index, side = (
+        stops_at(state, limits_of(state.model), q) if stops else (np.zeros(0, np.int64), np.zeros(0, np.int64))
+    )
+    speed = side * v[index] / state.topology.column[index]
+    if (speed < -REST).any():
+        k = int(speed.argmin())
+        raise InvalidInput(
+            f"coordinate {index[k]} of v moves into its stop with {v[index[k]]:.6g}: expected a velocity that leaves "
+            "the stop or is zero there; simulate computes the impact"
+        )
+    return rubbing, contacts_of(rubbing, index[speed <= REST], side[speed <= REST])
+
+
+def contacts_of(rubbing: Rubbing, index: NDArray[np.int64], side: NDArray[np.int64]) -> Contacts:
+    """Contacts from the friction at rest, and the stops."""
+    rest = rubbing.rest
+    return Contacts(
+        np.concatenate([rest, index]),
+        np.concatenate([rubbing.low[rest], np.where(side > 0, 0.0, -np.inf)]),
+        np.concatenate([rubbing.high[rest], np.where(side > 0, np.inf, 0.0)]),
+        np.concatenate([np.zeros(len(rest), np.int64), side]),
+    )
+
+
+def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatArray) -> ContactForces:
+    """Acceleration and forces of the contacts; ``motion`` includes the ``sliding`` friction, shape (nv,), already.
+
+    Raises
+    ------
+    SolverFailed
+        If the optimality conditions hold to no better than 1e-9, or the loops move a joint into its stop.
+    """
+    index, column = contacts.place, motion.column[contacts.place]
+    R = motion.response
+    rows = R[index] / column[:, None]
+    found = bounded_complementarity(
+        rows @ rows.T, motion.a[index] / column, contacts.low * column, contacts.high * column
+    )
+    if not found.bounded:
+        raise SolverFailed(
+            "the complementarity problem", np.inf, "every motion of the loops moves a joint into its stop"
+        )
+    # Exactly on the bounds where it is active.
+    at_low, at_high = found.force == contacts.low * column, found.force == contacts.high * column
+    force = np.where(at_low, contacts.low, np.where(at_high, contacts.high, found.force / column))
+    a = motion.a + R @ (rows.T @ found.force)
+    a[index] = found.rate * column
+    friction, stops, unique = sliding.copy(), np.zeros_like(sliding), np.ones(len(sliding), dtype=np.bool_)
+    rests = contacts.side == 0
+    friction[index[rests]] = force[rests]
+    np.add.at(stops, index[~rests], force[~rests])
+    unique[index[~found.unique]] = False
+    # Exactly zero, but for contacts on a bound of their force that would not move without it either.
+    still = np.abs(found.rate) <= _STILL * float(np.abs(motion.a[index] / column).max(initial=0.0))
+    return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual)
+
+
+def only_sliding(a: FloatArray, sliding: FloatArray) -> tuple[FloatArray, ContactForces]:
+    """An acceleration with the forces of a state in which no joint with friction is at rest and no stop is active."""
+    none, all_unique = np.zeros(0), np.ones(len(a), dtype=np.bool_)
+    stops = frozen(np.zeros(len(a)))
+    return a, ContactForces(a, none, none.astype(np.bool_), frozen(sliding), stops, frozen(all_unique), 0.0)
+
+
+def impact(
+    motion: ProjectedMotion,
+    v: FloatArray,
+    stops: tuple[NDArray[np.int64], NDArray[np.int64]],
+    restitution: float,
+    slow: float,
+) -> FloatArray:
+    """Velocity after impacts, shape (nv,), for the coordinates at their stops and their sides.
+
+    If the fastest hits its stop with less than ``slow``, characteristic lengths and rad a second, none bounces. All
+    have the same restitution, for which Moreau's rule never gains energy.
+
+    Raises
+    ------
+    SolverFailed
+        As for :func:`contact_forces`.
+    """
+    (index, side), R = stops, motion.response
+    column = motion.column[index]
+    rows = R[index] / column[:, None]
+    before = v[index] / column
+    bounce = restitution if (side * before < -slow).any() else 0.0
+    low, high = np.where(side > 0, 0.0, -np.inf), np.where(side > 0, np.inf, 0.0)
+    found = bounded_complementarity(rows @ rows.T, before + bounce * before, low, high)
+    if not found.bounded:
+        raise SolverFailed("the impact", np.inf, "every velocity of the loops moves a joint into its stop")
+    after = v + R @ (rows.T @ found.force)
+    return np.asarray(after)

@@ -1,0 +1,112 @@
+"""Constrained motion in the null space of the closures: acceleration, and its change with generalised forces.
+
+a = a_0 + Z z with J Z = 0 and J a_0 = -J̇ v, (ZᵀMZ) z = Zᵀ(forces - M a_0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....core.errors import MasslessMotion
+from ....core.records import reduced_tuple
+from ....core.validation import FloatArray
+from ...kinematics.rank import least_motion
+from ...structure.chain_state import CLOSED, ChainState
+from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
+from ..equations_of_motion import open_tree
+
+__all__ = ["ProjectedMotion", "projected_motion", "response_at", "stabilising"]
+
+
+class ProjectedMotion(NamedTuple):
+    """Motion of a chain at one state.
+
+    Attributes
+    ----------
+    a : ndarray
+        Shape (nv,), the acceleration, m/s² and rad/s².
+    basis, ways, sizes : ndarray
+        Shapes (nv, k), (k, k) and (k,): an orthonormal basis of the motions, metres divided by the characteristic
+        length, and the eigenvectors and eigenvalues of the mass matrix in it.
+    column : ndarray
+        Shape (nv,), which takes those lengths to metres.
+    """
+
+    a: FloatArray
+    basis: FloatArray
+    ways: FloatArray
+    sizes: FloatArray
+    column: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+    @property
+    def response(self) -> FloatArray:
+        """R, shape (nv, k): generalised forces f change a by R Rᵀ f."""
+        return np.asarray(self.column[:, None] * (self.basis @ (self.ways / np.sqrt(self.sizes))))
+
+
+def projected_motion(
+    state: ChainState,
+    q: FloatArray,
+    v: FloatArray,
+    efforts: FloatArray,
+    external: Mapping[str, ArrayLike] | None,
+    stabilisation: float,
+) -> ProjectedMotion:
+    """Motion under efforts; :func:`exo_pin.chain.dynamics.equations_of_motion.moving_loops` must have been called.
+
+    Raises
+    ------
+    MasslessMotion
+        If some motion has no inertia.
+    """
+    work, column = state.workspace, state.topology.column
+    right = -stabilising(state, v, stabilisation) - work.drift
+    forces = column * (efforts - open_tree(state, q, v, np.zeros(state.model.nv), external))
+    # a = start + column basis z: metres in characteristic lengths, as the rows.
+    M, start, basis, ways, sizes = _reduced(state, q, right)
+    if not basis.shape[1]:
+        return ProjectedMotion(start, basis, ways, sizes, column)
+    push = ways.T @ (basis.T @ (forces - M @ (start / column)))
+    return ProjectedMotion(start + column * (basis @ (ways @ (push / sizes))), basis, ways, sizes, column)
+
+
+def response_at(state: ChainState, q: FloatArray) -> ProjectedMotion:
+    """The motions at q and their inertia, with a = 0: for changes of the velocity by impulses.
+
+    Raises
+    ------
+    MasslessMotion
+        If some motion has no inertia.
+    """
+    state.workspace.linearise(q)
+    _, start, basis, ways, sizes = _reduced(state, q, np.zeros(state.row_count))
+    return ProjectedMotion(np.zeros_like(start), basis, ways, sizes, state.topology.column)
+
+
+def _reduced(
+    state: ChainState, q: FloatArray, right: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """M in characteristic lengths, the least x with J x = right, the motions, and M's eigenvectors and values there."""
+    work, top = state.workspace, state.topology
+    J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
+    M = inertia_matrix(state, q) * top.column[:, None] * top.column
+    start, basis = least_motion(J, right, top.row_scale, top.column, top.blocks, state.model.njoints, gap, True)
+    if not basis.shape[1]:
+        return M, start, basis, np.zeros((0, 0)), np.zeros(0)
+    sizes, ways = np.linalg.eigh(basis.T @ M @ basis)
+    if not sizes[0] > MASSLESS * max(float(sizes[-1]), heaviest(M)):
+        raise MasslessMotion(massless_joints(state, q, basis))
+    return M, start, basis, ways, sizes
+
+
+def stabilising(state: ChainState, v: FloatArray, rate: float) -> FloatArray:
+    """Baumgarte's terms; the workspace must be linearised."""
+    work = state.workspace
+    return 2.0 * rate * (work.jacobian @ v) + rate**2 * work.gap

@@ -1,0 +1,150 @@
+"""What happens at an event of a motion: impacts, and the mode in which the motion continues."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....core.records import Record
+from ....core.validation import FloatArray
+from ...structure.chain_state import ChainState
+from ...structure.inertia import inertia_matrix
+from ...structure.joint_limits import Limits
+from ..equations_of_motion import moving_loops
+from ..integration import Instant, Rates, efforts_at, external_at
+from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
+from .joint_friction import REST, friction_of, joint_names
+from .modes import Mode, at_rest
+from .projected_motion import projected_motion, response_at
+
+__all__ = ["SLOW", "MotionEvent", "StopRules", "settled"]
+
+#: Speed below which a stop is not bounced from, characteristic lengths and rad a second: bounces become ever shorter.
+SLOW = 1e-5
+
+
+class MotionEvent(NamedTuple):
+    """Something that happened in a simulated motion.
+
+    Attributes
+    ----------
+    time : float
+        s.
+    kind : str
+        "slip", "stick", "reversed" (a joint with friction that does not stay at rest), "impact", "stop reached",
+        "stop left", or "event" for one of the caller's.
+    joints : tuple of str
+        The joints concerned.
+    number : int
+        Index of the caller's event, otherwise -1.
+    """
+
+    time: float
+    kind: str
+    joints: tuple[str, ...]
+    number: int = -1
+
+
+@dataclass(frozen=True)
+class StopRules(Record):
+    """Limits that are stops, or None, and Newton's restitution."""
+
+    limits: Limits | None
+    restitution: float
+
+    def gaps(self, state: ChainState, q: FloatArray) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
+        """Room to every stop, characteristic lengths and rad; index in v; 1 for lower stops and -1 for upper ones."""
+        limits = self.limits
+        if limits is None:
+            return np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64)
+        here, count = q[limits.q_index], len(limits.lower)
+        index = np.concatenate([limits.v_index, limits.v_index])
+        room = np.concatenate([here - limits.lower, limits.upper - here])
+        return room / state.topology.column[index], index, np.repeat([1, -1], [count, count])
+
+
+def settled(rates: Rates, time: float, instant: Instant, stops: StopRules) -> tuple[Instant, Mode, list[MotionEvent]]:
+    """The state and mode after impacts at a time, and what happened; ``rates`` has the mode before, or None.
+
+    Raises
+    ------
+    SolverFailed
+        If the loops move a joint into its stop, or the complementarity problem has no accurate solution.
+    """
+    state, before, q, v = rates.state, rates.mode, instant.q, instant.v
+    column = state.topology.column
+    gaps, index, side = stops.gaps(state, q)
+    # Joints that rested on their stops still do, however much the projection on the loops has moved them.
+    rested = _resting(before, index, side)
+    touching = (gaps <= AT_STOP) | rested
+    index, side = index[touching], side[touching]
+    found: list[MotionEvent] = []
+    hit = side * v[index] / column[index] < -REST
+    if hit.any():
+        found.append(MotionEvent(time, "impact", tuple(joint_names(state, index[hit]))))
+        v = impact(response_at(state, q), v, (index, side), stops.restitution, SLOW)
+    v = np.where(np.abs(v) <= REST * column * 1e-3, 0.0, v) if hit.any() else v
+    rubbing = friction_of(state, v)
+    rests = side * v[index] / column[index] <= REST
+    contacts = contacts_of(rubbing, index[rests], side[rests])
+    mode = _mode(rates, time, (q, v), rubbing.force, contacts)
+    v = at_rest(state, q, v, mode.index)
+    M = inertia_matrix(state, q)
+    lost = 0.5 * float(instant.v @ M @ instant.v - v @ M @ v)
+    found += _changes(state, time, before, mode)
+    return Instant(q, v, instant.work, instant.dissipated + lost), mode, found
+
+
+def _resting(mode: Mode | None, index: NDArray[np.int64], side: NDArray[np.int64]) -> NDArray[np.bool_]:
+    held = set() if mode is None else set(zip(mode.held.place.tolist(), mode.held.side.tolist(), strict=True))
+    return np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)
+
+
+def _mode(
+    rates: Rates, time: float, where: tuple[FloatArray, FloatArray], sliding: FloatArray, contacts: Contacts
+) -> Mode:
+    """The mode in which the motion continues."""
+    state, (q, v) = rates.state, where
+    sign = np.where(sliding != 0.0, np.sign(v), 0.0).astype(np.int64)
+    low, high = state.passive.dry_friction
+    # Friction in one direction may be zero.
+    sign = np.where((sliding == 0.0) & ((low != 0.0) | (high != 0.0)), np.sign(v), sign).astype(np.int64)
+    sign[contacts.place[contacts.side == 0]] = 0
+    if not len(contacts.place):
+        return Mode(state, sliding, sign, contacts)
+    efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
+    moving_loops(state, q, v)
+    motion = projected_motion(state, q, v, efforts + sliding, external, rates.stabilisation)
+    found = contact_forces(motion, contacts, sliding)
+    slips = (contacts.side == 0) & ~found.sticks
+    sliding, own = sliding.copy(), contacts.place[slips]
+    sliding[own] = found.force[slips]
+    sign[own] = np.sign(found.a[own])
+    held = contacts.only(found.sticks)
+    return Mode(state, sliding, sign, held)
+
+
+def _changes(state: ChainState, time: float, before: Mode | None, after: Mode) -> list[MotionEvent]:
+    """Joints that stick, slip, reach or leave their stops."""
+    if before is None:
+        return []
+    found = []
+    old, new = (
+        {(int(k), int(s)) for k, s in zip(mode.held.place, mode.held.side, strict=True)} for mode in (before, after)
+    )
+    for kind, pairs, friction in (
+        ("stick", new - old, True),
+        ("slip", old - new, True),
+        ("stop reached", new - old, False),
+        ("stop left", old - new, False),
+    ):
+        own = sorted(index for index, side in pairs if (side == 0) == friction)
+        if own:
+            found.append(MotionEvent(time, kind, tuple(joint_names(state, np.array(own)))))
+    turned = np.flatnonzero(before.sign * after.sign < 0)
+    if len(turned):
+        found.append(MotionEvent(time, "reversed", tuple(joint_names(state, turned))))
+    return found

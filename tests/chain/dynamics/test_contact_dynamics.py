@@ -1,0 +1,154 @@
+"""Dry friction and stops in forward and inverse dynamics, against all active sets written out."""
+
+import numpy as np
+import pytest
+from contact_enumeration import contact_acceleration
+from moving_chains import drivers, moving
+from rubbing_chains import slide, with_friction
+
+from exo_pin.chain import ClosedChain
+from exo_pin.core.errors import InfeasibleForces, InvalidInput, UndrivenMotion, UnknownName, UnsupportedDynamics
+
+
+@pytest.mark.parametrize("name", ["four-bar", "five-bar", "3RRR", "prismatic loop", "four-bar cut in a link"])
+@pytest.mark.parametrize("seed", range(4))
+def test_accelerations_are_those_of_all_active_sets(name, seed):
+    rng = np.random.default_rng(seed)
+    case = moving(name, seed)
+    nv, rubs = case.chain.model.nv, np.zeros(case.chain.model.nv)
+    chosen = rng.choice(nv, size=min(3, nv), replace=False)
+    rubs[chosen] = 10.0 ** rng.uniform(-1, 1, len(chosen))
+    chain = with_friction(case.chain, rubs)
+    v = case.v if seed % 2 else np.zeros(nv)
+    tau = np.zeros(nv)
+    own = chain.velocity_indices(drivers(case))
+    tau[own] = rng.normal(size=len(own)) * 10.0 ** rng.uniform(-1, 1.5)
+    moved = chain.forward_dynamics(case.q, v, tau)
+    known = np.where(v > 0, -rubs, np.where(v < 0, rubs, 0.0))
+    contacts = [(int(k), -rubs[k], rubs[k]) for k in chosen if v[k] == 0.0]
+    other = contact_acceleration(chain, case.q, v, tau + known, contacts)
+    np.testing.assert_allclose(moved.a, other, atol=1e-8 * (1.0 + np.abs(other).max()))
+    # The friction is Coulomb's, and forces and motion are in equilibrium with it.
+    assert (np.abs(moved.friction) <= rubs).all()
+    slips = np.abs(moved.a) > 1e-7 * (1.0 + np.abs(other).max())
+    for k in chosen:
+        if v[k] == 0.0 and slips[k]:
+            assert moved.friction[k] == -np.sign(moved.a[k]) * rubs[k]
+    assert moved.forces.residual <= 1e-9 * (1.0 + np.abs(moved.forces.multipliers).max())
+    np.testing.assert_array_equal(moved.forces.friction, moved.friction)
+    np.testing.assert_array_equal(moved.forces.tau, tau)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_stops_in_a_loop_are_those_of_all_active_sets(seed):
+    rng = np.random.default_rng(seed)
+    case = moving(("four-bar", "five-bar")[seed % 2], seed)
+    model = case.chain.model.copy()
+    nv = model.nv
+    chosen = rng.choice(nv, size=2, replace=False)
+    low, high = np.full((2, nv), np.inf) * np.array([[-1.0], [1.0]])
+    contacts = []
+    for k in chosen:
+        if rng.random() < 0.5:
+            low[k] = case.q[k]
+            contacts.append((int(k), 0.0, np.inf))
+        else:
+            high[k] = case.q[k]
+            contacts.append((int(k), -np.inf, 0.0))
+    rubs = np.where(np.arange(nv) == chosen[0], 0.4, 0.0)
+    contacts.append((int(chosen[0]), -0.4, 0.4))
+    model.lowerPositionLimit, model.upperPositionLimit = low, high
+    chain = with_friction(ClosedChain(model, case.chain.description), rubs)
+    tau = 5.0 * rng.normal(size=nv)
+    moved = chain.forward_dynamics(case.q, np.zeros(nv), tau, stops=True)
+    other = contact_acceleration(chain, case.q, np.zeros(nv), tau, contacts)
+    np.testing.assert_allclose(moved.a, other, atol=1e-8 * (1.0 + np.abs(other).max()))
+    assert (moved.stop_reactions[np.isfinite(low)] >= 0.0).all()
+    assert (moved.stop_reactions[np.isfinite(high)] <= 0.0).all()
+    assert not moved.stop_reactions[np.isinf(low) & np.isinf(high)].any()
+    assert moved.forces.residual <= 1e-9 * (1.0 + np.abs(moved.forces.multipliers).max())
+    free = chain.forward_dynamics(case.q, np.zeros(nv), tau)
+    assert not free.stop_reactions.any()
+
+
+def test_a_block_on_an_incline_sticks_and_slips():
+    angle, mass = 0.3, 2.0
+    pull = mass * 9.81 * np.sin(angle)
+    holds, slips = slide(angle, 1.01 * pull), slide(angle, 0.6 * pull)
+    held = holds.forward_dynamics([0.0])
+    np.testing.assert_array_equal(held.a, 0.0)
+    np.testing.assert_allclose(held.friction, pull)
+    np.testing.assert_allclose(slips.forward_dynamics([0.0]).a, -0.4 * pull / mass)
+    np.testing.assert_allclose(slips.forward_dynamics([0.0], [1.0]).a, -1.6 * pull / mass)
+    # Held by friction alone, and by efforts in the range that it leaves.
+    forces = holds.inverse_dynamics([0.0], actuated=())
+    np.testing.assert_allclose(forces.friction, pull)
+    np.testing.assert_allclose(forces.friction_interval("slide"), [[pull, pull]])
+    np.testing.assert_array_equal(forces.tau, 0.0)
+    with pytest.raises(InfeasibleForces, match="friction of slide at most"):
+        slips.inverse_dynamics([0.0], actuated=())
+    driven = slips.inverse_dynamics([0.0], actuated=["slide"])
+    np.testing.assert_allclose(driven.effort_interval("slide"), [[0.4 * pull, 1.6 * pull]])
+    assert not driven.effort_is_unique[0]
+    np.testing.assert_allclose(driven.tau, pull)
+    bounded = slips.inverse_dynamics([0.0], actuated=["slide"], effort_bounds={"slide": (0.0, 0.7 * pull)})
+    np.testing.assert_allclose(bounded.tau, 0.7 * pull)
+    np.testing.assert_allclose(bounded.effort_interval("slide"), [[0.4 * pull, 0.7 * pull]])
+    np.testing.assert_allclose(bounded.friction_interval("slide"), [[0.3 * pull, 0.6 * pull]])
+    for direction in (-1, 1):
+        forces = slips.inverse_dynamics([0.0], actuated=["slide"], slip={"slide": direction})
+        np.testing.assert_allclose(forces.tau, (1.0 + 0.6 * direction) * pull)
+        assert forces.effort_is_unique.all()
+    np.testing.assert_allclose(slips.inverse_dynamics([0.0], a=[3.0], actuated=["slide"]).tau, 1.6 * pull + 3.0 * mass)
+    np.testing.assert_allclose(slips.rnea([0.0], [-1.0]).tau, 0.4 * pull)
+    with pytest.raises(UndrivenMotion):
+        slips.inverse_dynamics([0.0], v=[1.0], actuated=())
+
+
+def test_the_range_of_an_effort_in_a_loop_ends_where_the_loop_slips():
+    case = moving("four-bar")
+    case.chain.model.gravity.linear = np.array([0.0, -9.81, 0.0])
+    chain = with_friction(case.chain, [0.5, 0.3, 0.8])
+    low, high = chain.inverse_dynamics(case.q).effort_interval("crank_hinge")[0]
+    for effort, moves in ((low - 1e-6, True), (low + 1e-6, False), (high - 1e-6, False), (high + 1e-6, True)):
+        a = chain.forward_dynamics(case.q, None, {"crank_hinge": effort}).a
+        assert (np.abs(a).max() > 1e-9) == moves
+    way = np.sign(chain.dependent_motion(case.q, ["crank_hinge"], [1.0])[0])
+    names = list(chain.model.names)[1:]
+    for direction, end in ((1, high), (-1, low)):
+        slipping = chain.inverse_dynamics(case.q, slip=dict(zip(names, direction * way, strict=True)))
+        assert slipping.effort("crank_hinge")[0] == pytest.approx(end, abs=1e-8)
+    again = chain.inverse_dynamics(case.q, case.v, case.a, actuated=["crank_hinge"])
+    np.testing.assert_allclose(chain.forward_dynamics(case.q, case.v, again.tau).a, case.a, atol=1e-9)
+
+
+def test_derivatives_with_friction_are_those_of_the_motion_and_none_at_rest():
+    case = moving("five-bar")
+    chain = with_friction(case.chain, [0.5, 0.3, 0.8, 0.1])
+    found = chain.inverse_dynamics_derivatives(case.q, case.v, case.a)
+    other = case.chain.inverse_dynamics_derivatives(case.q, case.v, case.a)
+    np.testing.assert_allclose(found.tau_a, other.tau_a, atol=1e-10)
+    own = chain.inverse_dynamics(case.q, case.v, case.a)
+    np.testing.assert_allclose(found.forces.tau, own.tau, atol=1e-10)
+    np.testing.assert_array_equal(found.forces.friction, own.friction)
+    for call in (lambda: chain.inverse_dynamics_derivatives(case.q), lambda: chain.rnea(case.q)):
+        with pytest.raises(UnsupportedDynamics, match="dry friction at rest"):
+            call()
+
+
+def test_bad_input_is_refused():
+    case = moving("four-bar")
+    chain = with_friction(case.chain, [0.5, 0.0, 0.0])
+    for call, error in (
+        (lambda: chain.inverse_dynamics(case.q, slip={"crank_hinge": 2}), InvalidInput),
+        (lambda: chain.inverse_dynamics(case.q, slip={"nobody": 1}), UnknownName),
+        (lambda: case.chain.inverse_dynamics(case.q, slip={"crank_hinge": "up"}), InvalidInput),
+        (lambda: chain.forward_dynamics(case.q, method="proximal"), InvalidInput),
+        (lambda: slide(limits=(0.0, 1.0)).forward_dynamics([2.0], stops=True), InvalidInput),
+        (lambda: slide(limits=(0.0, 1.0)).forward_dynamics([0.0], [-1.0], stops=True), InvalidInput),
+        (lambda: slide(friction=-1.0).forward_dynamics([0.0]), InvalidInput),
+        (lambda: slide(friction=np.inf).forward_dynamics([0.0]), InvalidInput),
+    ):
+        with pytest.raises(error):
+            call()
+    assert chain.forward_dynamics(case.q, case.v, method="proximal").method == "proximal"

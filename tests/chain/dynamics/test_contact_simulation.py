@@ -1,0 +1,204 @@
+"""Motion with dry friction, stops and events: closed forms, MuJoCo with stiff constraints, energy."""
+
+import mujoco
+import numpy as np
+import pytest
+from moving_chains import moving
+from rubbing_chains import slide, with_friction
+
+from exo_pin.chain import ClosedChain, Closures, JointProperties
+from exo_pin.core.errors import InvalidInput, SimulationStopped
+
+DOWN = np.array([0.0, -9.81, 0.0])
+
+
+def kinds(simulation):
+    return [event.kind for event in simulation.events]
+
+
+def test_a_block_slides_up_an_incline_stops_and_stays_or_slides_back():
+    angle, mass, speed = 0.3, 2.0, 1.5
+    pull = mass * 9.81 * np.sin(angle)
+    up = (1.0 + 1.2) * pull / mass
+    stays = slide(angle, 1.2 * pull).simulate([0.0], [speed], [0.0, 1.0, 5.0])
+    np.testing.assert_allclose(stays.q[1:, 0], speed**2 / (2 * up), rtol=1e-9)
+    np.testing.assert_array_equal(stays.v[1:], 0.0)
+    assert kinds(stays) == ["stick"]
+    assert stays.events[0].time == pytest.approx(speed / up)
+    assert stays.dissipated[-1] == pytest.approx(1.2 * pull * speed**2 / (2 * up))
+    up = (1.0 + 0.5) * pull / mass
+    back = slide(angle, 0.5 * pull).simulate([0.0], [speed], [0.0, 1.0])
+    turn, top = speed / up, speed**2 / (2 * up)
+    np.testing.assert_allclose(back.q[-1, 0], top - 0.25 * pull / mass * (1.0 - turn) ** 2, rtol=1e-8)
+    assert kinds(back) == ["reversed"]
+
+
+def test_the_amplitude_of_a_spring_with_dry_friction_falls_linearly():
+    stiffness, friction, mass, start = 50.0, 1.0, 2.0, 0.21
+    free = slide(0.0, friction, mass)
+    chain = ClosedChain(free.model, Closures("slide", joints=(JointProperties("slide", stiffness),)))
+    half = np.pi * np.sqrt(mass / stiffness)
+    swing = chain.simulate([start], [0.0], half * np.arange(8))
+    # Each half swing ends 2 μ / k nearer; it sticks where k |x| < μ: after 0.21, -0.17, 0.13, -0.09, 0.05, -0.01.
+    expected = [0.21, -0.17, 0.13, -0.09, 0.05, -0.01, -0.01, -0.01]
+    np.testing.assert_allclose(swing.q[:, 0], expected, atol=1e-8)
+    assert kinds(swing) == ["reversed"] * 4 + ["stick"]
+    assert swing.dissipated[-1] == pytest.approx(friction * (0.38 + 0.3 + 0.22 + 0.14 + 0.06))
+    assert np.abs(swing.energy + swing.dissipated - swing.energy[0]).max() <= 1e-8
+
+
+def test_a_force_that_grows_makes_a_block_slip_when_it_exceeds_the_friction():
+    chain = slide(0.0, 3.0, 2.0)
+    moved = chain.simulate([0.0], [0.0], [0.0, 1.0, 2.0], lambda t, q, v: [3.0 * t])
+    assert kinds(moved) == ["slip"]
+    assert moved.events[0].time == pytest.approx(1.0, abs=1e-8)
+    np.testing.assert_array_equal(moved.v[1], 0.0)
+    np.testing.assert_allclose(moved.v[-1], [0.75], atol=1e-7)  # ∫ 3 (t - 1) / 2
+    # A pulse while nothing moves is not stepped over.
+    pulsed = chain.simulate([0.0], [0.0], np.linspace(0, 10, 11), lambda t, q, v: [6.0 * np.exp(-8.0 * (t - 5.0) ** 2)])
+    assert kinds(pulsed) == ["slip", "stick"]
+    assert pulsed.q[-1, 0] > 0.1
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
+def test_a_falling_block_bounces_on_its_stop(restitution):
+    chain = slide(np.pi / 2, limits=(0.0, np.inf))
+    height = 0.4
+    first = np.sqrt(2 * height / 9.81)
+    hit = 9.81 * first
+    # The bounces last e 2 hit / g, e² 2 hit / g, ...
+    rest = first + (2 * hit / 9.81 * restitution / (1 - restitution) if restitution < 1.0 else np.inf)
+    end = 1.2 * rest if restitution < 1.0 else 3.0
+    moved = chain.simulate([height], [0.0], np.linspace(0, end, 31), stops=True, restitution=restitution)
+    impacts = [event.time for event in moved.events if event.kind == "impact"]
+    assert impacts[0] == pytest.approx(first, abs=1e-8)
+    if len(impacts) > 1:
+        assert impacts[1] - impacts[0] == pytest.approx(restitution * 2 * hit / 9.81, abs=1e-7)
+    assert moved.q.min() >= -1e-8
+    if restitution < 1.0:
+        assert moved.q[-1, 0] == pytest.approx(0.0, abs=1e-8)
+        assert moved.dissipated[-1] == pytest.approx(2.0 * 9.81 * height)
+        reached = next(event for event in moved.events if event.kind == "stop reached")
+        assert reached.time == pytest.approx(rest, abs=1e-4)
+    else:
+        assert abs(moved.dissipated[-1]) <= 1e-7
+        assert len(impacts) >= 4
+
+
+def test_a_joint_leaves_its_stop_when_it_is_pulled_off():
+    chain = slide(np.pi / 2, limits=(0.0, np.inf))
+    moved = chain.simulate([0.0], [0.0], [0.0, 1.0, 2.0], lambda t, q, v: [2.0 * 9.81 * t], stops=True)
+    assert kinds(moved) == ["stop left"]
+    assert moved.events[0].time == pytest.approx(1.0, abs=1e-7)
+    np.testing.assert_allclose(moved.v[-1], [9.81 / 2], atol=1e-6)
+
+
+def test_events_of_the_caller_are_recorded_and_may_end_the_motion():
+    case = moving("four-bar")
+    case.chain.model.gravity.linear = DOWN
+
+    def still(t, q, v):
+        return v[0]
+
+    def deep(t, q, v):
+        return q[0] - 1.0
+
+    both = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=[still, deep])
+    plain = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11))
+    np.testing.assert_allclose(both.q, plain.q, atol=1e-7)
+    assert {event.number for event in both.events} == {0, 1}
+    assert not both.stopped
+    assert [e.time for e in both.events] == sorted(e.time for e in both.events)
+    deep.terminal, deep.direction = True, -1
+    ended = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=deep)
+    assert ended.stopped
+    assert ended.times[-1] == ended.events[-1].time == both.events[0].time
+    assert ended.q[-1, 0] == pytest.approx(1.0, abs=1e-9)
+    deep.direction = 1
+    later = case.chain.simulate(case.q, 0.0 * case.v, np.linspace(0, 1, 11), events=deep)
+    assert later.times[-1] > ended.times[-1]
+
+
+def test_external_wrenches_may_change_with_time():
+    chain = slide(0.0)
+    frame = "block"
+    wrench = [6.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    pushed = chain.simulate([0.0], [0.0], [0.0, 1.0], external=lambda t, q, v: {frame: np.multiply(wrench, t)})
+    np.testing.assert_allclose(pushed.v[-1], [1.5], rtol=1e-8)
+    assert pushed.work[-1] == pytest.approx(2.0 * 1.5**2 / 2)
+
+
+@pytest.mark.parametrize("name", ["four-bar", pytest.param("five-bar", marks=pytest.mark.full)])
+def test_energy_never_grows_and_all_of_it_is_accounted_for(name):
+    case = moving(name)
+    nv = case.chain.model.nv
+    case.chain.model.gravity.linear = DOWN
+    case.chain.model.lowerPositionLimit = case.q - 1.0
+    case.chain.model.upperPositionLimit = case.q + 1.0
+    chain = with_friction(case.chain, np.linspace(0.05, 0.3, nv))
+    for restitution in (0.0, 0.6):
+        swing = chain.simulate(case.q, 2 * case.v, np.linspace(0, 3, 61), stops=True, restitution=restitution)
+        assert "impact" in kinds(swing)
+        assert "stick" in kinds(swing)
+        assert np.diff(swing.energy).max() <= 1e-8
+        assert np.diff(swing.dissipated).min() >= -1e-9
+        assert swing.energy_drift <= 1e-7
+        assert swing.opening.max() <= 1e-12
+        assert np.abs(swing.q - case.q).max() <= 1.0 + 1e-7
+        assert swing.dissipated[-1] > 0.1
+
+
+@pytest.mark.parametrize("what", ["friction", "stops"])
+def test_mujoco_with_stiff_constraints_moves_alike(what, tmp_path):
+    """MuJoCo's friction and limits are soft; the difference shrinks as they become stiff and steps short."""
+    case = moving("four-bar")
+    case.chain.model.gravity.linear = DOWN
+    friction = np.array([0.4, 0.1, 0.6]) if what == "friction" else np.zeros(3)
+    model = case.chain.model
+    if what == "stops":
+        model.lowerPositionLimit = case.q - np.array([0.5, 6.0, 6.0])
+        model.upperPositionLimit = case.q + np.array([1.0, 6.0, 6.0])
+    chain = with_friction(case.chain, friction)
+    times = np.linspace(0.0, 0.6, 13)
+    own = chain.simulate(case.q, 0.0 * case.v, times, stops=what == "stops")
+    assert ("impact" if what == "stops" else "reversed") in kinds(own)
+    errors = []
+    for step in (1e-4, 2.5e-5):
+        theirs = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path, case.q)))
+        theirs.opt.timestep = step
+        theirs.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        theirs.opt.tolerance, theirs.opt.iterations = 1e-14, 200
+        theirs.dof_solref[:], theirs.dof_solimp[:] = (2 * step, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2)
+        # Overdamped: at the critical damping MuJoCo's limits throw the crank back by 6e-3 at any stiffness.
+        theirs.jnt_solref[:], theirs.jnt_solimp[:] = (2 * step, 20.0), (0.9999, 0.9999, 1e-3, 0.5, 2)
+        theirs.eq_solref[:], theirs.eq_solimp[:] = (2 * step, 1.0), (0.9999, 0.9999, 1e-3, 0.5, 2)
+        data = mujoco.MjData(theirs)
+        order = [theirs.joint(name).qposadr[0] for name in list(model.names)[1:]]
+        data.qpos[order] = case.q
+        found = [np.array(data.qpos[order])]
+        for _ in times[1:]:
+            for _ in range(round(0.05 / step)):
+                mujoco.mj_step(theirs, data)
+            found.append(np.array(data.qpos[order]))
+        errors.append(np.abs(np.array(found) - own.q).max())
+    assert errors[1] <= 2e-4
+    assert errors[1] <= 0.5 * errors[0], errors
+
+
+def test_efforts_that_switch_without_end_stop_the_motion_with_the_reason():
+    # A switch at v = 0 has no solution without friction: its steps become ever smaller.
+    with pytest.raises(SimulationStopped, match=r"steps would have to be below|switch without end"):
+        slide(0.0, 0.5).simulate([0.0], [1.0], [0.0, 1.0], lambda t, q, v: [-5.0 if v[0] > 0.0 else 5.0])
+
+
+def test_bad_input_is_refused():
+    chain = slide(limits=(0.0, 1.0))
+    for call in (
+        lambda: chain.simulate([2.0], [0.0], [0.0, 1.0], stops=True),
+        lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], stops=True, restitution=1.5),
+        lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], stops=True, restitution="much"),
+        lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], events=[3]),
+        lambda: chain.simulate([0.5], [0.0], [0.0, 1.0], events=3),
+    ):
+        with pytest.raises(InvalidInput):
+            call()

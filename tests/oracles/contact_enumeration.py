@@ -1,4 +1,4 @@
-"""Friction and stops by trying every active set: the complementarity problem written out, nothing shared with exo_pin.
+"""Friction and stops by trying every active set; of exo_pin only the constraint Jacobian and its drift.
 
 Accelerations of a chain come from one linear system in all coordinates, M a - Jᵀλ - Σ e f = forces with J a = -J̇ v,
 with every contact in one of its cases: sticking (a = 0), slipping up or down, or a stop that is left.

@@ -60,6 +60,25 @@ def test_a_force_that_grows_makes_a_block_slip_when_it_exceeds_the_friction():
     assert pulsed.q[-1, 0] > 0.1
 
 
+def test_a_loop_with_redundant_friction_slips_where_no_friction_can_hold_it():
+    case = moving("four-bar")
+    case.chain.model.gravity.linear = DOWN
+    chain = with_friction(case.chain, [0.5, 0.3, 0.8])
+    low, high = chain.inverse_dynamics(case.q).effort_interval("crank_hinge")[0]
+
+    def ramp(t, q, v):
+        return {"crank_hinge": low + (high - low) * (0.5 + t)}
+
+    moved = chain.simulate(case.q, 0.0 * case.v, [0.0, 0.4, 0.6], ramp)
+    assert kinds(moved)[0] == "slip"
+    assert moved.events[0].time == pytest.approx(0.5, abs=1e-7)
+    assert set(moved.events[0].joints) == {"crank_hinge", "coupler_hinge", "rocker_hinge"}
+    np.testing.assert_allclose(moved.q[1], case.q, atol=1e-12)
+    assert np.abs(moved.v[2]).max() > 1e-3
+    held = chain.simulate(case.q, 0.0 * case.v, [0.0, 0.4], ramp, stabilisation=20.0, projection=False)
+    np.testing.assert_allclose(held.q[1], case.q, atol=1e-9)
+
+
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.9, 1.0])
 def test_a_falling_block_bounces_on_its_stop(restitution):
     chain = slide(np.pi / 2, limits=(0.0, np.inf))

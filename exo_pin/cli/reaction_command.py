@@ -131,14 +131,10 @@ def _follow(options: argparse.Namespace) -> int:
     movement = read_movement(options.trajectory, exo.side, smoothing, known)
     bounds = _bounds(options.side_force_limit)
     split = chosen_split(exo, bounds, options)
-    answer = exo.follow(
-        movement,
-        static=options.static,
-        split=split,
-        constraint_bounds=bounds,
-        actuator_bounds=limits(options),
-        progress=options.progress,
-    )
+    query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}
+    answer = exo.follow(movement, actuator_bounds=limits(options), **query)
+    if limits(options) is None and answer.reaction.has_better_tensions:
+        answer = exo.follow(movement, actuator_bounds="design", **query)
     print(f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(movement.times)} samples; {_carried(exo)}\n")
     print(answer)
     if options.out is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
@@ -41,7 +41,16 @@ def action_of_reaction(reaction: Reaction, orientation: Rotation) -> DeviceActio
     # A row without wrench is marked by its bounds.
     f = np.where(blank[..., None], np.nan, f)
     wrench = np.where(blank[..., None], 0.0, reaction.cuff_wrench)
-    return DeviceAction(wrench, nothing, f, f, chosen_by=f"limb forces of a reaction, split {reaction.split}")
+    words = f"limb forces of a reaction, split {reaction.split}"
+    return DeviceAction(wrench, nothing, f, f, chosen_by=words, caution=_caution(reaction.limits.violated))
+
+
+def _caution(violated: NDArray[np.bool_]) -> str:
+    """What the device cannot do in poses of any stack shape."""
+    if not violated.any():
+        return ""
+    where = "" if violated.size == 1 else f" in {int(violated.sum())} of {violated.size} poses"
+    return f"The device cannot supply these limb forces{where}."
 
 
 def action_of_limbs(
@@ -68,6 +77,7 @@ def action_of_limbs(
     for part in () if mechanism.arm is None else mechanism.arm.parts:
         if part.device:
             device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
+    caution = ""
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
         limits = ForceLimits(actuator_bounds, shape, n, lambda: limb_lengths(mechanism, query.matrices, (base, cuff)))
@@ -76,7 +86,7 @@ def action_of_limbs(
     else:
         if actuator_bounds is not None:
             raise InvalidInput('actuator_bounds are for forces="least_effort" and "least_contact": leave them out')
-        lower, words = _given(
+        lower, words, caution = _given(
             forces, limbs, device, wearer, mechanism, query, limb_lengths(mechanism, query.matrices, (base, cuff))
         )
         upper, least = lower, "effort"
@@ -87,6 +97,7 @@ def action_of_limbs(
         upper.reshape(*shape, n),
         least,
         words,
+        caution,
     )
 
 
@@ -98,8 +109,8 @@ def _given(
     mechanism: Mechanism,
     query: Query,
     lengths: FloatArray,
-) -> tuple[FloatArray, str]:
-    """Limb forces of a share, or as given, shape (N, n).
+) -> tuple[FloatArray, str, str]:
+    """Limb forces of a share, or as given, shape (N, n), how they were chosen, and what the device cannot do.
 
     Of a share they are the shortest ones, or, where the actuators cannot give these and more than three limbs leave a
     choice, ones that they can give.
@@ -108,9 +119,11 @@ def _given(
     if as_real("forces", forces).ndim > 0:
         given = as_finite("forces", forces, (n,), stack=True)
         try:
-            return np.array(np.broadcast_to(given, (*shape, n)).reshape(count, n)), "given limb forces"
+            f = np.array(np.broadcast_to(given, (*shape, n)).reshape(count, n))
         except ValueError:
             raise InvalidInput(f"expected forces to broadcast to {(*shape, n)}, got {given.shape}") from None
+        check = hold_check(mechanism, lengths, f, np.zeros((count, n, 0)), np.ones(count, dtype=bool))
+        return f, "given limb forces", _caution(check.violated)
     share = float(as_finite("forces", forces, ()))
     if not 0.0 <= share <= 1.0:
         raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
@@ -124,7 +137,4 @@ def _given(
     good = values[:, -1] >= SINGULAR_MARGIN * reach
     check = hold_check(mechanism, lengths, f, np.swapaxes(axes[:, 3:], 1, 2), good)
     words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm, without side forces"
-    beyond = int(check.violated.sum())
-    if beyond:
-        words += f"; beyond what the actuators can do in {beyond} of {len(f)} poses"
-    return np.where(good[:, None], check.tensions, np.nan), words
+    return np.where(good[:, None], check.tensions, np.nan), words, _caution(check.violated)

@@ -6,7 +6,6 @@ import functools
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -166,9 +165,7 @@ class ForceQuestions(Subject):
         Reaction
         """
         answer = self.reaction(orientation, motion, load, **options)
-        if options.get("actuator_bounds") is not None or not answer.has_answer.all() or answer.limits.violated.any():
-            return answer
-        if np.array_equal(answer.limits.tensions, answer.actuator_forces):
+        if options.get("actuator_bounds") is not None or not answer.has_better_tensions:
             return answer
         return self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
 

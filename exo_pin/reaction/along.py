@@ -61,27 +61,30 @@ class MovementReaction(ShownMovement):
 
     @property
     def rms(self) -> float:
-        """Root of the mean square of |F_s| over the time held, N; NaN if none is."""
+        """Root of the mean square of |F_s| over the time with an answer, N; NaN if there is none."""
         held, square = self._integral(self.reaction.magnitude**2)
         return float(np.sqrt(square / held)) if held > 0.0 else float("nan")
 
     @property
     def impulse(self) -> float:
-        """∫ |F_s| dt over the time held, N s."""
+        """∫ |F_s| dt over the time with an answer, N s."""
         return self._integral(self.reaction.magnitude)[1]
 
     @property
-    def time_held(self) -> float:
+    def time_answered(self) -> float:
         """Time between neighbouring samples that both have an answer, s."""
         return self._integral(self.reaction.magnitude)[0]
 
     @property
     def fraction_not_holdable(self) -> float:
-        """Fraction of samples without an answer, for whatever reason; see ``reaction.status``."""
-        return float((~self.reaction.has_answer).mean())
+        """Fraction of samples without an answer, or in which a limit of the actuators is not met.
+
+        ``reaction.status`` names the reason. Limits that are not known count as met: see ``reaction.verdict``.
+        """
+        return float((~self.reaction.has_answer | self.reaction.limits.violated).mean())
 
     def _integral(self, values: FloatArray) -> tuple[float, float]:
-        """Time held, and the integral over it by the trapezium rule."""
+        """Time with an answer, and the integral over it by the trapezium rule."""
         held, dt = self.reaction.has_answer, np.diff(self.movement.times)
         both = held[1:] & held[:-1]
         known = np.where(held, values, 0.0)
@@ -95,7 +98,7 @@ class MovementReaction(ShownMovement):
             "peak_time_s": self.peak_time,
             "rms_N": self.rms,
             "impulse_N_s": self.impulse,
-            "time_held_s": self.time_held,
+            "time_answered_s": self.time_answered,
             "fraction_not_holdable": self.fraction_not_holdable,
             "singular_crossings": float(len(self.reaction.crossings())),
             "force_noise_N": self.typical_force_noise,
@@ -105,7 +108,14 @@ class MovementReaction(ShownMovement):
         lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
         counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
         lines.append(f"movement: {self.movement.noise}")
-        return "\n".join([*lines, "status: " + ", ".join(f"{count} {name}" for name, count in counts.items())])
+        return "\n".join(
+            [
+                self.reaction.verdict,
+                "",
+                *lines,
+                "status: " + ", ".join(f"{count} {name}" for name, count in counts.items()),
+            ]
+        )
 
 
 def movement_reaction(

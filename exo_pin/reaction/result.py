@@ -188,6 +188,13 @@ class Reaction(ShownReaction, ReadOnly):
         return check.reshaped(shape)
 
     @property
+    def has_better_tensions(self) -> bool:
+        """Whether the actuators cannot give the tensions of the answer, but others that hold every pose as well."""
+        if not self.has_answer.all() or self.limits.violated.any():
+            return False
+        return not np.array_equal(self.limits.tensions, self.actuator_forces)
+
+    @property
     def can_hold(self) -> NDArray[np.bool_]:
         """Shape (...): true only where every limit of the actuators is known, none is estimated, and all are met."""
         return self.limits.can_hold

@@ -71,12 +71,14 @@ def test_histories_along_a_movement():
     assert answer.peak_time == movement.times[size.argmax()]
     np.testing.assert_allclose(answer.impulse, np.trapezoid(size, movement.times))
     np.testing.assert_allclose(answer.rms, np.sqrt(np.trapezoid(size**2, movement.times) / 1.2))
-    assert answer.fraction_not_holdable == 0.0
+    # Muscles cannot push, and theirs are too short or too long for parts of the reach.
+    assert answer.fraction_not_holdable == (~answer.reaction.has_answer | answer.reaction.limits.violated).mean() > 0.5
+    assert str(answer).startswith(answer.reaction.verdict)
     slow = exo.follow(movement, static=True)
     assert slow.peak != answer.peak
     pull = exo.follow(movement, actuator_bounds="pull")
     np.testing.assert_array_equal(pull.reaction.status == "infeasible", (closed.actuator_forces < 0).any(axis=1))
-    assert pull.fraction_not_holdable == (closed.actuator_forces < 0).any(axis=1).mean()
+    assert pull.fraction_not_holdable >= (closed.actuator_forces < 0).any(axis=1).mean()
     assert "fraction not holdable" in str(pull)
     # Too weak is not singular.
     np.testing.assert_array_equal(pull.reaction.crossings(), answer.reaction.crossings())

@@ -101,6 +101,7 @@ def _workspaces(folder):
     body = ep.BodyShape.from_height(1.75)
     cables = ep.load("four-cables")
     cables.workspace(55.0, ep.Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=body, least_gap=0.012))
+    cables.reaction(cables.pose(abduction=[20.0, 60.0])).can_hold.all()
     exo = ep.load("prototype")
     limbs = [replace(limb, joint_straight=(0.0, 0.0, 1.0)) for limb in exo.limbs]
     exo.replace(limbs=limbs).workspace(55.0, ep.Criteria(largest_shoulder_force=120.0, body=body))

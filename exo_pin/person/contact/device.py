@@ -33,6 +33,8 @@ class DeviceAction(Record):
         What is made small where the limb forces are not given.
     chosen_by : str
         How the limb forces are chosen, for the reader.
+    caution : str
+        What the device cannot do, a sentence that comes before the result; empty if it can, or if that is not known.
     """
 
     constant: FloatArray
@@ -41,6 +43,7 @@ class DeviceAction(Record):
     upper: FloatArray
     least: str = "effort"
     chosen_by: str = "given wrench"
+    caution: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "constant", as_finite("constant", self.constant, (6,), stack=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -91,6 +92,7 @@ def contact_forces(
     if action is not None:
         assumptions = {**assumptions, "device": action.chosen_by}
         result = _answer(person, query, limb, muscles, balance, action, options, assumptions, progress, result)
+        result = replace(result, caution=action.caution)
     return result.mirrored() if left else result
 
 

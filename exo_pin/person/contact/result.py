@@ -63,6 +63,8 @@ class JointContact(ReadOnly):
         What the result rests on.
     without_device : JointContact or None
         The same for the arm alone; None where there is no device.
+    caution : str
+        What the device cannot do, as a sentence; empty if it can, or if that is not known.
     """
 
     force: FloatArray
@@ -82,6 +84,7 @@ class JointContact(ReadOnly):
     side: str
     assumptions: dict[str, str]
     without_device: JointContact | None = None
+    caution: str = ""
 
     def mirrored(self) -> JointContact:
         """Mirror image in the x-z plane, of the other side of the body; moments are pseudovectors."""
@@ -145,7 +148,10 @@ class JointContact(ReadOnly):
 
     @property
     def verdict(self) -> str:
-        """One sentence."""
+        """One sentence, behind what the device cannot do."""
+        return f"{self.caution} {self._result()}".lstrip()
+
+    def _result(self) -> str:
         if self.status.ndim:
             good = int(self.has_result.sum())
             if not good:

@@ -70,8 +70,11 @@ def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
     return DesignLimits(lower, upper, ceiling)
 
 
-def missing_limits(mechanism: Mechanism) -> tuple[str, ...]:
-    """What would have to be known to judge every pose, one entry a quantity, with the limbs that lack it."""
+def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:
+    """What would have to be known to judge every pose, one entry a quantity, with the limbs that lack it.
+
+    Limits of the forces are left out if all of them are known (``known_forces``), by the design or from a query.
+    """
     lacking: dict[str, list[int]] = {}
     for number, limb in enumerate(mechanism.limbs, start=1):
         actuator, stroke = limb.actuator, limb.stroke
@@ -79,6 +82,8 @@ def missing_limits(mechanism: Mechanism) -> tuple[str, ...]:
             lacking.setdefault("stroke", []).append(number)
         elif stroke.end_fitting is None:
             lacking.setdefault("end fitting", []).append(number)
+        if known_forces:
+            continue
         if actuator is None:
             lacking.setdefault("actuator", []).append(number)
             continue

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
+from ...numerics.least_force_of_sums import shortest_within
 from ...numerics.quadratic import LeastSquares, solve
 from .actuator_limits import DesignLimits, design_limits, length_limits, missing_limits
 
@@ -89,12 +90,13 @@ def hold_check(
     answered : ndarray of bool
         Shape (N,): poses with an answer; the others cannot be held.
     limits : DesignLimits, optional
-        Limits of the forces that take the place of the design's own.
+        Limits of the forces that a query was given. Where they are finite they take the place of the design's own: a
+        limb that "only pulls" still pulls no harder than its actuator can.
     """
     low, high = length_limits(mechanism)
     length_error = np.where(lengths < low, lengths - low, np.where(lengths > high, lengths - high, 0.0))
     length_error[:, np.isnan(low)] = np.nan
-    of_force = design_limits(mechanism, lengths) if limits is None else limits
+    of_force = _joined(design_limits(mechanism, lengths), limits)
     force_error = _force_error(tensions, of_force)
     other = np.flatnonzero(answered & (np.nan_to_num(force_error) != 0.0).any(axis=1))
     if self_stress.shape[2] and other.size:
@@ -115,8 +117,19 @@ def hold_check(
         length_error=np.where(answered[:, None], length_error, np.nan),
         force_error=np.where(answered[:, None], force_error, np.nan),
         tensions=np.where(answered[:, None], tensions, np.nan),
-        missing=missing_limits(mechanism),
+        missing=missing_limits(mechanism, known_forces=not np.isnan([of_force.lower, of_force.upper]).any()),
         estimated=tuple(key for key in mechanism.estimated if ".stroke" in key or ".actuator" in key),
+    )
+
+
+def _joined(own: DesignLimits, given: DesignLimits | None) -> DesignLimits:
+    """The limits of a query where they are finite, else the design's."""
+    if given is None:
+        return own
+    return DesignLimits(
+        np.where(np.isfinite(given.lower), given.lower, own.lower),
+        np.where(np.isfinite(given.upper), given.upper, own.upper),
+        np.where(np.isfinite(given.upper), given.upper, own.ceiling),
     )
 
 
@@ -147,13 +160,17 @@ def _redistributed(
     """The shortest tensions within the limits that balance as well, those given where there are none; (rows, n)."""
     lower = np.where(np.isnan(limits.lower), -np.inf, limits.lower)[rows]
     upper = np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)[rows]
-    out = tensions[rows].copy()
+    f, N = tensions[rows], self_stress[rows]
+    out = f.copy()
+    if N.shape[2] <= 3:
+        shortest_within(f, np.ascontiguousarray(N), lower, upper, out)
+        return out
     size = out.shape[1]
-    for k, row in enumerate(rows):
-        # What self-stress cannot change stays as it is.
-        fixed = scipy.linalg.null_space(self_stress[row].T).T
+    for k in range(len(rows)):
+        # More spare limbs than the exact method takes. What self-stress cannot change stays as it is.
+        fixed = scipy.linalg.null_space(N[k].T).T
         none = np.zeros((0, size)), np.zeros(0)
-        program = LeastSquares(np.eye(size), np.zeros(size), fixed, fixed @ out[k], lower[k], upper[k], *none)
+        program = LeastSquares(np.eye(size), np.zeros(size), fixed, fixed @ f[k], lower[k], upper[k], *none)
         answer = solve(program)
         if answer.is_optimal:
             out[k] = answer.z

@@ -116,7 +116,8 @@ def turn(R: Any, v: Any) -> Any:
 
 
 @kernel(inline=True)
-def _turn_back(R: Any, v: Any) -> Any:
+def turn_back(R: Any, v: Any) -> Any:
+    """Rᵀ v: from the base's axes to the arm's."""
     return (
         R[0][0] * v[0] + R[1][0] * v[1] + R[2][0] * v[2],
         R[0][1] * v[0] + R[1][1] * v[1] + R[2][1] * v[2],
@@ -198,7 +199,7 @@ def inertia_load(R: Any, mass: float, C: Any, inertia: Any, w: Any, e: Any) -> A
     Source: thesis (D-1), (D-2), (D-5), (D-8).
     """
     e_C, w_w_C = cross(e, C), cross(w, cross(w, C))
-    Iw, Ie = turn(R, turn(inertia, _turn_back(R, w))), turn(R, turn(inertia, _turn_back(R, e)))
+    Iw, Ie = turn(R, turn(inertia, turn_back(R, w))), turn(R, turn(inertia, turn_back(R, e)))
     gyroscopic = cross(w, Iw)
     return (
         (-mass * (e_C[0] + w_w_C[0]), -mass * (e_C[1] + w_w_C[1]), -mass * (e_C[2] + w_w_C[2])),

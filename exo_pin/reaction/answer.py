@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.compiled import kernel
 from ..core.errors import SolverFailed
 from ..core.progress import track
 from ..core.validation import FloatArray
@@ -69,6 +72,8 @@ def answer(
     if len(rows) < len(status):
         spherical = np.where((status < _SINGULAR)[:, None], spherical, np.nan)
     limbs = on_arm.sum(axis=1)
+    residual = np.empty(len(status))
+    _balance_residual(shoulder, on_arm, *arm[:2], poses.radius, residual)
 
     def stacked(array: np.ndarray) -> np.ndarray:
         return array.reshape((*shape, *array.shape[1:]))
@@ -85,7 +90,7 @@ def answer(
         equilibrium_status=stacked(_NAMES[status]),
         margin=stacked(margin),
         determinant=stacked(determinant),
-        residual=stacked(_residual(shoulder, on_arm, limbs, arm, poses.radius)),
+        residual=stacked(residual),
         source=ComponentSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1)),
         body_weight=None if owner is None or owner.body_mass is None else owner.body_mass * STANDARD_GRAVITY,
         trivial=bool(rows.size and chosen.trivial[rows].all()),
@@ -95,18 +100,21 @@ def answer(
     )
 
 
-def _residual(
-    shoulder: FloatArray,
-    on_arm: FloatArray,
-    limbs: FloatArray,
-    arm: tuple[FloatArray, FloatArray, FloatArray],
-    radius: float,
-) -> FloatArray:
-    """What force and moment balance of the arm miss, relative to the largest force, shape (N,)."""
-    forces = np.concatenate([shoulder[:, None], on_arm[:, :, :3], arm[0][:, None]], axis=1)
-    misses = np.concatenate([shoulder + limbs[:, :3] + arm[0], (limbs[:, 3:] + arm[1]) / radius], axis=1)
-    largest, miss = np.abs(forces).max(axis=(1, 2)), np.abs(misses).max(axis=1)
-    return miss / np.where(largest > 0.0, largest, 1.0)
+@kernel(stack=True)
+def _balance_residual(shoulder: Any, on_arm: Any, force: Any, moment: Any, radius: float, residual: Any) -> None:
+    """Fill what force and moment balance of the arm miss, relative to the largest force, shape (N,)."""
+    for k in range(shoulder.shape[0]):
+        largest = miss = 0.0
+        for e in range(3):
+            total, turning = shoulder[k, e] + force[k, e], moment[k, e]
+            largest = max(largest, abs(shoulder[k, e]), abs(force[k, e]))
+            for i in range(on_arm.shape[1]):
+                total += on_arm[k, i, e]
+                turning += on_arm[k, i, 3 + e]
+                largest = max(largest, abs(on_arm[k, i, e]))
+            # A sum that is NaN makes the residual NaN, which max() would drop.
+            miss = miss + np.nan if total + turning != total + turning else max(miss, abs(total), abs(turning) / radius)
+        residual[k] = miss / largest if largest > 0.0 else miss
 
 
 def _distribute(

@@ -31,6 +31,7 @@ from ..design import Arm, Limb, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
 from ..wrist.limbs import Limbs, classify
+from .equilibrium_kernels import joint_angles, upu_closures
 from .wrist_urdf import across, mechanism_urdf
 
 __all__ = ["EquilibriumModel"]
@@ -113,30 +114,17 @@ class EquilibriumModel:
         for i in np.flatnonzero(limbs.reach[0] == 0.0):
             X[i] = across(geometry.platform_points[i])
         # Turns of X about -b in the axes of the arm, and about -a in those of the base: sine and cosine per unit of X.
-        self._about_b = np.stack([-np.cross(geometry.platform_points / size_b[:, None], X), X], axis=-1)
+        self._about_b = np.hstack([-np.cross(geometry.platform_points / size_b[:, None], X), X])
         X = X @ R.T
-        self._about_a = np.stack([np.cross(geometry.base_points / size_a[:, None], X), X], axis=-1)
+        self._about_a = np.hstack([np.cross(geometry.base_points / size_a[:, None], X), X])
         self._neutral: FloatArray = np.zeros(0)
         self._neutral = self._joint_angles(R[None], limbs)[0]
 
     def _joint_angles(self, matrices: FloatArray, limbs: Limbs) -> FloatArray:
-        """Angles of platform_y, platform_x, base_x and base_y, rad, and slide, m, of all limbs, shape (N, 5 n).
-
-        Source: thesis (D-4), (D-11), (D-12).
-        """
-        count, n = limbs.length.shape
-        sines, cosines = np.empty((2, count, n, 4))
-        turn = (limbs.X @ matrices)[:, :, None] @ self._about_b
-        sines[..., 0], cosines[..., 0] = turn[:, :, 0, 0], turn[:, :, 0, 1]
-        turn = limbs.X[:, :, None] @ self._about_a
-        sines[..., 3], cosines[..., 3] = turn[:, :, 0, 0], turn[:, :, 0, 1]
-        sines[..., 1], sines[..., 2] = limbs.reach, -limbs.reach
-        cosines[..., 1] = -(limbs.b * limbs.s).sum(axis=2)
-        cosines[..., 2] = -(self.mechanism.geometry.base_points * limbs.s).sum(axis=2)
-        angles = np.empty((count, n, 5))
-        np.arctan2(sines, cosines, out=angles[..., :4])
-        angles[..., 4] = limbs.length
-        flat = angles.reshape(count, 5 * n)
+        """Angles of platform_y, platform_x, base_x and base_y, rad, and slide, m, of all limbs, shape (N, 5 n)."""
+        angles = np.empty((*limbs.length.shape, 5))
+        joint_angles(matrices, self.mechanism.geometry.base_points, *limbs[3:], self._about_a, self._about_b, angles)
+        flat = angles.reshape(len(matrices), 5 * angles.shape[1])
         return flat - self._neutral if self._neutral.size else flat
 
     def configuration(self, R: FloatArray, quaternion: FloatArray) -> FloatArray:
@@ -226,7 +214,8 @@ class EquilibriumModel:
         wrench[:, :3] -= query.force
         wrench[:, 3:] -= query.moment
         if self.upu.size:
-            self._close_upu(rows, J[rows], tau[rows], share, closure, of_f, of_g)
+            columns, radii, light = self._upu_columns, self._radii, self._massless
+            upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
         if self.sps.size:
             self._close_sps(limbs, tau, share, closure, of_f)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
@@ -238,40 +227,6 @@ class EquilibriumModel:
         v, a = np.zeros((2, self.model.nv))
         v[:3], a[:3] = to_arm @ velocity, to_arm @ acceleration
         return (v, a) if self._massless else self.chain.dependent_motion(q, ["root_joint"], v[:3], a[:3])
-
-    def _close_upu(
-        self,
-        rows: NDArray[np.intp],
-        J: FloatArray,
-        tau: FloatArray,
-        share: FloatArray,
-        closure: FloatArray,
-        of_f: FloatArray,
-        of_g: FloatArray,
-    ) -> None:
-        """Fill the UPU limbs of some poses: five joint rows and the couple at B_i for six components of λ_i.
-
-        Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·M - |b| X·F, and the joint platform_x, about
-        the axis X through B, has the column (b × X, X) in the tree's Jacobian J, shape (k, 6, nv).
-
-        Source: thesis (D-13), (D-14), (D-15), (D-17), (D-18).
-        """
-        columns, radius = self._upu_columns, self._radii[self.upu]
-        own = J[:, :, columns].transpose(0, 2, 3, 1)
-        system, target = np.empty((*own.shape[:2], 6, 6)), np.zeros((*own.shape[:2], 6, 3))
-        system[:, :, :5] = own
-        couple = system[:, :, 5]
-        couple[..., :3], couple[..., 3:] = -radius[:, None] * own[:, :, 1, 3:], own[:, :, 1, :3] / radius[:, None]
-        at = rows[:, None], self.upu
-        if not self._massless:
-            target[:, :, :5, 0] = tau[:, columns]
-            target[:, :, 5, 0] = (couple * share[at]).sum(axis=2)
-        target[:, :, 2, 1] = 1.0
-        target[:, :, 5, 2] = radius
-        solved = np.linalg.solve(system, target)
-        # Side wrenches are forces through O: what the solution has as moment is rounding.
-        solved[:, :, 3:, 2] = 0.0
-        closure[at], of_f[at], of_g[at] = solved[..., 0], solved[..., 1], solved[..., 2]
 
     def _close_sps(
         self, limbs: Limbs, tau: FloatArray, share: FloatArray, closure: FloatArray, of_f: FloatArray

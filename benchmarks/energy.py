@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "oracles"))
 
 SECONDS, COUNT = 10.0, 401
 CASES = ("four-bar", "five-bar", "3RRR", "revolute loop", "heavy wrist")

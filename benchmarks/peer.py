@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"))
 
 __all__ = ["START", "asked", "delta_of_rods", "five_bar_with_tip", "main"]
 
@@ -84,7 +84,7 @@ def five_bar_with_tip():
 
 def delta_of_rods():
     """The delta with every joint in the tree and two rigid closures."""
-    from mechanisms import delta
+    from spatial_mechanisms import delta
 
     named = delta("rigid")
     return "delta", named.urdf, named.chain(), named.q

@@ -28,7 +28,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"))
 from mujoco_oracle import MujocoWrist
 
 #: Poses that the peers are given: enough for a steady figure.

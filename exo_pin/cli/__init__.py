@@ -11,17 +11,21 @@ import os
 import re
 import signal
 import sys
+import textwrap
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
 from .. import __version__
+from .options.command_examples import DESCRIPTIONS, EXAMPLES, NOTES
 from .options.command_list import COMMANDS
 
 __all__ = ["main"]
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
+#: Columns of a description in a help text.
+_WIDTH = 79
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         try:
-            given = sys.argv[1:] if arguments is None else list(arguments)
+            given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
             options = _parser(given).parse_args(given)
             return int(options.run(options))
         finally:
@@ -87,10 +91,30 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"exo-pin: {message} (see {self.prog} --help)\n")
 
 
+def _help_first(arguments: list[str]) -> list[str]:
+    """A command with --help anywhere prints help, also as the value of an option that still lacks one."""
+    if not {"-h", "--help"} & set(arguments):
+        return arguments
+    words = [*arguments, "--help"]
+    return [*words[: next(k for k, word in enumerate(words) if word.startswith("-"))], "--help"]
+
+
+def _described(parser: argparse.ArgumentParser, name: str) -> None:
+    """Add what a command answers, and examples, to its help."""
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.description = textwrap.fill(parser.description or DESCRIPTIONS.get(name, ""), _WIDTH)
+    examples = "".join(f"  {line}\n" for line in EXAMPLES.get(name, ()))
+    notes = f"\n{NOTES[name]}" if name in NOTES else ""
+    parser.epilog = f"examples:\n{examples}{notes}" if examples else None
+
+
 def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     """The parser, with the options of the command that is called and only the names of the others."""
     parser = _Parser(
-        prog="exo-pin", description="What force does a parallel shoulder exoskeleton put on the shoulder joint?"
+        prog="exo-pin",
+        description="What force does a parallel shoulder exoskeleton put on the shoulder joint?",
+        epilog="Begin with: exo-pin reaction four-cables --flexion 60. "
+        "Each command has examples: exo-pin COMMAND --help.",
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -98,6 +122,7 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     module, _ = COMMANDS.get(called, ("", ""))
     if module:
         import_module(f".{module}", __name__).add_commands(commands)
+        _described(commands.choices[called], called)
     for name, (other, text) in COMMANDS.items():
         if other != module:
             commands.add_parser(name, help=text)

@@ -24,18 +24,33 @@ def add_commands(commands: Any) -> None:
     add_configuration(parser)
     add_person(parser)
     parser.add_argument(
-        "--joint", action="append", default=[], metavar="NAME", help="a joint or closure to report; may be repeated"
+        "--joint",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="joint or closure to report, may be repeated (default: the shoulder, else all closures)",
     )
     parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as in the file)")
     parser.add_argument(
         "--external", action="append", default=[], metavar="FRAME=FX,FY,FZ[,MX,MY,MZ]",
         help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
     )  # fmt: skip
-    parser.add_argument("--pull", action="store_true", help="actuators that only pull (slides that only shorten)")
+    parser.add_argument("--pull", action="store_true", help="let actuators only pull (slides only shorten)")
     parser.add_argument("--least", metavar="NAME", help="make the force in this joint or closure as small as it can be")
-    parser.add_argument("--at", default="origin", metavar="FRAME", help="moments about that frame's origin")
-    parser.add_argument("--in", dest="in_frame", default="world", metavar="FRAME", help="axes (default: world)")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument(
+        "--at",
+        default="origin",
+        metavar="FRAME",
+        help="report moments about the origin of this frame (default: origin, the joint's own)",
+    )
+    parser.add_argument(
+        "--in",
+        dest="in_frame",
+        default="world",
+        metavar="FRAME",
+        help="report along the axes of this frame (default: world)",
+    )
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     parser.set_defaults(run=_forces)
 
 

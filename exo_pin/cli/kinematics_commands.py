@@ -20,7 +20,7 @@ from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
 from .options.command_list import help_of
-from .options.query_options import add_design, add_pose, design, pose, pose_angles
+from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_angles, print_approach
 
 __all__ = ["add_commands"]
 
@@ -42,9 +42,11 @@ def add_commands(commands: Any) -> None:
     )
     add_design(forward)
     add_pose(forward)
-    forward.add_argument("--lengths", metavar="MM,...", help="limb lengths between joint centres, mm")
-    forward.add_argument("--theta-x", metavar="DEG,...", help="angles θ_xA of the base joints, degrees")
-    forward.add_argument("--theta-y", metavar="DEG,...", help="angles θ_yA of the base joints, degrees")
+    forward.add_argument(
+        "--lengths", metavar="MM,...", help="measured limb lengths between joint centres, mm, one for each limb"
+    )
+    forward.add_argument("--theta-x", metavar="DEG,...", help="measured angles θ_xA of the base joints, degrees")
+    forward.add_argument("--theta-y", metavar="DEG,...", help="measured angles θ_yA of the base joints, degrees")
     forward.add_argument("--json", action="store_true", help="print JSON instead of tables")
     forward.set_defaults(run=_kinematics)
 
@@ -52,9 +54,12 @@ def add_commands(commands: Any) -> None:
     add_design(singular)
     add_pose(singular)
     singular.add_argument(
-        "--map", type=Path, metavar="FILE", help="write det X over flexion and abduction as a picture"
+        "--map", type=Path, metavar="FILE", help="picture (PNG, SVG or PDF) of det X over flexion and abduction"
     )
-    singular.add_argument("--surface", type=Path, metavar="FILE", help="write the surface det X = 0 as a picture")
+    singular.add_argument(
+        "--surface", type=Path, metavar="FILE", help="picture (PNG, SVG or PDF) of the singular surface, det X = 0"
+    )
+    add_approach(singular)
     singular.add_argument("--json", action="store_true", help="print JSON instead of tables")
     singular.set_defaults(run=_singularity)
 
@@ -159,6 +164,8 @@ def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, 
 
 
 def _singularity(options: argparse.Namespace) -> int:
+    if options.json and options.approach is not None:
+        raise InvalidInput("--approach prints a table: leave --json out")
     exo, angles = design(options), pose_angles(options)
     orientation = pose(options, exo)
     state, nearest = exo.singularity(orientation), exo.nearest_singularity(orientation)
@@ -184,7 +191,9 @@ def _singularity(options: argparse.Namespace) -> int:
         }
         print(json.dumps(answer, indent=2))
     else:
-        x, y, z = state.lost_direction + 0.0
+        # Rounded first, so that no -0.0 is printed.
+        x, y, z = np.round(state.lost_direction, 3) + 0.0
+        there = np.round(there, 1) + 0.0
         print(
             f"{exo.mechanism.title or exo.name}\n"
             f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°"
@@ -209,6 +218,8 @@ def _singularity(options: argparse.Namespace) -> int:
             print(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
         for item in crossings:
             print(f"  {item.range.name:36} {item.across:8.1%} {item.unreachable:8.1%} {item.close:15.1%}")
+    if options.approach is not None:
+        print_approach(exo, orientation, options.approach)
     for path in _pictures(exo, options):
         if not options.json:
             print(f"wrote {path}")

@@ -18,8 +18,12 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("mobility", help=help_of("mobility"))
     add_design(parser)
     add_configuration(parser)
-    parser.add_argument("--frame", metavar="NAME", help="the output (default: the arm that the closures file names)")
-    parser.add_argument("--part", choices=tuple(PARTS_OF_POSE), help="what of it counts (default: all of its pose)")
+    parser.add_argument(
+        "--frame", metavar="NAME", help="body whose motion counts (default: the arm that the closures file names)"
+    )
+    parser.add_argument(
+        "--part", choices=tuple(PARTS_OF_POSE), help="what of its motion counts (default: pose, that is both)"
+    )
     parser.set_defaults(run=_mobility)
 
 

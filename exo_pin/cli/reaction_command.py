@@ -21,7 +21,18 @@ from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
 from ..view.plots.force_plots import overview, use_file_backend
 from .options.command_list import help_of
-from .options.query_options import add_design, add_limits, add_person, add_pose, design, limits, pose, pose_angles
+from .options.query_options import (
+    add_approach,
+    add_design,
+    add_limits,
+    add_person,
+    add_pose,
+    design,
+    limits,
+    pose,
+    pose_angles,
+    print_approach,
+)
 from .options.split_options import add_splits, answers_of, certificates, chosen_split, fitted, offset_mm
 from .reaction_report import pose_report
 
@@ -37,7 +48,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--side-force-limit",
         metavar="N|actuator",
-        help="bound of the side forces for the column minimal: newtons, or no more than the limb's own tension",
+        help="for --split minimal: greatest side force of a limb, N, or 'actuator': no more than the limb's force",
     )
     add_splits(parser)
     add_limits(parser)
@@ -45,33 +56,46 @@ def add_commands(commands: Any) -> None:
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="CSV of a movement instead of a pose, with columns time_s and flexion_deg, abduction_deg, "
-        "internal_rotation_deg (or in _rad), or theta_x_deg, theta_y_deg, theta_z_deg, or qx, qy, qz, qw",
+        help="CSV file of a movement instead of a pose; its columns are listed below",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="of a movement: histories as .csv or .npz")
     parser.add_argument(
-        "--require-hold", action="store_true", help="exit status 1 unless the device is known to hold the pose"
+        "--out", type=Path, metavar="FILE", help="with --trajectory: write all forces over time as .csv or .npz"
     )
-    parser.add_argument("--table", action="store_true", help="print all forces as a table")
-    parser.add_argument("--static", action="store_true", help="leave velocity and acceleration of a movement out")
+    parser.add_argument(
+        "--require-hold", action="store_true", help="end with exit status 1 unless the device is known to hold the pose"
+    )
+    add_approach(parser)
+    parser.add_argument(
+        "--table", action="store_true", help="print every force, with those of cuff and harness, as a table"
+    )
+    parser.add_argument("--static", action="store_true", help="with --trajectory: leave velocity and acceleration out")
     parser.add_argument(
         "--smoothing",
         choices=("gcv", "none"),
         default="gcv",
-        help="of a measured movement: gcv finds the noise from the data (default)",
+        help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
     )
     parser.add_argument(
-        "--sensor-noise", type=float, metavar="DEG", help="of a measured movement: its noise about each axis, if known"
+        "--sensor-noise",
+        type=float,
+        metavar="DEG",
+        help="with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
     )
     parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     parser.set_defaults(run=_reaction)
 
     plot = commands.add_parser("plot", help=help_of("plot"))
     add_design(plot)
     add_pose(plot)
     add_person(plot)
-    plot.add_argument("--out", type=Path, default=Path("exo-pin.png"), metavar="FILE", help="PNG, SVG or PDF")
+    plot.add_argument(
+        "--out",
+        type=Path,
+        default=Path("exo-pin.png"),
+        metavar="FILE",
+        help="picture to write: PNG, SVG or PDF (default exo-pin.png)",
+    )
     plot.set_defaults(run=_plot)
 
 
@@ -80,6 +104,8 @@ def _reaction(options: argparse.Namespace) -> int:
         return _follow(options)
     if options.out is not None:
         raise InvalidInput("--out belongs to a movement: give --trajectory too")
+    if options.json and options.approach is not None:
+        raise InvalidInput("--approach prints a table: leave --json out")
     exo, angles = fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
     answers = answers_of(exo, orientation, bounds, options)
@@ -99,6 +125,8 @@ def _reaction(options: argparse.Namespace) -> int:
         print(f"\n{reaction_table(answers)}")
     if options.certificate:
         print(f"\n{certificates(answers, bounds)}")
+    if options.approach is not None:
+        print_approach(exo, orientation, options.approach, **_nearby(answers[0], options))
     return _hold_status(answers, options)
 
 
@@ -106,10 +134,15 @@ def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: 
     """What would make the pose possible, where it is not; with given limits the answer itself says what is missing."""
     if (answer.has_answer and not answer.limits.violated) or answer.infeasibility is not None:
         return None
+    return exo.remedy(orientation, **_nearby(answer, options))
+
+
+def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:
+    """The query for poses near the given one."""
     # A device that gives way has other forces and lengths, and in some poses no equilibrium.
     split = answer.split if SPLITS[answer.split].moves else "spherical"
     offset = None if options.offset is None else [1e-3 * value for value in offset_mm(options)]
-    return exo.remedy(orientation, split=split, centre_offset=offset)
+    return {"split": split, "centre_offset": offset}
 
 
 def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:
@@ -120,6 +153,8 @@ def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> in
 def _follow(options: argparse.Namespace) -> int:
     if any(pose_angles(options)):
         raise InvalidInput("a movement has poses of its own: give no --flexion, --abduction or --internal-rotation")
+    if options.approach is not None:
+        raise InvalidInput("--approach is for a pose: leave --trajectory out")
     if options.json:
         raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
     exo = design(options)

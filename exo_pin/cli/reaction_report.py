@@ -12,6 +12,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import Reaction
 from ..reaction.holding.actuator_limits import DesignLimits, design_limits, length_limits
 from ..reaction.holding.remedy import Remedy
+from ..reaction.holding.verdict import describe_axis
 
 __all__ = ["pose_report"]
 
@@ -23,6 +24,8 @@ _WITHOUT_DEVICE = (
     "For comparison: raising an arm without a device loads the joint with about 73 to 81 % of body weight, mostly by "
     "the wearer's own muscles (instrumented implants); those muscles are not part of the number above."
 )
+#: Where to see more of a singular pose.
+_GRAPH = "--approach FILE.png draws the forces on the way into the singular pose."
 
 
 def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remedy: Remedy | None) -> str:
@@ -47,6 +50,8 @@ def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remed
     if not answer.has_answer:
         parts.append(beside_singular(exo, orientation) if answer.status == "singular" else "")
         return "\n\n".join(part for part in parts if part)
+    if answer.equilibrium_status == "near_singular":
+        parts.append(_near_singular(exo, orientation))
     parts.append("\n".join([*_shoulder(answer), *_yardstick(answer)]))
     parts.append("\n".join(_limb_table(answer)))
     parts.append("\n".join(_footnotes(answer)))
@@ -113,6 +118,18 @@ def _footnotes(answer: Reaction) -> list[str]:
     return lines
 
 
+def _near_singular(exo: ShoulderExo, orientation: Rotation) -> str:
+    """That a pose is close to a singular one, how close, and about which axis the limbs hold least."""
+    state = exo.singularity(orientation)
+    axis = describe_axis(state.lost_direction)
+    text = (
+        f"This pose is almost singular, and forces change a lot near it: the limbs hardly resist a moment about {axis}."
+    )
+    if exo.geometry.limb_count == 3:
+        text += f" A singular pose is {float(exo.nearest_singularity(orientation).degrees):.2g}° away. {_GRAPH}"
+    return _filled(text)
+
+
 def beside_singular(exo: ShoulderExo, orientation: Rotation) -> str:
     """How limb forces fall with the distance from a singular pose, along the direction that leaves it fastest."""
     lines = ["Limb force (root of sum of squares) for a moment of 1 N m about the weakest axis, beside this pose:"]
@@ -122,7 +139,7 @@ def beside_singular(exo: ShoulderExo, orientation: Rotation) -> str:
         least = float(exo.singularity(poses).amplification.min())
         if np.isfinite(least):
             lines.append(f"  {degrees:4.0f}° away  {least:7.1f} N")
-    return "\n".join(lines) if len(lines) > 1 else ""
+    return "\n".join([*lines, _GRAPH]) if len(lines) > 1 else ""
 
 
 def _axes() -> FloatArray:

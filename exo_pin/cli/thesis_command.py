@@ -15,7 +15,9 @@ __all__ = ["add_commands"]
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("thesis", help=help_of("thesis"))
-    parser.add_argument("--all", action="store_true", help="every value, with notes; else long tables are summed up")
+    parser.add_argument(
+        "--all", action="store_true", help="print every value, with notes; without it long tables are summed up"
+    )
     parser.add_argument(
         "--readings", action="store_true", help="search for readings under which unreproduced numbers follow"
     )

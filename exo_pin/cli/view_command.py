@@ -17,6 +17,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
+from .options.command_list import help_of
 from .options.configuration_options import joint_value
 from .options.query_options import add_design, add_person, add_pose, design, pose
 
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
     #: What plays a motion, and what records it.
     _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
-from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 
@@ -34,25 +34,29 @@ _FRAMES_A_SECOND = 30
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser(
-        "view",
-        help=help_of("view"),
-        description="Without --html or --png a live page is served on this machine until Ctrl-C.",
-    )
+    parser = commands.add_parser("view", help=help_of("view"))
     add_design(parser)
     add_pose(parser)
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
     parser.add_argument("--no-human", action="store_true", help="draw no person")
     parser.add_argument(
-        "--scale", type=float, metavar="N", help="newtons for 10 cm of an arrow (default: by the largest force)"
+        "--scale",
+        type=float,
+        metavar="N",
+        help="force that an arrow of 10 cm stands for, N (default: chosen by the largest force)",
     )
     parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
-    parser.add_argument("--ghost", metavar="F,A,I", help="a second pose as a ghost: three angles, degrees")
+    parser.add_argument(
+        "--ghost",
+        metavar="F,A,I",
+        help="a second pose, drawn as a ghost: flexion, abduction and internal rotation, degrees",
+    )
     parser.add_argument(
         "--to",
         metavar="F,A,I",
-        help="move from the pose to these three angles, degrees; forces are those at rest in every pose",
+        help="move from the pose to these angles: flexion, abduction and internal rotation, degrees; forces are those "
+        "at rest in every pose",
     )
     parser.add_argument(
         "--set",
@@ -61,10 +65,14 @@ def add_commands(commands: Any) -> None:
         metavar="JOINT=VALUE",
         help="position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
     )
-    parser.add_argument("--seconds", type=float, default=3.0, metavar="S", help="how long that takes (default 3)")
+    parser.add_argument(
+        "--seconds", type=float, default=3.0, metavar="S", help="duration of the motion of --to, s (default 3)"
+    )
     parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
     parser.add_argument("--png", type=Path, metavar="FILE", help="write a still picture; needs a headless browser")
-    parser.add_argument("--size", default="1280x800", metavar="WxH", help="of the picture (default 1280x800)")
+    parser.add_argument(
+        "--size", default="1280x800", metavar="WxH", help="size of the picture of --png, pixels (default 1280x800)"
+    )
     parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
     parser.add_argument("--open", action="store_true", help="open the live page in a browser")
     parser.set_defaults(run=_view)

@@ -20,31 +20,24 @@ from __future__ import annotations
 import functools
 import hashlib
 import math
-import os
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dis import EXTENDED_ARG, opmap
-from threading import RLock
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, overload
 
 import numpy as np
 
 from . import plain_math
-from .errors import UnknownName
+from .compile_mode import MODES, compilations, count_compilation, current_mode, lock, mode, on_change
 
 __all__ = ["MODES", "PLAIN_WORK", "Kernel", "compilations", "intrinsic_kernel", "kernel", "kernels", "mode"]
 
-MODES = ("auto", "plain", "compiled")
 #: Units of work that a kernel does uncompiled in mode "auto": about 0.1 s. Compilation takes 0.3 to 10 s.
 PLAIN_WORK = 300
 #: Numbers in the largest argument of a call that count as one unit of work more.
 _NUMBERS_A_UNIT = 100
 
 _all: list[Kernel] = []
-_lock = RLock()
-_compilations = 0
 
 
 class Kernel:
@@ -78,6 +71,7 @@ class Kernel:
         self._compiled: Any = None
         self._run: Callable[..., Any] = self._call_plain
         self.choose()
+        on_change(self.choose)
         _all.append(self)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102 - the class says it
@@ -93,7 +87,7 @@ class Kernel:
     def plain(self) -> Any:
         """The form that Python runs: a function, to be called with NumPy numbers under ``np.errstate``."""
         if self._plain is None:
-            with _lock:
+            with lock:
                 if self._plain is None:
                     self._plain = self._make_plain()
         return self._plain
@@ -102,7 +96,7 @@ class Kernel:
     def compiled(self) -> Any:
         """The form that Numba compiles: a dispatcher, which compiles for the types it is called with."""
         if self._compiled is None:
-            with _lock:
+            with lock:
                 if self._compiled is None:
                     self._compiled = self._make_compiled()
         return self._compiled
@@ -125,9 +119,10 @@ class Kernel:
 
     def choose(self) -> None:
         """Set which form calls take, by the mode of the process."""
-        if _mode == "auto":
+        chosen = current_mode()
+        if chosen == "auto":
             self._run = self._call_and_count if self._compiled is None else self._compiled
-        elif _mode == "plain":
+        elif chosen == "plain":
             self._run = self._call_plain
         else:
             self._run = self._call_compiled if self._compiled is None else self._compiled
@@ -162,7 +157,7 @@ class Kernel:
         from .numba_cache import dispatcher  # here, because the import of Numba takes long
 
         return dispatcher(
-            self._twin(self._function.__code__, _compiled_form), self.options, self.stamp, _count_compilation
+            self._twin(self._function.__code__, _compiled_form), self.options, self.stamp, count_compilation
         )
 
     def _twin(self, code: CodeType, form: Callable[[Any], Any]) -> FunctionType:
@@ -245,61 +240,6 @@ def intrinsic_kernel(make: Callable[[], Any]) -> Callable[[Callable[..., Any]], 
 def kernels() -> tuple[Kernel, ...]:
     """All kernels of the modules that are loaded."""
     return tuple(_all)
-
-
-@contextmanager
-def mode(name: str) -> Iterator[None]:
-    """Choose how kernels run inside a ``with`` block, for all threads of the process.
-
-    Parameters
-    ----------
-    name : {"auto", "plain", "compiled"}
-        "plain" never compiles; "compiled" compiles at the first call; "auto" as the module's description says.
-
-    Raises
-    ------
-    UnknownName
-        For another name.
-    """
-    before = _mode
-    _set_mode(_checked(name))
-    try:
-        yield
-    finally:
-        _set_mode(before)
-
-
-def compilations() -> int:
-    """Number of functions compiled in this process, once a set of types, without what the cache on disk has."""
-    return _compilations
-
-
-def _count_compilation() -> None:
-    """Count, and in mode "auto" announce the first: the user has not chosen to wait."""
-    global _compilations
-    _compilations += 1
-    if _compilations == 1 and _mode == "auto" and sys.stderr is not None:
-        sys.stderr.write("exo_pin: compiling, once, up to a minute ('exo-pin warm-up' does it ahead of time)\n")
-        sys.stderr.flush()
-
-
-def _set_mode(name: str) -> None:
-    global _mode
-    with _lock:
-        _mode = name
-        for each in _all:
-            each.choose()
-
-
-def _checked(name: str) -> str:
-    if name not in MODES:
-        raise UnknownName("compile mode", name, MODES)
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        return "plain"
-    return name
-
-
-_mode = _checked(os.environ.get("EXO_PIN_COMPILE") or "auto")
 
 
 def _globals_of(code: CodeType) -> list[str]:

@@ -1,40 +1,40 @@
-"""Forces on shoulder, limbs, arm and torso: of poses, movements and maps, and the pressures that make them."""
+"""Forces on shoulder, limbs, arm and torso in a pose or a stack of poses."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable
 from typing import Any
 
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
+from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.human_range import warn_outside_human_range
 from ..reaction import (
     ActuatorBounds,
     ConstraintBounds,
     ElasticDifference,
-    Elasticity,
     GlenoidCone,
-    PressurePlan,
     Reaction,
-    ReactionMap,
     Split,
     Weights,
     elastic_difference,
-    plan_pressures,
     reaction,
-    reaction_map,
 )
-from ..reaction.along import MovementReaction, movement_reaction
-from ..reaction.batch.reaction_maps import CHUNK
 from ..reaction.holding.remedy import Remedy, remedy
+from ..reaction.holding.singular_approach import SingularApproach, singular_approach
 from ..wrist_chain import EquilibriumModel
 from .subject import Subject
 
 __all__ = ["ForceQuestions"]
+
+
+@functools.lru_cache(maxsize=4)
+def _model_of(mechanism: Mechanism) -> EquilibriumModel:
+    """Made once for designs that are loaded again; mechanisms are compared by identity."""
+    return EquilibriumModel(mechanism)
 
 
 class ForceQuestions(Subject):
@@ -42,7 +42,7 @@ class ForceQuestions(Subject):
 
     @functools.cached_property
     def _equilibrium(self) -> EquilibriumModel:
-        return EquilibriumModel(self.mechanism)
+        return _model_of(self.mechanism)
 
     def reaction(
         self,
@@ -186,6 +186,28 @@ class ForceQuestions(Subject):
         """
         return remedy(self._equilibrium, orientation, **options)
 
+    def singular_approach(
+        self, orientation: Rotation, start: Rotation | None = None, **options: Any
+    ) -> SingularApproach:
+        """Forces at rest on the way into the singular pose at or nearest to a pose.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Single. Of other than three limbs it must be singular itself.
+        start : Rotation, optional
+            Single: where the turn begins; the last 20° of the way if left out.
+        **options
+            Of :meth:`reaction`: ``load``, ``centre_offset``, ``split``.
+
+        Returns
+        -------
+        SingularApproach
+            Distance, the axis that loses hold, the nearest pose that can be held, and the forces; prints as a table,
+            ``plot`` draws them.
+        """
+        return singular_approach(self._equilibrium, orientation, start, **options)
+
     def elastic_difference(self, orientation: Rotation, **options: Any) -> ElasticDifference:
         """By how much the elastic formula for small displacements misses the equilibrium at the displaced geometry.
 
@@ -202,124 +224,3 @@ class ForceQuestions(Subject):
             Both answers, the difference of F_s and its relative size; prints as a sentence.
         """
         return elastic_difference(self._equilibrium, orientation, **options)
-
-    def pressures(
-        self,
-        orientation: Rotation,
-        actuators: Any,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        **options: Any,
-    ) -> PressurePlan:
-        """Which pressures hold a pose with least shoulder force, and how stiff it is then.
-
-        A muscle's force at a length rises with its pressure, so the best forces within what the pressures can do are
-        the best pressures: the query is solved in forces and turned into pressures.
-
-        Parameters
-        ----------
-        orientation : Rotation
-            Pose, single or a stack of shape (...).
-        actuators : object or sequence of n objects
-            Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`.
-        motion, load : Motion, Load, optional
-            As in :meth:`reaction`. The stiffness is that of the arm at rest.
-        **options
-            More of :meth:`reaction`: ``split`` ("minimal" if left out), ``constraint_bounds``, ``cone``, ``weights``.
-
-        Returns
-        -------
-        PressurePlan
-        """
-        return plan_pressures(self._equilibrium, orientation, actuators, motion, load, **options)
-
-    def follow(
-        self, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
-    ) -> MovementReaction:
-        """Forces along a movement.
-
-        Parameters
-        ----------
-        movement : Movement
-            From :meth:`Movement.from_samples` or :func:`exo_pin.read_movement`.
-        load : Load, optional
-            On the arm, constant or of stack shape (N,).
-        static : bool
-            Whether to leave out velocity and acceleration, as for a slow movement or an arm without inertia data.
-        **options
-            More of :meth:`reaction`: ``split``, ``actuator_bounds``, ``cone``, ``progress``, ...
-
-        Returns
-        -------
-        MovementReaction
-            Histories, and their peak, rms, impulse and fraction not holdable.
-        """
-        return movement_reaction(self._equilibrium, movement, load, static, **options)
-
-    def reaction_map(
-        self,
-        orientations: Rotation,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        split: str = "spherical",
-        constraint_bounds: ConstraintBounds = None,
-        threads: int = 1,
-        chunk: int = CHUNK,
-        keep: Iterable[str] | None = None,
-        elasticity: Elasticity | None = None,
-        progress: bool = False,
-    ) -> ReactionMap:
-        """What :meth:`reaction` answers, for millions of poses: closed form, compiled, massless limbs.
-
-        Beside the answer itself, memory does not grow with the number of poses: they are worked off in blocks. Each
-        pose is computed by itself, so neither ``threads`` nor ``chunk`` changes a bit of the answer.
-
-        Parameters
-        ----------
-        orientations : Rotation
-            Poses of the arm, a stack of shape (...).
-        motion, load, constraint_bounds
-            As in :meth:`reaction`.
-        split : {"spherical", "minimal", "standalone", "elastic_linear", "elastic"}
-            As in :meth:`reaction`. "minimal" is solved by an exact active-set method, without a solver
-            (:mod:`exo_pin.numerics.active_set`). "elastic_linear", also under the name "elastic": by stiffness, for
-            small displacements, with the device's centre at the shoulder's and rigid interfaces;
-            :meth:`elastic_difference` says how far that is from :meth:`reaction`; poses in which neither limbs nor
-            shoulder are stiff in some direction are "not_solved".
-        threads : int
-            How many blocks to work on at once.
-        chunk : int
-            Poses in a block.
-        keep : iterable of str, optional
-            What to keep, of "shoulder_force", "actuator_forces", "constraint_forces", "status", "margin" and
-            "magnitude"; all of it if left out. ``keep=("magnitude", "status")`` takes 9 bytes a pose.
-        elasticity : Elasticity, optional
-            Stiffness of guides and shoulder for "elastic", instead of the design's own.
-        progress : bool
-            Whether to show a bar on standard error.
-
-        Returns
-        -------
-        ReactionMap
-
-        Raises
-        ------
-        MissingData
-            If the design has no arm, ``motion`` is given and the arm's inertia is not known, or ``split`` is
-            "elastic" and the shoulder's stiffness is not known.
-        InvalidInput
-            If a limb has mass, or an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
-        """
-        return reaction_map(
-            self.mechanism,
-            orientations,
-            motion,
-            load,
-            split,
-            constraint_bounds,
-            threads,
-            chunk,
-            keep,
-            elasticity,
-            progress,
-        )

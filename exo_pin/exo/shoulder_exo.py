@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
-from dataclasses import replace
 from os import PathLike, fspath
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
@@ -15,10 +12,11 @@ from ..chain import ClosedChain
 from ..consistency import Report, check, check_chain
 from ..core.conventions import as_side
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
-from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism, write_mechanism
-from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
-from .force_methods import ForceQuestions
+from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
+from ..wrist_chain import Recognised, wrist_of
 from .kinematic_methods import KinematicQuestions
+from .model_methods import ModelMethods
+from .movement_and_map_methods import MovementAndMapQuestions
 from .person_methods import PersonQuestions
 from .uncertainty_methods import UncertaintyQuestions
 from .workspace_methods import WorkspaceQuestions
@@ -26,14 +24,13 @@ from .workspace_methods import WorkspaceQuestions
 if TYPE_CHECKING:
     from ..person import Person
     from ..study import StudyTable
-    from ..view import ChainScene, Scene
 
 __all__ = ["ShoulderExo", "load"]
 
-_ASSUMED = AssumedMasses()
 
-
-class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions):
+class ShoulderExo(
+    ModelMethods, KinematicQuestions, MovementAndMapQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions
+):
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
@@ -55,12 +52,8 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, Pers
         Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
     """
 
-    _recognised: Recognised | None = None
-    _given_chain: ClosedChain | None = None
     _given_side: str = "left"
     _why_not: str = ""
-    #: The URDF that it was loaded from, or its XML; None for all others.
-    urdf: str | PathLike[str] | None = None
 
     def __init__(
         self,
@@ -70,7 +63,7 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, Pers
         shoulder: Shoulder | None = None,
         **details: Any,
     ) -> None:
-        self._mechanism: Mechanism | None = Mechanism(
+        self._mechanism = Mechanism(
             geometry,
             arm=arm,
             limbs=() if limbs is None else limbs,  # type: ignore[arg-type]
@@ -130,11 +123,6 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, Pers
                 reason = "its geometry is a wrist's, but a wrist's record cannot hold " + _beyond(self._recognised)
             raise NotAWrist(self.name, reason)
         return self._mechanism
-
-    @property
-    def is_wrist(self) -> bool:
-        """Whether its geometry is a wrist's; all but robots that were loaded from a URDF are."""
-        return self._mechanism is not None or self._recognised is not None
 
     def without_masses(self) -> ShoulderExo:
         """The wrist's geometry and kinds of limbs alone: kinematics, no forces.
@@ -217,61 +205,6 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, Pers
         """The same device on the other shoulder."""
         return ShoulderExo.from_mechanism(self.mechanism.mirrored())
 
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write the design as a TOML file that :func:`load` reads back bit for bit.
-
-        Sources are written beside what they speak of; comments of a file that was loaded are not kept.
-        """
-        write_mechanism(self.mechanism, path)
-
-    def to_urdf(
-        self, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = _ASSUMED
-    ) -> Path:
-        """Write the design as URDF with a closures file beside it.
-
-        Each file appears whole or not at all, first the URDF, then the closures.
-
-        Parameters
-        ----------
-        folder : path-like
-            Where to; made if it is not there.
-        part : {"whole", "wrist", "shoulder", "floating"}
-            Limbs and ball joint; the limbs alone; the ball joint with the arm alone; or limbs and a free arm whose
-            ball joint is a closure.
-        assumed : AssumedMasses or None
-            Masses for links that have none, because simulators need them; the file says that they are assumed.
-            None leaves such links without mass.
-
-        Returns
-        -------
-        Path
-            The URDF.
-        """
-        return write_urdf(self.mechanism, folder, part, assumed)
-
-    @functools.cached_property
-    def chain(self) -> ClosedChain:
-        """The closed kinematic chain in Pinocchio, with the ball joint."""
-        if self._given_chain is not None:
-            return self._given_chain
-        return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
-
-    def chain_with_masses(self, part: str = "whole", assumed: AssumedMasses = _ASSUMED) -> ClosedChain:
-        """The closed chain with assumed masses for links that have none, for simulators.
-
-        Parameters
-        ----------
-        part : {"whole", "wrist", "shoulder", "floating"}
-            How much of a wrist; see :meth:`to_urdf`. A robot that is no wrist is returned whole, as it is.
-        assumed : AssumedMasses
-            The masses.
-        """
-        if self._mechanism is None:
-            return self.chain
-        xml, closures = mechanism_urdf(self.mechanism, part, assumed)
-        # Named as the files of to_urdf are.
-        return ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
-
     def check(self) -> Report:
         """Kinematic consistency: loops, Jacobians, wrist conditions, mobility, inertia, neutral pose.
 
@@ -304,29 +237,6 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, Pers
         from ..study import compare
 
         return compare(self, other, orientations, **options)
-
-    def view(self, **options: Any) -> Scene | ChainScene:
-        """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
-
-        A robot that is no wrist is drawn as a closed chain, without forces; see :class:`exo_pin.view.ChainScene`. A
-        wrist with masses that its record cannot hold is drawn without forces.
-
-        Parameters
-        ----------
-        **options
-            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
-            ``stature``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
-
-        Returns
-        -------
-        Scene or ChainScene
-            At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
-        """
-        from ..view import ChainScene, Scene
-
-        if not self.is_wrist:
-            return ChainScene(self.chain, self.urdf, **options)
-        return Scene(self, **options)
 
 
 def _beyond(recognised: Recognised) -> str:

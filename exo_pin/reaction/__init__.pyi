@@ -11,6 +11,7 @@ from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .elastic_difference import ElasticDifference as ElasticDifference
 from .elastic_difference import elastic_difference as elastic_difference
+from .holding.singular_approach import SingularApproach as SingularApproach
 from .indeterminacy.certificate import Certificate as Certificate
 from .indeterminacy.certificate import Components as Components
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility

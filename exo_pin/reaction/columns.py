@@ -1,15 +1,16 @@
-"""Reactions as columns of a table, with units in the names, and as pictures."""
+"""Reactions as columns of a table, with units in the names, as plain data, and as pictures."""
 
 from __future__ import annotations
 
+import json
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..core.conventions import shoulder_angles
-from ..core.errors import InvalidInput, MissingExtra
+from ..core.errors import MissingExtra
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from .batch.reaction_maps import ReactionMap
     from .result import Reaction
 
-__all__ = ["ShownMap", "ShownMovement", "ShownReaction", "force_columns", "frame_of", "movement_columns"]
+__all__ = ["ShownMovement", "ShownReaction", "force_columns", "frame_of", "movement_columns", "peak_of"]
 
 _ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
@@ -70,18 +71,19 @@ def frame_of(columns: dict[str, Any], shape: tuple[int, ...] | None = None) -> A
     return pandas.DataFrame({name: np.asarray(values).ravel() for name, values in columns.items()}, index=index)
 
 
-def _peak(magnitude: FloatArray) -> float:
+def peak_of(magnitude: FloatArray) -> float:
+    """Largest of the finite values; NaN if there is none."""
     known = magnitude[np.isfinite(magnitude)]
     return float(known.max()) if known.size else float("nan")
 
 
 class ShownReaction:
-    """Peak, table and picture of a :class:`Reaction`."""
+    """Peak, table, plain data and picture of a :class:`Reaction`."""
 
     @property
     def peak(self: Reaction) -> float:  # type: ignore[misc]
         """Largest |F_s| of all poses with an answer, N; NaN if there is none."""
-        return _peak(self.magnitude)
+        return peak_of(self.magnitude)
 
     def to_dataframe(self: Reaction) -> Any:  # type: ignore[misc]
         """A pandas DataFrame, one row a pose: forces, margin, det X and status, with units in the names.
@@ -126,6 +128,74 @@ class ShownReaction:
             If matplotlib is not installed.
         """
         return drawn("reaction_figure", self, along, label, limits)
+
+    def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
+        """All fields as arrays and plain values, in one flat dict."""
+        fields = {
+            name: getattr(self, name)
+            for name in (
+                "shoulder_force",
+                "actuator_forces",
+                "constraint_forces",
+                "limb_wrenches",
+                "cuff_wrench",
+                "harness_wrenches",
+                "harness_wrench",
+                "spherical_force",
+                "ratio",
+                "can_hold",
+                "unknown",
+                "status",
+                "equilibrium_status",
+                "margin",
+                "determinant",
+                "residual",
+            )
+        }
+        evidence: dict[str, Any] = {}
+        if self.optimum is not None:
+            evidence = {"kkt": self.optimum.kkt, "gap": self.optimum.gap, "unique": self.optimum.unique}
+        if self.infeasibility is not None:
+            for name in ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force"):
+                evidence[name] = getattr(self.infeasibility, name)
+        return {
+            "verdict": self.verdict,
+            **fields,
+            **evidence,
+            "magnitude": self.magnitude,
+            "percent_body_weight": self.percent_body_weight,
+            "undetermined": self.certificate.undetermined,
+            "actuator_forces_determined": self.certificate.actuator_forces,
+            "constraint_forces_determined": self.certificate.constraint_forces,
+            "shoulder_force_determined": self.certificate.shoulder_force,
+            "torso_wrench_determined": self.certificate.torso_wrench,
+            "split": self.split,
+            "trivial": self.trivial,
+            "certificate": str(self.certificate),
+            "body_weight": self.body_weight,
+            "centre_displacement": self.centre_displacement,
+            "side_stiffness": self.side_stiffness,
+            "arm_orientation": self.arm_orientation,
+            "interface_displacements": self.interface_displacements,
+            "limb_lengths": self.limb_lengths,
+            "guide_twist": self.guide_twist,
+            "guide_load": self.guide_load,
+            "load_share": self.load_share,
+        }
+
+    def to_json(self: Reaction, indent: int | None = 2) -> str:  # type: ignore[misc]
+        """Return the answer as JSON; units as in the attributes, a number that is not finite becomes null."""
+
+        def plain(value: Any) -> Any:
+            if isinstance(value, np.ndarray):
+                return plain(value.tolist())
+            if isinstance(value, list):
+                return [plain(item) for item in value]
+            if isinstance(value, float) and not np.isfinite(value):
+                return None
+            return value
+
+        return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)
 
 
 class ShownMovement:
@@ -176,66 +246,3 @@ class ShownMovement:
             If matplotlib is not installed.
         """
         return drawn("movement_figure", self, against, side, limits)
-
-
-class ShownMap:
-    """Peak, table and picture of a :class:`ReactionMap`."""
-
-    @property
-    def peak(self: ReactionMap) -> float:  # type: ignore[misc]
-        """Largest |F_s| of all poses with an answer, N; NaN if there is none.
-
-        Raises
-        ------
-        InvalidInput
-            If neither |F_s| nor F_s was kept.
-        """
-        return _peak(kept_magnitude(self))
-
-    def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
-        """A pandas DataFrame, one row a pose, of what was kept; see :meth:`Reaction.to_dataframe`."""
-        columns: dict[str, NDArray[Any]] = {**force_columns(self)}
-        if self.status_codes is not None:
-            columns["status"] = self.status.astype(object)
-        numbers = (self.status_codes, self.magnitude, self.margin)
-        vectors = (self.shoulder_force, self.actuator_forces, self.constraint_forces)
-        shapes = [part.shape for part in numbers if part is not None]
-        shapes += [part.shape[:-1] for part in vectors if part is not None]
-        return frame_of(columns, shapes[0] if shapes else None)
-
-    def plot(  # type: ignore[misc]
-        self: ReactionMap,
-        along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
-        label: str | tuple[str, str] | None = None,
-    ) -> Figure:
-        """Draw |F_s| of a map of one dimension as a curve, of two dimensions as a picture.
-
-        Parameters
-        ----------
-        along : array_like, or a pair of them, optional
-            What the stack runs along: shape (k,), or for two dimensions shapes (k,) and (m,), rising, of the first
-            and of the second. Numbers of the poses if left out.
-        label : str, or a pair of them, optional
-            What that is, with its unit.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        InvalidInput
-            If the map has another number of dimensions, shapes do not fit, or |F_s| was not kept.
-        MissingExtra
-            If matplotlib is not installed.
-        """
-        return drawn("map_figure", kept_magnitude(self), along, label)
-
-
-def kept_magnitude(answer: ReactionMap) -> FloatArray:
-    """|F_s| of a map, from F_s if need be."""
-    if answer.magnitude is not None:
-        return answer.magnitude
-    if answer.shoulder_force is None:
-        raise InvalidInput('neither |F_s| nor F_s was kept: add "magnitude" to keep')
-    return np.asarray(np.linalg.norm(answer.shoulder_force, axis=-1))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -274,74 +272,6 @@ class Reaction(ShownReaction, ReadOnly):
             signs = side[path][steps]
             found += [(*path, int(steps[k])) for k in np.flatnonzero(signs[1:] != signs[:-1])]
         return np.array(found, dtype=np.int64).reshape(len(found), side.ndim)
-
-    def as_dict(self) -> dict[str, Any]:
-        """All fields as arrays and plain values, in one flat dict."""
-        fields = {
-            name: getattr(self, name)
-            for name in (
-                "shoulder_force",
-                "actuator_forces",
-                "constraint_forces",
-                "limb_wrenches",
-                "cuff_wrench",
-                "harness_wrenches",
-                "harness_wrench",
-                "spherical_force",
-                "ratio",
-                "can_hold",
-                "unknown",
-                "status",
-                "equilibrium_status",
-                "margin",
-                "determinant",
-                "residual",
-            )
-        }
-        evidence: dict[str, Any] = {}
-        if self.optimum is not None:
-            evidence = {"kkt": self.optimum.kkt, "gap": self.optimum.gap, "unique": self.optimum.unique}
-        if self.infeasibility is not None:
-            for name in ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force"):
-                evidence[name] = getattr(self.infeasibility, name)
-        return {
-            "verdict": self.verdict,
-            **fields,
-            **evidence,
-            "magnitude": self.magnitude,
-            "percent_body_weight": self.percent_body_weight,
-            "undetermined": self.certificate.undetermined,
-            "actuator_forces_determined": self.certificate.actuator_forces,
-            "constraint_forces_determined": self.certificate.constraint_forces,
-            "shoulder_force_determined": self.certificate.shoulder_force,
-            "torso_wrench_determined": self.certificate.torso_wrench,
-            "split": self.split,
-            "trivial": self.trivial,
-            "certificate": str(self.certificate),
-            "body_weight": self.body_weight,
-            "centre_displacement": self.centre_displacement,
-            "side_stiffness": self.side_stiffness,
-            "arm_orientation": self.arm_orientation,
-            "interface_displacements": self.interface_displacements,
-            "limb_lengths": self.limb_lengths,
-            "guide_twist": self.guide_twist,
-            "guide_load": self.guide_load,
-            "load_share": self.load_share,
-        }
-
-    def to_json(self, indent: int | None = 2) -> str:
-        """Return the answer as JSON; units as in the attributes, a number that is not finite becomes null."""
-
-        def plain(value: Any) -> Any:
-            if isinstance(value, np.ndarray):
-                return plain(value.tolist())
-            if isinstance(value, list):
-                return [plain(item) for item in value]
-            if isinstance(value, float) and not np.isfinite(value):
-                return None
-            return value
-
-        return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)
 
     def __str__(self) -> str:
         return reaction_table([self])

@@ -82,8 +82,11 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
     return [
         ["poses", *(str(r.status.size) for r in reactions)],
         ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
-        ["  marked near_singular", *(str(int((r.status == "near_singular").sum())) for r in reactions)],
-        ["  infeasible within the given limits", *(str(int((r.status == "infeasible").sum())) for r in reactions)],
+        ["  marked near_singular", *(str(int((r.equilibrium_status == "near_singular").sum())) for r in reactions)],
+        [
+            "  infeasible within the given limits",
+            *(str(int((r.equilibrium_status == "infeasible").sum())) for r in reactions),
+        ],
         ["peak |F_s|, N", *(peak(r.magnitude) for r in reactions)],
         ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
         ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],

@@ -28,10 +28,20 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("export", help=help_of("export"))
     add_design(parser)
     add_person(parser)
-    parser.add_argument("--format", choices=tuple(_NOTES), default="urdf", help="default: urdf")
-    parser.add_argument("--out", type=Path, default=Path(), metavar="FOLDER", help="folder to write to (default: here)")
-    parser.add_argument("--part", choices=PARTS, default="whole", help="how much of a wrist (default: whole)")
-    parser.add_argument("--published", action="store_true", help="write all published mechanisms as URDF, as in urdf/")
+    parser.add_argument("--format", choices=tuple(_NOTES), default="urdf", help="format of the file (default: urdf)")
+    parser.add_argument(
+        "--out", type=Path, default=Path(), metavar="FOLDER", help="folder to write to (default: the current one)"
+    )
+    parser.add_argument(
+        "--part",
+        choices=PARTS,
+        default="whole",
+        help="what to write: limbs and shoulder (whole), the limbs alone (wrist), the shoulder alone, or limbs and a "
+        "free arm (floating) (default: whole)",
+    )
+    parser.add_argument(
+        "--published", action="store_true", help="write all published designs as URDF instead, as in the folder urdf"
+    )
     parser.set_defaults(run=_export)
 
 

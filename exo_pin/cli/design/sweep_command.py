@@ -32,15 +32,25 @@ def add_commands(commands: Any) -> None:
         action="append",
         required=True,
         metavar="NAME=VALUES",
-        help="such as r_A_mm=100:160:4 (low:high:count), alpha_A[2]_deg=50,60,70, lean_forward_deg=0,30 or "
-        "limb_kind=UPU,SPS; repeat for every combination",
+        help="a parameter with its unit, and its values: r_A_mm=100:160:4 (low:high:count), alpha_A[2]_deg=50,60,70, "
+        "payload_kg=0,2, lean_forward_deg=0,30 or limb_kind=UPU,SPS; repeat it for every combination",
     )
-    parser.add_argument("--split", choices=("spherical", "minimal", "standalone"), help="default: spherical")
-    parser.add_argument("--step", type=float, default=10.0, metavar="DEG", help="of the grid of poses (default 10)")
-    parser.add_argument("--payload-at", metavar="X,Y,Z", help="where a varied payload_kg is held, m, in the arm frame")
-    parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="processes (default 1)")
+    parser.add_argument(
+        "--split",
+        choices=("spherical", "minimal", "standalone"),
+        help="assumption on the side forces (default: spherical)",
+    )
+    parser.add_argument(
+        "--step", type=float, default=10.0, metavar="DEG", help="step of the grid of poses, degrees (default 10)"
+    )
+    parser.add_argument(
+        "--payload-at",
+        metavar="X,Y,Z",
+        help="needed with payload_kg: where it is held, m, in the arm frame, such as 0,0,-0.6",
+    )
+    parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="number of processes (default 1)")
     parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV too")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV, too")
     parser.set_defaults(run=_sweep)
 
 

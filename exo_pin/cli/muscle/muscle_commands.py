@@ -38,9 +38,17 @@ def add_commands(commands: Any) -> None:
 
 def _static_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--model", default="best", help=f"{', '.join(muscle_models())}, or the path of a .toml (default: best)"
+        "--model",
+        default="best",
+        metavar="NAME|FILE",
+        help=f"force law: {', '.join(muscle_models())}, or a .toml file (default: best)",
     )
-    parser.add_argument("--length-mm", type=float, help="nominal length; scaled by equal strain (default: as measured)")
+    parser.add_argument(
+        "--length-mm",
+        type=float,
+        metavar="MM",
+        help="nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured)",
+    )
     parser.add_argument(
         "--mark",
         action="store_true",
@@ -76,8 +84,17 @@ def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Se
 def _add_force(commands: Any) -> None:
     parser = commands.add_parser("force", help="force at a contraction and a pressure, or a list of each")
     _static_arguments(parser)
-    parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
-    parser.add_argument("--pressure-bar", type=float, nargs="+", required=True)
+    parser.add_argument(
+        "--contraction-mm", type=float, nargs="+", required=True, metavar="MM", help="contraction, mm; one or several"
+    )
+    parser.add_argument(
+        "--pressure-bar",
+        type=float,
+        nargs="+",
+        required=True,
+        metavar="BAR",
+        help="gauge pressure, bar; one or several",
+    )
     parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
     parser.set_defaults(run=_force)
 
@@ -101,8 +118,12 @@ def _force(args: argparse.Namespace) -> int:
 def _add_pressure(commands: Any) -> None:
     parser = commands.add_parser("pressure", help="pressure that makes a muscle pull a force at a contraction")
     _static_arguments(parser)
-    parser.add_argument("--force-N", type=float, nargs="+", required=True, dest="force_N")
-    parser.add_argument("--contraction-mm", type=float, nargs="+", required=True)
+    parser.add_argument(
+        "--force-N", type=float, nargs="+", required=True, dest="force_N", metavar="N", help="pull, N; one or several"
+    )
+    parser.add_argument(
+        "--contraction-mm", type=float, nargs="+", required=True, metavar="MM", help="contraction, mm; one or several"
+    )
     parser.set_defaults(run=_pressure)
 
 
@@ -120,19 +141,30 @@ def _add_step(commands: Any) -> None:
     parser.add_argument(
         "--model",
         default="tang-3-31",
-        help=f"{', '.join(dynamic_models())}, or the path of a .toml (default: tang-3-31)",
+        metavar="NAME|FILE",
+        help=f"dynamic model: {', '.join(dynamic_models())}, or a .toml file (default: tang-3-31)",
     )
     load = parser.add_mutually_exclusive_group(required=True)
-    load.add_argument("--mass-kg", type=float)
-    load.add_argument("--weight-N", type=float, dest="weight_N")
-    parser.add_argument("--from-bar", type=float, default=0.0)
-    parser.add_argument("--to-bar", type=float, required=True)
-    parser.add_argument("--lag-s", type=float, default=0.1, help="time constant of the filling (default: 0.1)")
-    parser.add_argument("--duration-s", type=float, default=4.0)
+    load.add_argument("--mass-kg", type=float, metavar="KG", help="hung mass, kg")
+    load.add_argument("--weight-N", type=float, dest="weight_N", metavar="N", help="weight of the hung mass, N")
+    parser.add_argument(
+        "--from-bar", type=float, default=0.0, metavar="BAR", help="gauge pressure before the step, bar (default 0)"
+    )
+    parser.add_argument("--to-bar", type=float, required=True, metavar="BAR", help="gauge pressure after it, bar")
+    parser.add_argument(
+        "--lag-s", type=float, default=0.1, metavar="S", help="time constant of the filling, s (default 0.1)"
+    )
+    parser.add_argument(
+        "--duration-s", type=float, default=4.0, metavar="S", help="how long to simulate, s (default 4)"
+    )
     parser.add_argument(
         "--mark", action="store_true", help="go on outside the model's range and report the share of time"
     )
-    parser.add_argument("--csv", help="write time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside")
+    parser.add_argument(
+        "--csv",
+        metavar="FILE",
+        help="write the columns time_s, contraction_mm, velocity_mm_per_s, pressure_bar, inside",
+    )
     parser.add_argument(
         "--plot", metavar="FILE", help="write a picture beside the same muscle with a constant friction of 2.5 N"
     )

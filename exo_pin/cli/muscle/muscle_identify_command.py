@@ -61,26 +61,37 @@ def add_identify(commands: Any) -> None:
         "identify",
         help="fit a force law to measurements at rest, or friction and damping to responses; write a parameter set",
     )
-    parser.add_argument("csv", nargs="?", help="measurements at rest: contraction_mm, pressure_bar, force_N")
-    parser.add_argument("--length-mm", type=float, help="nominal length of the muscle, for measurements at rest")
+    parser.add_argument(
+        "csv",
+        nargs="?",
+        metavar="FILE",
+        help="CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N",
+    )
+    parser.add_argument(
+        "--length-mm", type=float, metavar="MM", help="nominal length of the muscle, mm, for measurements at rest"
+    )
     parser.add_argument(
         "--response",
         nargs=2,
         action="append",
         metavar=("CSV", "WEIGHT_N"),
-        help="a response of a hung weight: time_s, contraction_mm, pressure_bar; may be given several times",
+        help="CSV file of the response of a hung weight, N, with the columns time_s, contraction_mm, pressure_bar; "
+        "may be repeated",
     )
     parser.add_argument(
         "--static",
         default="best",
-        help=f"force law that responses are fitted with: {', '.join(muscle_models())}, or a .toml (default: best)",
+        metavar="NAME|FILE",
+        help=f"force law that responses are fitted with: {', '.join(muscle_models())}, or a .toml file (default: best)",
     )
     parser.add_argument(
         "--all", action="store_true", help="fit every measurement instead of the region where the law holds"
     )
-    parser.add_argument("--level", type=float, default=0.95, help="confidence of the intervals (default: 0.95)")
-    parser.add_argument("--name", default="identified")
-    parser.add_argument("--output", help="TOML file to write")
+    parser.add_argument(
+        "--level", type=float, default=0.95, metavar="SHARE", help="confidence of the intervals, 0 to 1 (default 0.95)"
+    )
+    parser.add_argument("--name", default="identified", help="name of the parameter set (default: identified)")
+    parser.add_argument("--output", metavar="FILE", help="parameter set to write, .toml")
     parser.set_defaults(run=_identify)
 
 

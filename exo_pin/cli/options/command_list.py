@@ -15,13 +15,13 @@ COMMANDS = {
         "force in the shoulder joint with the wearer's own muscles, with and without the device",
     ),
     "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),
-    "sweep": ("design.sweep_command", "vary parameters of a design over the box of daily activities"),
+    "sweep": ("design.sweep_command", "vary parameters of a design and compare the results"),
     "kinematics": (
         "kinematics_commands",
         "lengths and joint angles in a pose, or all poses that fit measured lengths or angles",
     ),
-    "singularity": ("kinematics_commands", "how close a pose is to losing the arm, and what lies across"),
-    "presets": ("design.design_commands", "the published mechanisms that come with the package"),
+    "singularity": ("kinematics_commands", "how near a pose is to a singular one, and which poses lie beyond"),
+    "presets": ("design.design_commands", "designs that come with the package"),
     "check": (
         "design.design_commands",
         "kinematic consistency of a design, or of any robot given as a .urdf with its closures",

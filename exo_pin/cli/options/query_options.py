@@ -1,19 +1,23 @@
-"""Options of several commands: design, pose, person."""
+"""Options of several commands: design, pose, person, limits, and the way into a singular pose."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import warnings
+from pathlib import Path
+from typing import Any
 
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, OutsideHumanRange
+from ...core.files import write_figure
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
 
 __all__ = [
+    "add_approach",
     "add_design",
     "add_limits",
     "add_person",
@@ -23,6 +27,7 @@ __all__ = [
     "person_numbers",
     "pose",
     "pose_angles",
+    "print_approach",
 ]
 
 _ANGLES = (
@@ -34,7 +39,13 @@ _ANGLES = (
 
 def add_design(parser: argparse.ArgumentParser) -> None:
     """Add the design's name or file, and the side of the body."""
-    parser.add_argument("design", nargs="?", default="prototype", metavar="PRESET|FILE", help="default: prototype")
+    parser.add_argument(
+        "design",
+        nargs="?",
+        default="prototype",
+        metavar="PRESET|FILE",
+        help="name of a design from 'exo-pin presets', or a .toml or .urdf file (default: prototype)",
+    )
     parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as in the design)")
 
 
@@ -46,15 +57,52 @@ def add_pose(parser: argparse.ArgumentParser) -> None:
 
 def add_person(parser: argparse.ArgumentParser) -> None:
     """Add who wears the device."""
-    parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="who wears it, such as 1.75,75,male (m, kg)")
-    parser.add_argument("--elbow-flexion", type=float, default=0.0, metavar="DEG", help="of that person, degrees")
-    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="in that person's hand, kg")
+    parser.add_argument(
+        "--person",
+        metavar="HEIGHT,MASS,SEX",
+        help="the wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design)",
+    )
+    parser.add_argument(
+        "--elbow-flexion",
+        type=float,
+        default=0.0,
+        metavar="DEG",
+        help="bend of the person's elbow, degrees (default 0)",
+    )
+    parser.add_argument(
+        "--payload", type=float, default=0.0, metavar="KG", help="mass in the person's hand, kg, not N (default 0)"
+    )
+
+
+def add_approach(parser: argparse.ArgumentParser) -> None:
+    """Add the picture of the way into a singular pose."""
+    parser.add_argument(
+        "--approach",
+        type=Path,
+        metavar="FILE",
+        help="picture (PNG, SVG or PDF) of the forces on the way into the singular pose that is nearest to the pose",
+    )
+
+
+def print_approach(exo: ShoulderExo, orientation: Rotation, path: Path, **query: Any) -> None:
+    """Print what happens on the way into the nearest singular pose, and draw it."""
+    from ...view.plots.force_plots import use_file_backend
+
+    approach = exo.singular_approach(orientation, **query)
+    use_file_backend()
+    print(f"\n{approach}")
+    write_figure(path, approach.plot(), dpi=120)
+    print(f"wrote {path}")
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Add the limits of the limbs' forces."""
-    parser.add_argument("--pull", action="store_true", help="limbs that only pull")
-    parser.add_argument("--tension", metavar="MIN,MAX", help="limits of the limb forces, N")
+    parser.add_argument("--pull", action="store_true", help="let limbs only pull, whatever their actuators are")
+    parser.add_argument(
+        "--tension",
+        metavar="MIN,MAX",
+        help="least and greatest limb force, N, tension positive, such as 0,200 (default: as the design's actuators)",
+    )
 
 
 def limits(options: argparse.Namespace) -> ActuatorBounds:

@@ -26,8 +26,8 @@ def add_splits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--split",
         choices=tuple(SPLITS),
-        help="what is assumed of the side forces (default: elastic where all stiffnesses are known, minimal with "
-        "--side-force-limit, else spherical)",
+        help="assumption on the side forces of the limbs (default: elastic where all stiffnesses are known, minimal "
+        "with --side-force-limit, else spherical)",
     )
     parser.add_argument(
         "--compare",
@@ -41,20 +41,25 @@ def add_splits(parser: argparse.ArgumentParser) -> None:
         nargs=3,
         type=float,
         metavar=("X_MM", "Y_MM", "Z_MM"),
-        help="of the device's centre from the shoulder's, forward, left and up, mm; base and cuff together",
+        help="where the device's centre lies, seen from the shoulder's: forward, left and up, mm (default 0 0 0)",
     )
     parser.add_argument(
-        "--shoulder-stiffness", type=float, metavar="N_PER_M", help="for elastic: K_s, the same in every direction"
+        "--shoulder-stiffness",
+        type=float,
+        metavar="N_PER_M",
+        help="for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
     )
     parser.add_argument(
         "--guide",
         nargs=2,
         type=float,
         metavar=("EI", "GJ"),
-        help="for elastic: bending and torsional rigidity of every limb's guide, N m² (default: as the design says)",
+        help="for --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed)",
     )
     parser.add_argument(
-        "--certificate", action="store_true", help="say what each number rests on, and what would determine it"
+        "--certificate",
+        action="store_true",
+        help="print the assumption behind each number, and what would determine it",
     )
 
 
@@ -103,7 +108,8 @@ def chosen_split(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.N
         return str(options.split)
     if bounds is not None:
         return _bounded()[0]
-    return "elastic" if _fits(SPLITS["elastic"], exo) else "spherical"
+    stiff = exo.mechanism.shoulder.stiffness is not None
+    return "elastic" if stiff and _fits(SPLITS["elastic"], exo) else "spherical"
 
 
 def _bounded() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib.resources import files
 from os import PathLike
 
@@ -43,6 +44,12 @@ def preset(name: str) -> Mechanism:
     """
     if name not in presets():
         raise UnknownName("preset", name, presets())
+    return _loaded(name)
+
+
+@cache
+def _loaded(name: str) -> Mechanism:
+    """A mechanism is frozen throughout, so that all who load it may share it."""
     folder = _PUBLISHED if name in published() else _FOUND
     text = files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8")
     return _mechanism(parse_toml(text, f"{name}.toml"))

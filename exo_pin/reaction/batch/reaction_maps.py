@@ -19,7 +19,6 @@ from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
 from ...wrist.limbs import STATUS
-from ..columns import ShownMap
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..query import as_split, check_option
 from ..splits.elastic import Elastic
@@ -32,6 +31,7 @@ from .elastic_kernels import Elasticity
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import BY_ACTUATOR, GIVEN
 from .map_three_limbs import map_three
+from .shown_map import ShownMap
 
 __all__ = ["CHUNK", "ReactionMap", "reaction_map"]
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from ...core.validation import FloatArray
 from .hold_check import HoldCheck
 
-__all__ = ["NearestPose", "nearest_held_pose"]
+__all__ = ["NearestPose", "nearest_held_pose", "spread_directions"]
 
 #: Directions of the search, and the step along each, rad.
 _DIRECTIONS = 96
@@ -63,7 +63,7 @@ def nearest_held_pose(
         None if the search found no such pose.
     """
     angles = np.arange(_STEP, reach + 0.5 * _STEP, _STEP)
-    directions = _directions(_DIRECTIONS)
+    directions = spread_directions(_DIRECTIONS)
     turns = directions[:, None] * angles[None, :, None]
     held = _held(check(Rotation.from_rotvec(turns.reshape(-1, 3)) * orientation)).reshape(turns.shape[:2])
     first = np.where(held.any(axis=1), held.argmax(axis=1), len(angles))
@@ -108,7 +108,7 @@ def _simplex(start: FloatArray) -> FloatArray:
     return start + _STEP * np.array([np.zeros(3), -unit, beside, np.cross(unit, beside)])
 
 
-def _directions(count: int) -> FloatArray:
+def spread_directions(count: int) -> FloatArray:
     """Unit vectors spread evenly over the sphere (a Fibonacci lattice), shape (count, 3)."""
     k = np.arange(count) + 0.5
     z, azimuth = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.validation import ReadOnly
 from ...wrist_chain.equilibrium import EquilibriumModel
@@ -16,6 +15,7 @@ from ..indeterminacy.infeasibility import Infeasibility
 from ..query import as_split, reaction
 from .actuator_limits import actuators_of
 from .nearest_pose import NearestPose, nearest_held_pose
+from .verdict import angle_words
 
 __all__ = ["Remedy", "remedy"]
 
@@ -46,12 +46,9 @@ class Remedy(ReadOnly):
         if self.nearest is None:
             parts = [f"No pose within {np.degrees(_REACH):.0f}° can be held."]
         else:
-            angles = shoulder_angles(self.nearest.pose, self.side, degrees=True)
-            names = ("flexion", "abduction", "internal rotation")
-            # "+ 0.0" turns -0 into 0.
-            text = ", ".join(f"{name} {round(angle) + 0.0:.0f}°" for name, angle in zip(names, angles, strict=True))
             parts = [
-                f"The nearest pose found that can be held is {np.degrees(self.nearest.distance):.0f}° away: {text}."
+                f"The nearest pose found that can be held is {np.degrees(self.nearest.distance):.0f}° away: "
+                f"{angle_words(self.nearest.pose, self.side)}."
             ]
         if self.infeasibility is not None and self.infeasibility.infeasible:
             parts.append(self.infeasibility.summary())

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray
 from .actuator_limits import limb_list
 from .hold_check import HoldCheck
 
-__all__ = ["verdict"]
+__all__ = ["angle_words", "describe_axis", "verdict"]
 
 #: Why a pose without an answer cannot be held, by its status.
 _WITHOUT_ANSWER = {
@@ -156,3 +158,11 @@ def describe_axis(axis: FloatArray) -> str:
     numbers = ", ".join(f"{0.0 if abs(v) < 5e-3 else v:.2f}" for v in unit)
     where = names[nearest] if angle < 1.0 else f"an axis {angle:.0f}° from {names[nearest]}"
     return f"{where} ({numbers})"
+
+
+def angle_words(orientation: Rotation, side: str) -> str:
+    """Clinical angles of a single pose in words: "flexion 10°, abduction 90°, internal rotation 0°"."""
+    angles = shoulder_angles(orientation, side, degrees=True)
+    names = ("flexion", "abduction", "internal rotation")
+    # "+ 0.0" turns -0 into 0.
+    return ", ".join(f"{name} {round(angle) + 0.0:.0f}°" for name, angle in zip(names, angles, strict=True))

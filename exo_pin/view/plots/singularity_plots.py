@@ -16,10 +16,13 @@ from ... import wrist
 from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray, as_rotation
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
+from ...reaction import SingularApproach
+from ...reaction.holding.actuator_limits import design_limits
+from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_surface_mesh as loci
 from ...wrist.singularities import singularity_free_region as region
-from ..colours import BLACK, SKY
-from .plot_style import pyplot
+from ..colours import BLACK, GREEN, SKY
+from .plot_style import LINES, legend_below, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["determinant_map", "locus_picture", "locus_surface"]
+__all__ = ["approach_figure", "determinant_map", "locus_picture", "locus_surface"]
 
 #: Line styles and labels of the ranges drawn on a map.
 _STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1, 1, 1)))
@@ -206,6 +209,33 @@ def _frame(ax: Any, box: RangeOfMotion, color: str, style: Any, label: str) -> N
                 ax.plot(*np.stack([corners[i], corners[j]], axis=1), color=color, linestyle=style, linewidth=1.1,
                         label=named or None)  # fmt: skip
                 named = ""
+
+
+def approach_figure(approach: SingularApproach) -> Figure:
+    """Forces on the way into a singular pose; see :meth:`exo_pin.reaction.SingularApproach.plot`."""
+    answer, left = approach.reaction, np.degrees(approach.turns)
+    figure, ax = pyplot().subplots(figsize=(7.6, 5.2), layout="constrained")
+    ax.plot(left, answer.magnitude, color=BLACK, linewidth=2.4, label="shoulder |F_s|")
+    for i in range(answer.actuator_forces.shape[1]):
+        colour, dashes = LINES[i % len(LINES)]
+        size = np.abs(answer.actuator_forces[:, i])
+        ax.plot(left, size, color=colour, linestyle=dashes, linewidth=1.8, label=f"limb {i + 1} |f|")
+    limits = design_limits(answer.source.poses.mechanism, answer.source.poses.lengths)
+    pull = np.fmin(limits.upper, limits.ceiling).max(axis=1)
+    if np.isfinite(pull).any():
+        ax.plot(left, pull, color=GREEN, linewidth=3.5, alpha=0.6, label="greatest pull of an actuator")
+    ax.set(xscale="log", yscale="log", xlim=(left[0], left[-1]), xlabel="angle left to the singular pose, °")
+    ax.set(ylabel="force, N", title=f"into the singular pose at\n{angle_words(approach.singular_pose, approach.side)}")
+    # A force that changes its sign is a dip without a bottom: cut a decade below the largest force of the mildest pose.
+    largest = np.abs(np.column_stack([answer.magnitude, answer.actuator_forces])).max(axis=1)
+    mildest = float(np.nanmin(largest)) if np.isfinite(largest).any() else 0.0
+    if mildest > 0.0:
+        ax.set_ylim(bottom=10.0 ** (np.floor(np.log10(mildest)) - 1.0))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.yaxis.set_major_formatter("{x:,.0f}" if mildest >= 10.0 else "{x:,g}")
+    tidy(ax)
+    legend_below(ax, 3)
+    return figure
 
 
 def locus_picture(exo: ShoulderExo, orientation: Rotation | None = None) -> Figure:

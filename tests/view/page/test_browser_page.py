@@ -1,11 +1,6 @@
 """What a browser shows: known points have the colours they should have, and the numbers stand on the page."""
 
 import io
-import os
-import signal
-import subprocess
-import sys
-import tempfile
 
 import numpy as np
 import pytest
@@ -13,7 +8,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation, Slerp
 
 import exo_pin as ep
-from exo_pin.core.errors import BrowserFailed, BrowserNotFound, MissingExtra
+from exo_pin.core.errors import BrowserNotFound, MissingExtra
 from exo_pin.view import Browser, Scene, find_browser
 from exo_pin.view.colours import BLUE, GREEN, ORANGE, RED
 
@@ -317,37 +312,3 @@ def test_muscles_points_surface_and_ghost_are_drawn(browser):
 def shot_of(browser, scene):
     browser.open_html(scene.html())
     return shot(browser)
-
-
-def test_command_writes_a_picture_of_the_given_size(tmp_path):
-    target = tmp_path / "scene.png"
-    command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--png", str(target), "--size", "400x300"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == [str(target)]
-    image = np.asarray(Image.open(target).convert("RGB"))
-    assert image.shape == (300, 400, 3)
-    assert image.std() > 10
-
-
-def test_failing_browser_is_reported(tmp_path):
-    with pytest.raises(BrowserFailed, match="/bin/false: it ended during the start"):
-        Browser(SIZE, program="/bin/false")
-
-
-def test_a_browser_that_is_killed_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    with Browser(SIZE, timeout=20.0) as window:
-        window.open_html("<!doctype html><body data-state='drawn'></body>")
-        assert window.evaluate("1 + 1") == 2
-        with pytest.raises(BrowserFailed, match="no_such_name is not defined"):
-            window.evaluate("no_such_name")
-        os.killpg(window._browser.subprocess.pid, signal.SIGKILL)
-        with pytest.raises(BrowserFailed, match=r"ended|no answer"):
-            window.evaluate("1 + 1")
-    assert list(tmp_path.glob("exo_pin_browser_*")) == []
-
-
-def test_the_arguments_of_the_program_are_left_alone():
-    code = "import sys; sys.argv = ['a', '--l', '1']; import exo_pin.view.page.chromium; print(sys.argv)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "['a', '--l', '1']\n"

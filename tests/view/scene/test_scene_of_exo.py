@@ -11,7 +11,6 @@ from exo_pin.core import errors
 from exo_pin.reaction import GlenoidCone
 from exo_pin.view import Scene, Sliders, find_browser
 from exo_pin.view.colours import scale_colours
-from exo_pin.view.scene.force_arrows import LONGEST, round_up
 from exo_pin.wrist_chain import mechanism_urdf
 
 
@@ -70,83 +69,6 @@ def test_a_pose_sends_only_what_moves(exo, monkeypatch):
         assert len(paths) < len(after)
 
 
-def test_arrows_are_the_forces_to_the_stated_scale(exo):
-    scene = Scene(exo, human=False)
-    answer = scene.show(pose(0, 0, 0))
-    shaft = place(scene, "/meshcat/forces/shoulder/shaft")
-    head = place(scene, "/meshcat/forces/shoulder/head_0")
-    tip = head[:3, 3] + head[:3, 2]
-    np.testing.assert_allclose(shaft[:3, 3], 0.0, atol=1e-12)
-    np.testing.assert_allclose(tip, scene.metres_per_newton * answer.shoulder_force, atol=1e-12)
-    assert f"10 cm = {0.1 / scene.metres_per_newton:g} N" in panel(scene, "legend")["scale"]
-    # Pull runs from the joint to the torso with one head, push ends at the joint with two.
-    answer = scene.show(pose(60, 30, 0))
-    assert (np.sign(answer.actuator_forces) == [-1, 1, -1]).all()
-    state = exo.inverse_kinematics(pose(60, 30, 0))
-    for i, (kind, last) in enumerate([("push", "head_1"), ("pull", "head_0"), ("push", "head_1")]):
-        head = place(scene, f"/meshcat/forces/limb_{i + 1}/{kind}/{last}")
-        line = head[:3, 2] / np.linalg.norm(head[:3, 2])
-        np.testing.assert_allclose(line, (-1 if kind == "pull" else 1) * state.directions[i], atol=1e-9)
-        other = {"push": "pull", "pull": "push"}[kind]
-        assert np.linalg.norm(place(scene, f"/meshcat/forces/limb_{i + 1}/{other}/shaft")[:3, :3]) < 1e-5
-
-
-@pytest.mark.parametrize("angles", [(0, 0, 0), (60, 30, 0), (30, 60, 20), (0, 6, 0)])
-def test_the_largest_force_has_a_good_length(exo, angles):
-    scene = Scene(exo, human=False)
-    answer = scene.show(pose(*angles))
-    largest = max(answer.magnitude, np.abs(answer.actuator_forces).max())
-    assert 0.15 <= scene.metres_per_newton * largest <= 0.24 + 1e-9
-    assert "cut" not in panel(scene, "legend")["scale"]
-    assert not any("(cut)" in label["text"] for label in panel(scene, "labels"))
-
-
-def test_a_motion_has_one_scale_and_cuts_what_is_near_singular(exo):
-    scene = Scene(exo, human=False)
-    lift = pose(np.linspace(0, 90, 46), 30.0, 0.0)
-    recording = scene.record(lift, np.linspace(0, 2, 46))
-    largest = np.fmax(recording.reaction.magnitude, np.abs(recording.reaction.actuator_forces).max(axis=-1))
-    firm = largest[recording.reaction.equilibrium_status == "ok"]
-    assert np.percentile(firm, 50) * scene.metres_per_newton < 0.24
-    assert np.nanmax(largest) * scene.metres_per_newton > LONGEST
-    assert f"cut at {LONGEST / scene.metres_per_newton:.4g} N" in panel(scene, "legend")["scale"]
-    # Limbs pull and push on the way, and the legend says so in every frame.
-    texts = [item["text"] for item in panel(scene, "legend")["items"]]
-    assert {"limb pulls, f > 0", "limb pushes, f < 0"} <= set(texts)
-
-
-def test_the_legend_lists_what_is_drawn_and_nothing_else(exo):
-    scene = Scene(exo, human=False)
-
-    def listed():
-        return [item["text"] for item in panel(scene, "legend")["items"]]
-
-    answer = scene.show(pose(60, 30, 0))
-    assert (answer.actuator_forces > 0).any()
-    assert listed() == [
-        "shoulder reaction F_s", "weight of moving part", "limb pulls, f > 0", "limb pushes, f < 0",
-    ]  # fmt: skip
-    scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80))
-    assert "side force of a limb, g" in listed()
-    scene.show(pose(60, 30, 0))
-    scene.ghost(pose(0, 0, 0))
-    scene.glenoid_cone()
-    assert listed()[-2:] == ["ghost, for comparison", "F_s ends in here: socket holds"]
-    scene.remove_ghost()
-    scene.remove("glenoid cone")
-    assert len(listed()) == 4
-
-
-def test_a_cone_moves_with_the_scale(exo):
-    scene = Scene(exo, human=False)
-    cone = GlenoidCone(muscle_compression=100.0)
-    scene.glenoid_cone(cone)
-    for angles in ((0, 0, 0), (60, 30, 0)):
-        scene.show(pose(*angles))
-        apex = place(scene, "/meshcat/additions/glenoid cone")[:3, 3]
-        assert np.linalg.norm(apex) == pytest.approx(100.0 * scene.metres_per_newton)
-
-
 def test_a_limb_that_starts_inside_the_chest_is_reported(exo):
     geometry = exo.geometry
     for side, design in (("left", exo), ("right", exo.mirrored())):
@@ -188,26 +110,6 @@ def vertices(scene, path):
     data = next(item for item in commands(scene) if item["type"] == "set_object" and item["path"] == path)
     array = data["object"]["geometries"][0]["data"]["attributes"]["position"]["array"]
     return np.frombuffer(array.data, dtype=np.float32).reshape(-1, 3)
-
-
-def test_a_long_arrow_is_cut_and_labelled(exo):
-    scene = Scene(exo, human=False, metres_per_newton=0.1)
-    answer = scene.show(pose(60, 30, 0))
-    head = place(scene, "/meshcat/forces/shoulder/head_0")
-    assert np.linalg.norm(head[:3, 3] + head[:3, 2]) == pytest.approx(LONGEST)
-    texts = [label["text"] for label in panel(scene, "labels")]
-    assert f"shoulder {answer.magnitude:.0f} N (cut)" in texts
-
-
-def test_side_forces_and_assumption_of_the_split_are_shown(exo):
-    scene = Scene(exo, human=False)
-    answer = scene.show(pose(30, 40, 0), split="minimal", constraint_bounds="actuator")
-    notes = " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
-    assert "lower bound of |F_s|" in notes
-    texts = [label["text"] for label in panel(scene, "labels")]
-    assert any(f"1 side {abs(answer.constraint_forces[0]):.0f} N" in text for text in texts)
-    scene.show(pose(30, 40, 0))
-    assert not any("side" in label["text"] for label in panel(scene, "labels"))
 
 
 def test_a_pose_without_solution_is_reported(exo):
@@ -372,17 +274,3 @@ def test_no_browser_is_a_clear_error(monkeypatch):
     monkeypatch.setenv("EXO_PIN_BROWSER", "/no/such/browser")
     with pytest.raises(errors.BrowserNotFound, match="/no/such/browser"):
         find_browser()
-
-
-def test_steps_of_scales():
-    assert [round_up(value) for value in (0.0028, 0.002, 0.021, 7.0, 50.0, 91.0)] == [
-        0.003,
-        0.002,
-        0.03,
-        8.0,
-        50.0,
-        100.0,
-    ]
-    colours = scale_colours(np.array([0.0, 0.5, 1.0, 2.0, np.nan]), 0.0, 1.0)
-    assert (np.diff(colours[:3] @ [0.3, 0.6, 0.1]) > 0.1).all()
-    np.testing.assert_allclose(colours[2], colours[3])

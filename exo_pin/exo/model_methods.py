@@ -1,0 +1,115 @@
+"""A design as files, as a chain in Pinocchio, and as a picture."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from ..chain import ClosedChain
+from ..design import Mechanism, write_mechanism
+from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, write_urdf
+from .subject import Subject
+
+if TYPE_CHECKING:
+    from ..view import ChainScene, Scene
+    from .shoulder_exo import ShoulderExo
+
+__all__ = ["ModelMethods"]
+
+_ASSUMED = AssumedMasses()
+
+
+class ModelMethods(Subject):
+    """Files of a design, its chain in Pinocchio, and its scene."""
+
+    _mechanism: Mechanism | None = None
+    _recognised: Recognised | None = None
+    _given_chain: ClosedChain | None = None
+    #: The URDF that it was loaded from, or its XML; None for all others.
+    urdf: str | PathLike[str] | None = None
+
+    @property
+    def is_wrist(self) -> bool:
+        """Whether its geometry is a wrist's; all but robots that were loaded from a URDF are."""
+        return self._mechanism is not None or self._recognised is not None
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the design as a TOML file that :func:`load` reads back bit for bit.
+
+        Sources are written beside what they speak of; comments of a file that was loaded are not kept.
+        """
+        write_mechanism(self.mechanism, path)
+
+    def to_urdf(
+        self, folder: str | PathLike[str], part: str = "whole", assumed: AssumedMasses | None = _ASSUMED
+    ) -> Path:
+        """Write the design as URDF with a closures file beside it.
+
+        Each file appears whole or not at all, first the URDF, then the closures.
+
+        Parameters
+        ----------
+        folder : path-like
+            Where to; made if it is not there.
+        part : {"whole", "wrist", "shoulder", "floating"}
+            Limbs and ball joint; the limbs alone; the ball joint with the arm alone; or limbs and a free arm whose
+            ball joint is a closure.
+        assumed : AssumedMasses or None
+            Masses for links that have none, because simulators need them; the file says that they are assumed.
+            None leaves such links without mass.
+
+        Returns
+        -------
+        Path
+            The URDF.
+        """
+        return write_urdf(self.mechanism, folder, part, assumed)
+
+    @functools.cached_property
+    def chain(self) -> ClosedChain:
+        """The closed kinematic chain in Pinocchio, with the ball joint."""
+        if self._given_chain is not None:
+            return self._given_chain
+        return ClosedChain.from_urdf(*mechanism_urdf(self.mechanism, part="whole"))
+
+    def chain_with_masses(self, part: str = "whole", assumed: AssumedMasses = _ASSUMED) -> ClosedChain:
+        """The closed chain with assumed masses for links that have none, for simulators.
+
+        Parameters
+        ----------
+        part : {"whole", "wrist", "shoulder", "floating"}
+            How much of a wrist; see :meth:`to_urdf`. A robot that is no wrist is returned whole, as it is.
+        assumed : AssumedMasses
+            The masses.
+        """
+        if self._mechanism is None:
+            return self.chain
+        xml, closures = mechanism_urdf(self.mechanism, part, assumed)
+        # Named as the files of to_urdf are.
+        return ClosedChain.from_urdf(xml, replace(closures, name=closures.name.removesuffix("-whole")))
+
+    def view(self, **options: Any) -> Scene | ChainScene:
+        """The design in three dimensions, with its forces; see :class:`exo_pin.view.Scene`.
+
+        A robot that is no wrist is drawn as a closed chain, without forces; see :class:`exo_pin.view.ChainScene`. A
+        wrist with masses that its record cannot hold is drawn without forces.
+
+        Parameters
+        ----------
+        **options
+            Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
+            ``stature``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
+
+        Returns
+        -------
+        Scene or ChainScene
+            At rest. ``serve`` opens a page, ``show`` moves it, ``save_html`` and ``save_png`` write files.
+        """
+        from ..view import ChainScene, Scene
+
+        if not self.is_wrist:
+            return ChainScene(self.chain, self.urdf, **options)
+        return Scene(cast("ShoulderExo", self), **options)

@@ -1,0 +1,83 @@
+"""Maps as columns of a table, with units in the names, and as pictures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.errors import InvalidInput
+from ...core.pictures import drawn
+from ...core.validation import FloatArray
+from ..columns import force_columns, frame_of, peak_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .reaction_maps import ReactionMap
+
+__all__ = ["ShownMap", "kept_magnitude"]
+
+
+class ShownMap:
+    """Peak, table and picture of a :class:`ReactionMap`."""
+
+    @property
+    def peak(self: ReactionMap) -> float:  # type: ignore[misc]
+        """Largest |F_s| of all poses with an answer, N; NaN if there is none.
+
+        Raises
+        ------
+        InvalidInput
+            If neither |F_s| nor F_s was kept.
+        """
+        return peak_of(kept_magnitude(self))
+
+    def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
+        """A pandas DataFrame, one row a pose, of what was kept; see :meth:`Reaction.to_dataframe`."""
+        columns: dict[str, NDArray[Any]] = {**force_columns(self)}
+        if self.status_codes is not None:
+            columns["status"] = self.status.astype(object)
+        numbers = (self.status_codes, self.magnitude, self.margin)
+        vectors = (self.shoulder_force, self.actuator_forces, self.constraint_forces)
+        shapes = [part.shape for part in numbers if part is not None]
+        shapes += [part.shape[:-1] for part in vectors if part is not None]
+        return frame_of(columns, shapes[0] if shapes else None)
+
+    def plot(  # type: ignore[misc]
+        self: ReactionMap,
+        along: ArrayLike | tuple[ArrayLike, ArrayLike] | None = None,
+        label: str | tuple[str, str] | None = None,
+    ) -> Figure:
+        """Draw |F_s| of a map of one dimension as a curve, of two dimensions as a picture.
+
+        Parameters
+        ----------
+        along : array_like, or a pair of them, optional
+            What the stack runs along: shape (k,), or for two dimensions shapes (k,) and (m,), rising, of the first
+            and of the second. Numbers of the poses if left out.
+        label : str, or a pair of them, optional
+            What that is, with its unit.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InvalidInput
+            If the map has another number of dimensions, shapes do not fit, or |F_s| was not kept.
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        return drawn("map_figure", kept_magnitude(self), along, label)
+
+
+def kept_magnitude(answer: ReactionMap) -> FloatArray:
+    """|F_s| of a map, from F_s if need be."""
+    if answer.magnitude is not None:
+        return answer.magnitude
+    if answer.shoulder_force is None:
+        raise InvalidInput('neither |F_s| nor F_s was kept: add "magnitude" to keep')
+    return np.asarray(np.linalg.norm(answer.shoulder_force, axis=-1))

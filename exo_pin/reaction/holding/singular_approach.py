@@ -1,0 +1,199 @@
+"""Forces on the way into a singular pose: how far it is, which axis loses hold, and how the forces grow.
+
+The way is a turn about one fixed axis that ends in the singular pose. Where the load has a moment about the axis that
+loses hold, limb forces beside that pose grow like one over the angle that is left if the way crosses the surface of
+singular poses, and like one over its square if the way only touches it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.pictures import drawn
+from ...core.validation import FloatArray, ReadOnly, as_rotation
+from ...wrist.singularities.measures import Singularity, singularity
+from ...wrist.singularities.nearest_singularity_search import nearest_singularity
+from ...wrist_chain.equilibrium import EquilibriumModel
+from ..columns import force_columns, frame_of
+from ..query import reaction
+from ..result import Reaction
+from .nearest_pose import NearestPose, nearest_held_pose, spread_directions
+from .verdict import angle_words, describe_axis
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["SingularApproach", "singular_approach"]
+
+#: Where the way begins if no start is given, where it ends, and its samples; rad.
+_FROM, _TO, _SAMPLES = float(np.radians(20.0)), float(np.radians(0.05)), 81
+#: Angles of the printed table, degrees.
+_PRINTED = (20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+#: Directions in which a singular pose is left, compared at this angle, rad.
+_DIRECTIONS, _AT = 96, float(np.radians(5.0))
+
+
+@dataclass(frozen=True, eq=False)
+class SingularApproach(ReadOnly):
+    """Forces at rest along a turn into a singular pose, k samples.
+
+    Attributes
+    ----------
+    singular_pose : Rotation
+        Single: the pose in which the way ends; the given pose if that is singular, else the nearest singular one.
+    distance : float
+        rad, angle between the given pose and the singular one; 0 if the given pose is singular.
+    lost_axis : ndarray
+        Shape (3,), unit vector, base frame: the axis about which the limbs resist no moment in the singular pose.
+    turns : ndarray
+        Shape (k,), rad, falling: angle that is left to the singular pose.
+    orientations : Rotation
+        Shape (k,), the poses on the way.
+    reaction : Reaction
+        Shape (k,), the forces there.
+    nearest_held : NearestPose or None
+        The nearest pose to the given one that the device can hold, as far as its limits are known; None if none was
+        found within 60°.
+    side : {"left", "right"}
+        Side of the body, for the angles.
+    """
+
+    singular_pose: Rotation
+    distance: float
+    lost_axis: FloatArray
+    turns: FloatArray
+    orientations: Rotation
+    reaction: Reaction
+    nearest_held: NearestPose | None
+    side: str
+
+    @property
+    def peak(self) -> float:
+        """Largest |F_s| on the way, N; NaN without an answer. It depends on how near the way comes to its end."""
+        return self.reaction.peak
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame, one row a sample: angle left, forces, margin and status, with units in the names.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        left = {"angle_left_deg": np.degrees(self.turns)}
+        return frame_of(left | force_columns(self.reaction) | {"status": self.reaction.status.astype(object)})
+
+    def plot(self) -> Figure:
+        """Draw |F_s| and the limb forces over the angle that is left to the singular pose.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        return drawn("approach_figure", self)
+
+    def __str__(self) -> str:
+        where = angle_words(self.singular_pose, self.side)
+        distance = np.degrees(self.distance)
+        head = (
+            f"The pose is singular ({where})."
+            if distance < 1e-6
+            else f"The nearest singular pose is {distance:.2g}° away: {where}."
+        )
+        lines = [head, f"There the limbs cannot resist a moment about {describe_axis(self.lost_axis)}."]
+        if self.nearest_held is None:
+            lines.append("No pose within 60° can be held.")
+        else:
+            lines.append(
+                f"The nearest pose found that can be held is {np.degrees(self.nearest_held.distance):.0f}° away: "
+                f"{angle_words(self.nearest_held.pose, self.side)}."
+            )
+        lines += ["", f"{'angle left, °':>14} {'shoulder |F_s|, N':>18} {'largest limb force, N':>22}"]
+        largest = np.abs(self.reaction.actuator_forces).max(axis=-1)
+        degrees = np.degrees(self.turns)
+        for k in np.flatnonzero(np.isclose(degrees[:, None], _PRINTED, rtol=1e-7, atol=0.0).any(axis=1)):
+            lines.append(f"{degrees[k]:14.2g} {self.reaction.magnitude[k]:18.0f} {largest[k]:22.0f}")
+        return "\n".join(lines)
+
+
+def singular_approach(
+    model: EquilibriumModel, orientation: Rotation, start: Rotation | None = None, **options: Any
+) -> SingularApproach:
+    """Forces on the way into the singular pose at or nearest to a pose.
+
+    Parameters
+    ----------
+    model : EquilibriumModel
+        The design.
+    orientation : Rotation
+        Single. Of other than three limbs it must be singular itself: their singular poses form no surface.
+    start : Rotation, optional
+        Single: where the turn begins. If left out, it covers the last 20°, from the side of the given pose; from a
+        singular pose it goes in the direction in which the limbs regain hold soonest.
+    **options
+        Of the query: ``load``, ``centre_offset``, ``split``.
+
+    Raises
+    ------
+    InvalidInput
+        If a pose is a stack, the start is the singular pose, or there are other than three limbs and the pose is not
+        singular.
+    """
+    pose = as_rotation("orientation", orientation)
+    begin = None if start is None else as_rotation("start", start)
+    if pose.shape != () or (begin is not None and begin.shape != ()):
+        raise InvalidInput("expected single poses, got a stack")
+    mechanism = model.mechanism
+
+    def measure(poses: Rotation) -> Singularity:
+        return singularity(mechanism.geometry, poses, mechanism.is_upu)
+
+    end, distance = pose, 0.0
+    if not measure(pose).actuation:
+        if mechanism.limb_count != 3:
+            raise InvalidInput(
+                f"expected a singular pose: of {mechanism.limb_count} limbs the nearest one is not searched for"
+            )
+        found = nearest_singularity(mechanism.geometry, pose)
+        end, distance = found.pose, float(found.distance)
+    away, reach = _way(measure, end, pose if begin is None else begin, begin is not None)
+    degrees = np.degrees(np.geomspace(reach, min(_TO, 0.1 * reach), _SAMPLES))
+    rounded = [value for value in _PRINTED if degrees[-1] < value < degrees[0]]
+    turns = np.radians(np.unique(np.round([*degrees, *rounded], 9))[::-1])
+    orientations = Rotation.from_rotvec(turns[:, None] * away) * end
+    return SingularApproach(
+        singular_pose=end,
+        distance=distance,
+        lost_axis=measure(end).lost_direction,
+        turns=turns,
+        orientations=orientations,
+        reaction=reaction(model, orientations, **options),
+        nearest_held=nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, pose),
+        side=mechanism.side,
+    )
+
+
+def _way(
+    measure: Callable[[Rotation], Singularity], end: Rotation, begin: Rotation, whole: bool
+) -> tuple[FloatArray, float]:
+    """Axis of the turn that leads away from the end, unit vector, and its angle, rad."""
+    turn = (begin * end.inv()).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    if angle > 1e-9:
+        return turn / angle, angle if whole else _FROM
+    if whole:
+        raise InvalidInput("expected a start other than the singular pose")
+    directions = spread_directions(_DIRECTIONS)
+    worst = measure(Rotation.from_rotvec(_AT * directions) * end).amplification
+    return directions[int(np.argmin(worst))], _FROM

@@ -1,0 +1,93 @@
+"""The way into a singular pose: where it ends, how the forces grow, and which axis loses hold."""
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput
+
+WORN = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
+
+
+def growth(approach):
+    """Slope of log force over log angle at the end of the way."""
+    size = np.linalg.norm(approach.reaction.actuator_forces, axis=1)[-8:]
+    return float(np.polyfit(np.log(approach.turns[-8:]), np.log(size), 1)[0])
+
+
+def test_it_ends_in_the_nearest_singular_pose():
+    pose = WORN.pose(abduction=8.0)
+    approach = WORN.singular_approach(pose)
+    assert WORN.singularity(approach.singular_pose).smallest_singular_value < 1e-9
+    assert (pose * approach.singular_pose.inv()).magnitude() == pytest.approx(approach.distance, abs=1e-12)
+    # det X is 0 at 6.21° of pure abduction: the nearest singular pose is no farther.
+    assert 0.0 < np.degrees(approach.distance) < 8.0 - 6.2
+    left = (approach.orientations * approach.singular_pose.inv()).magnitude()
+    np.testing.assert_allclose(left, approach.turns, atol=1e-12)
+    assert (np.diff(approach.turns) < 0).all()
+
+
+def test_forces_near_the_end_carry_the_moment_about_the_lost_axis():
+    # Statics: Σ f_i (b_i × s_i) = C × W, so along the left singular vector n of the least singular value σ
+    # |f| σ tends to |n·(C × W)|, with the moment taken from the arm's data alone.
+    approach = WORN.singular_approach(WORN.pose(abduction=8.0))
+    centre = approach.orientations.as_matrix() @ WORN.arm.centre_of_mass
+    moment = np.cross(centre, WORN.arm.mass * WORN.mechanism.gravity)
+    sigma = WORN.singularity(approach.orientations).smallest_singular_value
+    size = np.linalg.norm(approach.reaction.actuator_forces, axis=1)
+    expected = np.abs(moment @ approach.lost_axis) / sigma
+    assert size[-1] == pytest.approx(expected[-1], rel=0.01)
+    assert growth(approach) == pytest.approx(-1.0, abs=0.02)
+
+
+def test_a_way_that_touches_the_surface_grows_with_the_square():
+    # At 90° of abduction (plates parallel) det X has a double zero along pure abduction.
+    approach = WORN.singular_approach(WORN.pose(abduction=90.0), WORN.pose(abduction=60.0))
+    assert approach.distance == 0.0
+    np.testing.assert_allclose(np.abs(approach.lost_axis), [0.0, 1.0, 0.0], atol=1e-9)
+    assert approach.turns[0] == pytest.approx(np.radians(30.0))
+    assert growth(approach) == pytest.approx(-2.0, abs=0.02)
+    at = int(np.abs(approach.turns - np.radians(1.0)).argmin())
+    own = WORN.reaction(WORN.pose(abduction=89.0))
+    np.testing.assert_allclose(approach.reaction.actuator_forces[at], own.actuator_forces, rtol=1e-6)
+
+
+def test_without_a_start_the_limbs_regain_hold_fast():
+    pose = WORN.pose(abduction=90.0)
+    approach, touching = WORN.singular_approach(pose), WORN.singular_approach(pose, WORN.pose(abduction=70.0))
+    assert approach.turns[0] == pytest.approx(np.radians(20.0))
+    size, other = (
+        np.interp(np.radians(5.0), a.turns[::-1], WORN.singularity(a.orientations).amplification[::-1])
+        for a in (approach, touching)
+    )
+    assert size < 0.7 * other
+
+
+def test_it_prints_draws_and_lists():
+    pytest.importorskip("matplotlib").use("agg")
+    approach = WORN.singular_approach(WORN.pose(abduction=8.0))
+    text = str(approach)
+    for part in (
+        "nearest singular pose is 1.",
+        "cannot resist a moment about",
+        "No pose within 60°",
+        "largest limb force",
+    ):
+        assert part in text
+    frame = approach.to_dataframe()
+    assert frame["angle_left_deg"].iloc[0] == pytest.approx(20.0)
+    assert frame["F_s_N"].max() == pytest.approx(approach.peak)
+    axes = approach.plot().axes[0]
+    assert "internal rotation" in axes.get_title()
+    curve = axes.lines[0]
+    np.testing.assert_allclose(curve.get_ydata(), approach.reaction.magnitude)
+
+
+def test_wrong_input_is_refused():
+    cables = ep.load("four-cables")
+    with pytest.raises(InvalidInput, match="expected a singular pose: of 4 limbs"):
+        cables.singular_approach(cables.pose(60))
+    with pytest.raises(InvalidInput, match="single poses"):
+        WORN.singular_approach(WORN.pose([0, 10]))
+    with pytest.raises(InvalidInput, match="other than the singular pose"):
+        WORN.singular_approach(WORN.pose(abduction=90), WORN.pose(abduction=90))

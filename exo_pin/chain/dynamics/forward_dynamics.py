@@ -16,7 +16,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
-from ..structure.workspace import PINOCCHIO_TYPES
+from ..structure.memory.workspace import PINOCCHIO_TYPES
 from .equation_kernels import missed
 from .equations_of_motion import (
     equations_of_motion,

@@ -10,8 +10,8 @@ The same procedure has to reproduce the probe's own archive, word by word. If it
 Pinocchio, and for composite and mimic joints, the constructor makes the Data.
 
 Left out are second derivatives of RNEA, kinematic Hessians, regressors and the couplings of Delassus operators; and
-what no archive holds, the memory of ``pinocchio.cholesky``, ``pinocchio.pv`` and CasADi. Pinocchio does not check sizes,
-so such a Data must not be given to functions that need these. Kinematics, RNEA, CRBA, their first derivatives,
+what no archive holds, the memory of ``pinocchio.cholesky``, ``pinocchio.pv`` and CasADi. Pinocchio does not check
+sizes, so such a Data must not be given to functions that need these. Kinematics, RNEA, CRBA, their first derivatives,
 energies and constrained dynamics do not.
 """
 

@@ -104,9 +104,7 @@ def test_results_are_the_same(seed):
     forces = pin.StdVec_Force()
     for _ in range(model.njoints):
         forces.append(pin.Force(rng.normal(size=6)))
-    own, plain = (
-        results(model, constraints, data, q, v, a, forces) for data in (compact_data(model), pin.Data(model))
-    )
+    own, plain = (results(model, constraints, data, q, v, a, forces) for data in (compact_data(model), pin.Data(model)))
     for name, value in plain.items():
         assert np.isfinite(value).all(), name
         np.testing.assert_array_equal(own[name], value, err_msg=name)

@@ -193,7 +193,8 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
         super().__init__(
             f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, "
             f"has an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
-            "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration"
+            "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration; if the robot's "
+            "file rounds right angles (1.5708), read it with right_angle_tolerance=2e-5"
         )
 
 

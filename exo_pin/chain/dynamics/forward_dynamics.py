@@ -150,6 +150,8 @@ def forward_dynamics(
         If some motion has no inertia.
     SingularConfiguration
         If every acceleration opens the loops, without stabilisation.
+    MotionBlocked
+        If every acceleration moves a joint into its stop, whatever forces act.
     NearSingularConfiguration
         If q is so near a singular configuration that the acceleration depends on rounding, without stabilisation.
     InvalidInput

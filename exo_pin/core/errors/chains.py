@@ -12,6 +12,7 @@ __all__ = [
     "InfeasibleForces",
     "LoopNotClosed",
     "MasslessMotion",
+    "MotionBlocked",
     "NearSingularConfiguration",
     "SimulationStopped",
     "SingularConfiguration",
@@ -149,6 +150,27 @@ class MasslessMotion(ExoPinError, ValueError):
             f"moving {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} moves no mass, so forces "
             "do not determine the acceleration: give the links mass (of a wrist's limbs, as Limb.base_body and "
             "Limb.platform_body), or take these joints out"
+        )
+
+
+class MotionBlocked(ExoPinError, RuntimeError):
+    """Every acceleration that keeps the loops closed moves a joint into its stop, whatever forces act.
+
+    The velocity alone causes it: a joint at its stop has an acceleration J̇ v that no other joint can change, as at the
+    dead centre of a crank.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        The joints at their stops that are moved into them.
+    """
+
+    def __init__(self, joints: Iterable[str]) -> None:
+        self.joints = tuple(joints)
+        super().__init__(
+            f"the loops move {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} into the stop at "
+            "this velocity, whatever forces act, so that no motion is possible: expected limits that the chain can "
+            "reach and leave, or another velocity"
         )
 
 

@@ -88,7 +88,7 @@ def with_contacts(
                 "method 'proximal' is not applicable with friction at rest or an active stop: use 'projected'"
             )
         motion = projected_motion(state, q, v, applied, external, stabilisation)
-        found = contact_forces(motion, contacts, rubbing.force)
+        found = contact_forces(state, motion, contacts, rubbing.force)
         return "projected", found.a, found
     return chosen, *only_sliding(
         smooth_acceleration(state, q, v, applied, external, stabilisation, chosen), rubbing.force

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 import scipy
 
-from ....core.errors import SimulationStopped, SolverFailed
+from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
 from ..integration import (
@@ -124,7 +124,7 @@ class EventIntegration:
     def _settled(self, time: float, instant: Instant) -> tuple[Instant, Mode, list[MotionEvent]]:
         try:
             settled_instant, mode, found = settled(self.rates, time, instant, self.stops)
-        except SolverFailed as error:
+        except (MotionBlocked, SolverFailed) as error:
             raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), str(error)) from error
         self._floor = np.minimum(self.stops.gaps(self.rates.state, settled_instant.q)[0], 0.0) - _DEPTH
         return settled_instant, mode, found

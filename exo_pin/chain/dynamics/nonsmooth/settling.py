@@ -71,8 +71,10 @@ def settled(rates: Rates, time: float, instant: Instant, stops: StopRules) -> tu
 
     Raises
     ------
+    MotionBlocked
+        If every motion of the loops moves a joint into its stop.
     SolverFailed
-        If the loops move a joint into its stop, or the complementarity problem has no accurate solution.
+        If the complementarity problem has no accurate solution.
     """
     state, before, q, v = rates.state, rates.mode, instant.q, instant.v
     column = state.topology.column
@@ -118,7 +120,7 @@ def _mode(
     efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
     moving_loops(state, q, v)
     motion = projected_motion(state, q, v, efforts + sliding, external, rates.stabilisation)
-    found = contact_forces(motion, contacts, sliding)
+    found = contact_forces(state, motion, contacts, sliding)
     slips = (contacts.side == 0) & ~found.sticks
     sliding, own = sliding.copy(), contacts.place[slips]
     sliding[own] = found.force[slips]

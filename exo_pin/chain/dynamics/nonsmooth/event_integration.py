@@ -22,8 +22,6 @@ from ....core.validation import FloatArray
 from ..integration import (
     Instant,
     Rates,
-    efforts_at,
-    external_at,
     first_state,
     instant_of,
     refuse_jump,
@@ -211,5 +209,4 @@ class EventIntegration:
             return True
         if not len(mode.held.place):
             return False
-        efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
-        return mode.margin(q, v, efforts, external, rates.method, rates.stabilisation) < -_EXCEEDED
+        return mode.margin(q, v, rates.applied(time, q, v)) < -_EXCEEDED

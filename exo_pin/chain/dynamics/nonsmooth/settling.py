@@ -14,7 +14,7 @@ from ...structure.chain_state import ChainState
 from ...structure.inertia import inertia_matrix
 from ...structure.joint_limits import Limits
 from ..equations_of_motion import moving_loops
-from ..integration import Instant, Rates, efforts_at, external_at
+from ..integration import Instant, Rates
 from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
 from .joint_friction import REST, friction_of, joint_names
 from .modes import Mode, at_rest
@@ -117,9 +117,8 @@ def _mode(
     sign[contacts.place[contacts.side == 0]] = 0
     if not len(contacts.place):
         return Mode(state, sliding, sign, contacts)
-    efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
     moving_loops(state, q, v)
-    motion = projected_motion(state, q, v, efforts + sliding, external, rates.stabilisation)
+    motion = projected_motion(state, q, v, rates.applied(time, q, v).plus(sliding))
     found = contact_forces(state, motion, contacts, sliding)
     slips = (contacts.side == 0) & ~found.sticks
     sliding, own = sliding.copy(), contacts.place[slips]

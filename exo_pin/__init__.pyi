@@ -13,6 +13,7 @@ from .core.errors import InvalidInput as InvalidInput
 from .core.errors import LoopNotClosed as LoopNotClosed
 from .core.errors import MasslessMotion as MasslessMotion
 from .core.errors import MissingData as MissingData
+from .core.errors import MotionBlocked as MotionBlocked
 from .core.errors import NearSingularConfiguration as NearSingularConfiguration
 from .core.errors import NoisyMovement as NoisyMovement
 from .core.errors import NonConvexBound as NonConvexBound

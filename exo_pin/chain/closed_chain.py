@@ -73,6 +73,7 @@ class ClosedChain(ChainState):
         urdf: str | PathLike[str],
         closures: Closures | str | PathLike[str] | None = None,
         root_joint: str | None = None,
+        right_angle_tolerance: float = 0.0,
     ) -> ClosedChain:
         """Load a chain.
 
@@ -86,6 +87,9 @@ class ClosedChain(ChainState):
         root_joint : str, optional
             How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`; by default that of the
             closures.
+        right_angle_tolerance : float
+            Angles ``rpy`` of the URDF this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708,
+            which tilts the axes of loops that are meant to be plane. Not above 0.01.
 
         Raises
         ------
@@ -99,18 +103,22 @@ class ClosedChain(ChainState):
         InvalidInput
             If data of a joint in the closures have another unit or number of components than the joint.
         """
-        return cls(*load_model(urdf, closures, root_joint))
+        return cls(*load_model(urdf, closures, root_joint, right_angle_tolerance))
 
     @classmethod
     def from_parallel_robot(
-        cls, path: str | PathLike[str], urdf: str | PathLike[str] | None = None, root_joint: str | None = None
+        cls,
+        path: str | PathLike[str],
+        urdf: str | PathLike[str] | None = None,
+        root_joint: str | None = None,
+        right_angle_tolerance: float = 0.0,
     ) -> ClosedChain:
         """Load a robot in the ``robot.yaml`` layout of toolbox-parallel-robots.
 
         See :mod:`exo_pin.chain.formats.parallel_robots` for the layout, and :func:`read_parallel_robot` there for the
         arguments and for what is raised.
         """
-        return cls(*read_parallel_robot(path, urdf, root_joint))
+        return cls(*read_parallel_robot(path, urdf, root_joint, right_angle_tolerance))
 
     @classmethod
     def from_mjcf(cls, path: str | PathLike[str]) -> ClosedChain:
@@ -122,13 +130,15 @@ class ClosedChain(ChainState):
         return cls(*read_mjcf(path))
 
     @classmethod
-    def from_sdf(cls, path: str | PathLike[str], root_joint: str | None = None) -> ClosedChain:
+    def from_sdf(
+        cls, path: str | PathLike[str], root_joint: str | None = None, right_angle_tolerance: float = 0.0
+    ) -> ClosedChain:
         """Load an SDF model, from a file or from the XML itself.
 
         See :mod:`exo_pin.chain.formats.sdf.sdf_reading` for what is read and which joints close the loops, and
         :func:`read_sdf` there for the arguments and for what is raised.
         """
-        return cls(*read_sdf(path, root_joint))
+        return cls(*read_sdf(path, root_joint, right_angle_tolerance))
 
     def without_friction(self) -> ClosedChain:
         """The same chain without dry friction in its joints, on a copy of the model."""

@@ -63,7 +63,7 @@ class EquationsOfMotion:
     gap : float
         Largest scaled residual of the loops.
     poses : ndarray
-        Shape (njoints, 4, 3), as in :class:`exo_pin.chain.structure.workspace.Workspace`.
+        Shape (njoints, 4, 3), as in :class:`exo_pin.chain.structure.memory.workspace.Workspace`.
     tree : ndarray
         Shape (njoints, 6), the wrench that every joint transmits to its child at λ = 0, about the world's origin.
     unit : ndarray

@@ -16,7 +16,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
-from ..structure.workspace import PINOCCHIO_TYPES
+from ..structure.memory.workspace import PINOCCHIO_TYPES
 from .equation_kernels import missed
 from .equations_of_motion import (
     equations_of_motion,
@@ -28,7 +28,7 @@ from .equations_of_motion import (
 from .inverse_dynamics import solved
 from .nonsmooth.constrained_acceleration import smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces
-from .nonsmooth.projected_motion import stabilising
+from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
 
 __all__ = ["METHODS", "ClosedMotion", "efforts_of", "forward_dynamics"]
@@ -150,6 +150,8 @@ def forward_dynamics(
         If some motion has no inertia.
     SingularConfiguration
         If every acceleration opens the loops, without stabilisation.
+    MotionBlocked
+        If every acceleration moves a joint into its stop, whatever forces act.
     NearSingularConfiguration
         If q is so near a singular configuration that the acceleration depends on rounding, without stabilisation.
     InvalidInput
@@ -180,11 +182,11 @@ def forward_dynamics(
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
-    forces = None
+    forces, applied = None, Applied(efforts, external, chosen, stabilisation)
     if stops or state.passive.rubs:
-        chosen, a, forces = with_contacts(state, q, v, efforts, external, stabilisation, chosen, method, stops)
+        chosen, a, forces = with_contacts(state, q, v, applied, method, stops)
     else:
-        a = smooth_acceleration(state, q, v, efforts, external, stabilisation, chosen)
+        a = smooth_acceleration(state, q, v, applied)
     if not math.isfinite(a.dot(a)):
         if chosen == "proximal" and method == "auto":
             return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)

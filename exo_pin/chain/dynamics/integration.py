@@ -22,6 +22,7 @@ from ..structure.inertia import inertia_matrix
 from .forward_dynamics import efforts_of
 from .nonsmooth.constrained_acceleration import acceleration
 from .nonsmooth.modes import Mode, at_rest
+from .nonsmooth.projected_motion import Applied
 
 __all__ = [
     "Instant",
@@ -82,18 +83,22 @@ class Rates:
         state, model = self.state, self.state.model
         shift, v = y[: model.nv], y[model.nv : 2 * model.nv]
         q = pin.integrate(model, self.base, shift)
-        efforts, external = efforts_at(state, self.tau, t, q, v), external_at(self.external, t, q, v)
-        held, rubbed = _NONE, 0.0
+        applied, held, rubbed = self.applied(t, q, v), _NONE, 0.0
         if self.mode is None:
-            a = acceleration(state, q, v, efforts, external, self.method, self.stabilisation)
+            a = acceleration(state, q, v, applied)
         else:
-            a, held = self.mode.acceleration(q, v, efforts, external, self.method, self.stabilisation)
+            a, held = self.mode.acceleration(q, v, applied)
             rubbed = -float(self.mode.sliding @ v)
         # d/dt (base ⊕ ξ) = v, so that ξ' is the inverse of the step's right Jacobian times v.
         rate = v if model.nq == model.nv else np.asarray(np.linalg.solve(_right_jacobian(model, self.base, shift), v))
         return np.concatenate(
-            [rate, a, [efforts @ v + self._power(q, v, external), state.passive.loss(v) + rubbed], held]
+            [rate, a, [applied.efforts @ v + self._power(q, v, applied.external), state.passive.loss(v) + rubbed], held]
         )
+
+    def applied(self, t: float, q: FloatArray, v: FloatArray) -> Applied:
+        """Efforts and external wrenches at a time and state, and how the motion is computed."""
+        efforts, external = efforts_at(self.state, self.tau, t, q, v), external_at(self.external, t, q, v)
+        return Applied(efforts, external, self.method, self.stabilisation)
 
     def _power(self, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> float:
         """Of the external wrenches, W."""

@@ -41,7 +41,10 @@ _JOINT_TYPES = ("SPHERICAL", "FIXED", *_CROSSES)
 
 
 def read_parallel_robot(
-    path: str | PathLike[str], urdf: str | PathLike[str] | None = None, root_joint: str | None = None
+    path: str | PathLike[str],
+    urdf: str | PathLike[str] | None = None,
+    root_joint: str | None = None,
+    right_angle_tolerance: float = 0.0,
 ) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
@@ -54,6 +57,8 @@ def read_parallel_robot(
     root_joint : str, optional
         How the root link hangs in the world, one of :data:`exo_pin.chain.ROOT_JOINTS`, which the layout does not say;
         fixed if left out.
+    right_angle_tolerance : float
+        As for :meth:`exo_pin.chain.ClosedChain.from_urdf`.
 
     Raises
     ------
@@ -101,7 +106,9 @@ def read_parallel_robot(
         if kind not in _JOINT_TYPES:
             raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
     described = Closures(file.parent.name or file.stem, closures=tuple(closures), roles=Roles(tuple(motors)))
-    model, described = load_model(urdf if urdf is not None else file.with_suffix(".urdf"), described, root_joint)
+    model, described = load_model(
+        urdf if urdf is not None else file.with_suffix(".urdf"), described, root_joint, right_angle_tolerance
+    )
     for name in changes:
         if name not in model.names:
             raise UnknownName("joint", name, list(model.names)[1:], where=str(file))

@@ -19,9 +19,9 @@ from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
+from .memory.workspace import PINOCCHIO_TYPES, ProximalProblem, Workspace, constraint_models
 from .passive import PassiveForces
 from .topology import Part, all_parts, frame_table, make_topology, refuse_model
-from .workspace import PINOCCHIO_TYPES, ProximalProblem, Workspace, constraint_models
 
 __all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
 

@@ -1,13 +1,14 @@
-"""Motion subspaces of the joints of a model."""
+"""Motion subspaces of the joints of a model, units of their coordinates, and what each coordinate moves."""
 
 from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 
-__all__ = ["motion_axes"]
+__all__ = ["carried_joints", "in_metres", "motion_axes", "moving_coordinates"]
 
 
 def motion_axes(model: pin.Model) -> list[FloatArray]:
@@ -19,3 +20,26 @@ def motion_axes(model: pin.Model) -> list[FloatArray]:
         joint.calc(data, rest)
         found.append(np.array(data.S, dtype=np.float64).reshape(6, -1))
     return found
+
+
+def in_metres(model: pin.Model) -> NDArray[np.bool_]:
+    """Shape (nv,): which coordinates are in metres, the translations: those that turn nothing."""
+    return np.asarray(np.linalg.norm(np.hstack(motion_axes(model))[3:], axis=0) < 1e-9)
+
+
+def moving_coordinates(model: pin.Model) -> FloatArray:
+    """Shape (njoints, nv): 1 for coordinates that move the joint's body."""
+    moved = np.zeros((model.njoints, model.nv))
+    for joint in range(1, model.njoints):
+        moved[joint] = moved[model.parents[joint]]
+        first = model.idx_vs[joint]
+        moved[joint, first : first + model.nvs[joint]] = 1.0
+    return moved
+
+
+def carried_joints(model: pin.Model) -> FloatArray:
+    """Shape (njoints, njoints): 1 in row j and column k where joint k hangs on joint j, or is it."""
+    outward = np.eye(model.njoints)
+    for joint in range(model.njoints - 1, 0, -1):
+        outward[model.parents[joint]] += outward[joint]
+    return outward

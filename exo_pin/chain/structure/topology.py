@@ -18,7 +18,7 @@ from .blocks import Blocks, blocks_of
 from .closures import TYPES, Placement
 from .couplings import make_couplings
 from .description import Closures
-from .motion_axes import motion_axes
+from .motion_axes import carried_joints, in_metres, moving_coordinates
 
 __all__ = ["Part", "Topology", "all_parts", "frame_table", "make_topology", "refuse_model", "se3"]
 
@@ -202,12 +202,12 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
     heights = [closure.rows for closure in closures.closures]
     rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
     coupled, polynomials = make_couplings(model, closures.closures, rows)
-    metres = _metres(model)
+    metres = in_metres(model)
     sliding = metres[coupled[:, 4]]
     kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
-    moved = _supports(model)
+    moved = moving_coordinates(model)
     supports = moved[joints].reshape(count, 2, model.nv)
-    outward = _outward(model)
+    outward = carried_joints(model)
     carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
     length = _characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
@@ -262,24 +262,6 @@ def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:
     return pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(axis)), np.zeros(3))
 
 
-def _supports(model: pin.Model) -> FloatArray:
-    """Shape (njoints, nv): 1 for coordinates that move the joint's body."""
-    moved = np.zeros((model.njoints, model.nv))
-    for joint in range(1, model.njoints):
-        moved[joint] = moved[model.parents[joint]]
-        first = model.idx_vs[joint]
-        moved[joint, first : first + model.nvs[joint]] = 1.0
-    return moved
-
-
-def _outward(model: pin.Model) -> FloatArray:
-    """Shape (njoints, njoints): 1 in row j and column k where joint k hangs on joint j, or is it."""
-    outward = np.eye(model.njoints)
-    for joint in range(model.njoints - 1, 0, -1):
-        outward[model.parents[joint]] += outward[joint]
-    return outward
-
-
 def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray) -> float:
     """Root mean square distance between the joints and closures of each body; a free flight is no joint."""
     points: list[list[FloatArray]] = [[] for _ in range(model.njoints)]
@@ -295,8 +277,3 @@ def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray
     lengths = np.concatenate([np.zeros(0), *pairs])
     lengths = lengths[lengths > 1e-9]
     return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0
-
-
-def _metres(model: pin.Model) -> NDArray[np.bool_]:
-    """A coordinate that turns nothing is a translation."""
-    return np.asarray(np.linalg.norm(np.hstack(motion_axes(model))[3:], axis=0) < 1e-9)

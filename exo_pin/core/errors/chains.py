@@ -12,6 +12,7 @@ __all__ = [
     "InfeasibleForces",
     "LoopNotClosed",
     "MasslessMotion",
+    "MotionBlocked",
     "NearSingularConfiguration",
     "SimulationStopped",
     "SingularConfiguration",
@@ -152,6 +153,27 @@ class MasslessMotion(ExoPinError, ValueError):
         )
 
 
+class MotionBlocked(ExoPinError, RuntimeError):
+    """Every acceleration that keeps the loops closed moves a joint into its stop, whatever forces act.
+
+    The velocity alone causes it: a joint at its stop has an acceleration J̇ v that no other joint can change, as at the
+    dead centre of a crank.
+
+    Attributes
+    ----------
+    joints : tuple of str
+        The joints at their stops that are moved into them.
+    """
+
+    def __init__(self, joints: Iterable[str]) -> None:
+        self.joints = tuple(joints)
+        super().__init__(
+            f"the loops move {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} into the stop at "
+            "this velocity, whatever forces act, so that no motion is possible: expected limits that the chain can "
+            "reach and leave, or another velocity"
+        )
+
+
 class SingularConfiguration(ExoPinError, RuntimeError):
     """Every acceleration opens the loops in this state: the configuration is singular for its velocity.
 
@@ -193,7 +215,8 @@ class NearSingularConfiguration(ExoPinError, RuntimeError):
         super().__init__(
             f"the configuration is too near a singular one: its smallest singular value, {self.singular_value:.2e}, "
             f"has an error of {self.error:.1e}, so forces and accelerations depend on rounding; close the loops "
-            "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration"
+            "more accurately (close(q, tolerance=1e-14)), or move away from the singular configuration; if the robot's "
+            "file rounds right angles (1.5708), read it with right_angle_tolerance=2e-5"
         )
 
 

@@ -3,32 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from ....core.errors import InvalidInput, SolverFailed
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ..equations_of_motion import moving_loops, open_tree
 from .contact_forces import ContactForces, contact_forces, contacts_at, only_sliding
-from .projected_motion import projected_motion
+from .projected_motion import Applied, projected_motion
 
 __all__ = ["acceleration", "smooth_acceleration", "with_contacts"]
 
 
-def smooth_acceleration(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    stabilisation: float,
-    method: str,
-) -> FloatArray:
-    """Acceleration without dry friction and stops, "proximal" or "projected".
+def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
+    """Acceleration without dry friction and stops.
 
     :func:`exo_pin.chain.dynamics.equations_of_motion.moving_loops` must have been called.
 
@@ -37,20 +27,12 @@ def smooth_acceleration(
     MasslessMotion
         If some motion has no inertia.
     """
-    if method == "projected":
-        return projected_motion(state, q, v, efforts, external, stabilisation).a
-    return _proximal(state, q, v, efforts, external)
+    if applied.method == "projected":
+        return projected_motion(state, q, v, applied).a
+    return _proximal(state, q, v, applied)
 
 
-def acceleration(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    method: str,
-    stabilisation: float,
-) -> FloatArray:
+def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
     """:func:`smooth_acceleration` for the integrator, which has not computed the loops.
 
     Raises
@@ -60,50 +42,38 @@ def acceleration(
     SolverFailed
         If the answer is not finite.
     """
-    if method == "projected":
+    if applied.method == "projected":
         moving_loops(state, q, v)
-    a = smooth_acceleration(state, q, v, efforts, external, stabilisation, method)
+    a = smooth_acceleration(state, q, v, applied)
     if not math.isfinite(a.dot(a)):
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     return a
 
 
 def with_contacts(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    stabilisation: float,
-    chosen: str,
-    method: str,
-    stops: bool,
+    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied, asked: str, stops: bool
 ) -> tuple[str, FloatArray, ContactForces]:
-    """Method, acceleration and forces with friction and stops; :func:`moving_loops` must have been called."""
+    """Method, acceleration and forces with friction and stops; :func:`moving_loops` must have been called.
+
+    ``asked`` is the method that the caller wants: "proximal" is not applicable with contacts.
+    """
     rubbing, contacts = contacts_at(state, q, v, stops)
-    applied = efforts + rubbing.force
+    applied = applied.plus(rubbing.force)
     if len(contacts.place):
-        if method == "proximal":
+        if asked == "proximal":
             raise InvalidInput(
                 "method 'proximal' is not applicable with friction at rest or an active stop: use 'projected'"
             )
-        motion = projected_motion(state, q, v, applied, external, stabilisation)
-        found = contact_forces(motion, contacts, rubbing.force)
+        motion = projected_motion(state, q, v, applied)
+        found = contact_forces(state, motion, contacts, rubbing.force)
         return "projected", found.a, found
-    return chosen, *only_sliding(
-        smooth_acceleration(state, q, v, applied, external, stabilisation, chosen), rubbing.force
-    )
+    return applied.method, *only_sliding(smooth_acceleration(state, q, v, applied), rubbing.force)
 
 
-def _proximal(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-) -> FloatArray:
+def _proximal(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
     """Pinocchio's constrained dynamics, which knows no stabilisation."""
     model, problem = state.model, state.proximal_problem
+    efforts, external = applied.efforts, applied.external
     if external:
         state.workspace.linearise(q)
         still = np.zeros(state.nv)

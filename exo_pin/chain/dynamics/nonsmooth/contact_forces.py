@@ -18,13 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.errors import InvalidInput, SolverFailed
+from ....core.errors import InvalidInput, MotionBlocked, SolverFailed
 from ....core.records import reduced_tuple
 from ....core.validation import FloatArray, frozen
 from ....numerics.complementarity import bounded_complementarity
 from ...structure.chain_state import ChainState
 from ...structure.joint_limits import Limits, limits_of
-from .joint_friction import REST, Rubbing, friction_of
+from .joint_friction import REST, Rubbing, friction_of, joint_names
 from .projected_motion import ProjectedMotion
 
 __all__ = [
@@ -158,13 +158,17 @@ def contacts_of(rubbing: Rubbing, index: NDArray[np.int64], side: NDArray[np.int
     )
 
 
-def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatArray) -> ContactForces:
+def contact_forces(
+    state: ChainState, motion: ProjectedMotion, contacts: Contacts, sliding: FloatArray
+) -> ContactForces:
     """Acceleration and forces of the contacts; ``motion`` includes the ``sliding`` friction, shape (nv,), already.
 
     Raises
     ------
+    MotionBlocked
+        If every motion of the loops moves a joint into its stop.
     SolverFailed
-        If the optimality conditions hold to no better than 1e-9, or the loops move a joint into its stop.
+        If the optimality conditions hold to no better than 1e-9.
     """
     index, column = contacts.place, motion.column[contacts.place]
     R = motion.response
@@ -173,9 +177,8 @@ def contact_forces(motion: ProjectedMotion, contacts: Contacts, sliding: FloatAr
         rows @ rows.T, motion.a[index] / column, contacts.low * column, contacts.high * column
     )
     if not found.bounded:
-        raise SolverFailed(
-            "the complementarity problem", np.inf, "every motion of the loops moves a joint into its stop"
-        )
+        pressed = (contacts.side != 0) & ((contacts.side * motion.a[index] < 0.0) | (found.force != 0.0))
+        raise MotionBlocked(joint_names(state, index[pressed]))
     # Exactly on the bounds where it is active.
     at_low, at_high = found.force == contacts.low * column, found.force == contacts.high * column
     force = np.where(at_low, contacts.low, np.where(at_high, contacts.high, found.force / column))

@@ -16,14 +16,12 @@ import numpy as np
 import pinocchio as pin
 import scipy
 
-from ....core.errors import SimulationStopped, SolverFailed
+from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
 from ..integration import (
     Instant,
     Rates,
-    efforts_at,
-    external_at,
     first_state,
     instant_of,
     refuse_jump,
@@ -124,7 +122,7 @@ class EventIntegration:
     def _settled(self, time: float, instant: Instant) -> tuple[Instant, Mode, list[MotionEvent]]:
         try:
             settled_instant, mode, found = settled(self.rates, time, instant, self.stops)
-        except SolverFailed as error:
+        except (MotionBlocked, SolverFailed) as error:
             raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), str(error)) from error
         self._floor = np.minimum(self.stops.gaps(self.rates.state, settled_instant.q)[0], 0.0) - _DEPTH
         return settled_instant, mode, found
@@ -211,5 +209,4 @@ class EventIntegration:
             return True
         if not len(mode.held.place):
             return False
-        efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
-        return mode.margin(q, v, efforts, external, rates.method, rates.stabilisation) < -_EXCEEDED
+        return mode.margin(q, v, rates.applied(time, q, v)) < -_EXCEEDED

@@ -7,12 +7,11 @@ joint reaches its stop.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ....core.errors import SolverFailed
 from ....core.records import Record
@@ -21,7 +20,7 @@ from ...structure.chain_state import ChainState
 from ..equations_of_motion import moving_loops
 from .constrained_acceleration import acceleration
 from .contact_forces import Contacts
-from .projected_motion import projected_motion, response_at
+from .projected_motion import Applied, projected_motion, response_at
 
 __all__ = ["Mode", "at_rest"]
 
@@ -57,28 +56,12 @@ class Mode(Record):
         """Coordinates of v that are held, each once."""
         return np.unique(self.held.place)
 
-    def acceleration(
-        self,
-        q: FloatArray,
-        v: FloatArray,
-        efforts: FloatArray,
-        external: Mapping[str, ArrayLike] | None,
-        method: str,
-        stabilisation: float,
-    ) -> tuple[FloatArray, FloatArray]:
+    def acceleration(self, q: FloatArray, v: FloatArray, applied: Applied) -> tuple[FloatArray, FloatArray]:
         """Acceleration, shape (nv,), and forces in the coordinates of :attr:`index`, the least if redundant."""
-        a, force, _, _ = self._solved(q, v, efforts, external, method, stabilisation)
+        a, force, _, _ = self._solved(q, v, applied)
         return a, force
 
-    def margin(
-        self,
-        q: FloatArray,
-        v: FloatArray,
-        efforts: FloatArray,
-        external: Mapping[str, ArrayLike] | None,
-        method: str,
-        stabilisation: float,
-    ) -> float:
+    def margin(self, q: FloatArray, v: FloatArray, applied: Applied) -> float:
         """How far the forces of the held coordinates are within their ranges, below zero if they cannot be.
 
         As a share of half the range of friction, or of the largest force for stops. Redundant forces are
@@ -87,7 +70,7 @@ class Mode(Record):
         held = self.held
         if not len(held.place):
             return np.inf
-        _, force, rows, moved = self._solved(q, v, efforts, external, method, stabilisation)
+        _, force, rows, moved = self._solved(q, v, applied)
         if moved:
             return -1.0
         index, column = self.index, self.state.topology.column[held.place]
@@ -104,21 +87,15 @@ class Mode(Record):
         return _largest_margin(effect.T, rows.T @ scaled, low, high, weight)
 
     def _solved(
-        self,
-        q: FloatArray,
-        v: FloatArray,
-        efforts: FloatArray,
-        external: Mapping[str, ArrayLike] | None,
-        method: str,
-        stabilisation: float,
+        self, q: FloatArray, v: FloatArray, applied: Applied
     ) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
         """Acceleration, forces, the held rows of the response, scaled, and whether the loops move a held one."""
-        index, applied = self.index, efforts + self.sliding
+        index, applied = self.index, applied.plus(self.sliding)
         if not len(index):
             none = np.zeros(0)
-            return acceleration(self.state, q, v, applied, external, method, stabilisation), none, none, False
+            return acceleration(self.state, q, v, applied), none, none, False
         moving_loops(self.state, q, v)
-        motion = projected_motion(self.state, q, v, applied, external, stabilisation)
+        motion = projected_motion(self.state, q, v, applied)
         R, column = motion.response, motion.column[index]
         rows = R[index] / column[:, None]
         start = motion.a[index] / column

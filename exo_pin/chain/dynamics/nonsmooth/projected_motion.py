@@ -19,7 +19,35 @@ from ...structure.chain_state import CLOSED, ChainState
 from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_joints
 from ..equations_of_motion import open_tree
 
-__all__ = ["ProjectedMotion", "projected_motion", "response_at", "stabilising"]
+__all__ = ["Applied", "ProjectedMotion", "projected_motion", "response_at", "stabilising"]
+
+
+class Applied(NamedTuple):
+    """What makes a motion, and how it is computed.
+
+    Attributes
+    ----------
+    efforts : ndarray
+        Shape (nv,), N and N m.
+    external : mapping or None
+        Wrenches on frames, as for :meth:`exo_pin.chain.ClosedChain.rnea`.
+    method : {"proximal", "projected"}
+        How the equations of motion are solved.
+    stabilisation : float
+        Rate of Baumgarte's terms, 1/s.
+    """
+
+    efforts: FloatArray
+    external: Mapping[str, ArrayLike] | None
+    method: str
+    stabilisation: float
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+    def plus(self, force: FloatArray) -> Applied:
+        """The same with generalised forces, shape (nv,), added to the efforts."""
+        return self._replace(efforts=self.efforts + force)
 
 
 class ProjectedMotion(NamedTuple):
@@ -51,15 +79,8 @@ class ProjectedMotion(NamedTuple):
         return np.asarray(self.column[:, None] * (self.basis @ (self.ways / np.sqrt(self.sizes))))
 
 
-def projected_motion(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    efforts: FloatArray,
-    external: Mapping[str, ArrayLike] | None,
-    stabilisation: float,
-) -> ProjectedMotion:
-    """Motion under efforts; :func:`exo_pin.chain.dynamics.equations_of_motion.moving_loops` must have been called.
+def projected_motion(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> ProjectedMotion:
+    """Motion under forces; :func:`exo_pin.chain.dynamics.equations_of_motion.moving_loops` must have been called.
 
     Raises
     ------
@@ -67,8 +88,8 @@ def projected_motion(
         If some motion has no inertia.
     """
     work, column = state.workspace, state.topology.column
-    right = -stabilising(state, v, stabilisation) - work.drift
-    forces = column * (efforts - open_tree(state, q, v, np.zeros(state.model.nv), external))
+    right = -stabilising(state, v, applied.stabilisation) - work.drift
+    forces = column * (applied.efforts - open_tree(state, q, v, np.zeros(state.model.nv), applied.external))
     # a = start + column basis z: metres in characteristic lengths, as the rows.
     M, start, basis, ways, sizes = _reduced(state, q, right)
     if not basis.shape[1]:

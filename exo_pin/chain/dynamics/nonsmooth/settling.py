@@ -14,7 +14,7 @@ from ...structure.chain_state import ChainState
 from ...structure.inertia import inertia_matrix
 from ...structure.joint_limits import Limits
 from ..equations_of_motion import moving_loops
-from ..integration import Instant, Rates, efforts_at, external_at
+from ..integration import Instant, Rates
 from .contact_forces import AT_STOP, Contacts, contact_forces, contacts_of, impact
 from .joint_friction import REST, friction_of, joint_names
 from .modes import Mode, at_rest
@@ -71,8 +71,10 @@ def settled(rates: Rates, time: float, instant: Instant, stops: StopRules) -> tu
 
     Raises
     ------
+    MotionBlocked
+        If every motion of the loops moves a joint into its stop.
     SolverFailed
-        If the loops move a joint into its stop, or the complementarity problem has no accurate solution.
+        If the complementarity problem has no accurate solution.
     """
     state, before, q, v = rates.state, rates.mode, instant.q, instant.v
     column = state.topology.column
@@ -115,10 +117,9 @@ def _mode(
     sign[contacts.place[contacts.side == 0]] = 0
     if not len(contacts.place):
         return Mode(state, sliding, sign, contacts)
-    efforts, external = efforts_at(state, rates.tau, time, q, v), external_at(rates.external, time, q, v)
     moving_loops(state, q, v)
-    motion = projected_motion(state, q, v, efforts + sliding, external, rates.stabilisation)
-    found = contact_forces(motion, contacts, sliding)
+    motion = projected_motion(state, q, v, rates.applied(time, q, v).plus(sliding))
+    found = contact_forces(state, motion, contacts, sliding)
     slips = (contacts.side == 0) & ~found.sticks
     sliding, own = sliding.copy(), contacts.place[slips]
     sliding[own] = found.force[slips]

@@ -34,6 +34,7 @@ from ....core.errors import FileFormatError, InvalidInput, UnknownName
 from ....core.files.text_files import read_file
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
+from ..right_angles import exact_right_angles, refuse_tolerance
 from ..xml_elements import Element, parse_xml
 from ..xml_numbers import numbers_of
 from .sdf_frames import Scope
@@ -48,7 +49,9 @@ __all__ = ["read_sdf"]
 _WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
 
-def read_sdf(source: str | PathLike[str], root_joint: str | None = None) -> tuple[pin.Model, Closures]:
+def read_sdf(
+    source: str | PathLike[str], root_joint: str | None = None, right_angle_tolerance: float = 0.0
+) -> tuple[pin.Model, Closures]:
     """Read a robot.
 
     Parameters
@@ -58,6 +61,8 @@ def read_sdf(source: str | PathLike[str], root_joint: str | None = None) -> tupl
     root_joint : str, optional
         How bodies that the file does not join to the world hang on it, one of :data:`exo_pin.chain.ROOT_JOINTS`; free
         if left out. The joint is called "root_joint", or, if there are several, after the body.
+    right_angle_tolerance : float
+        Angles of poses this near a multiple of π/2 are read as that multiple, rad: 2e-5 for 1.5708. Not above 0.01.
 
     Raises
     ------
@@ -68,11 +73,14 @@ def read_sdf(source: str | PathLike[str], root_joint: str | None = None) -> tupl
     """
     if root_joint is not None and root_joint not in ROOT_JOINTS:
         raise UnknownName("root joint", root_joint, ROOT_JOINTS)
+    refuse_tolerance(right_angle_tolerance)
     is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
     path = None if is_text else Path(os.fspath(source))
     try:
         content = str(source).lstrip("\ufeff \t\r\n") if is_text else read_file(source)
-        return _read(parse_xml(content, "an SDF"), root_joint)
+        root = parse_xml(content, "an SDF")
+        exact_right_angles(root, right_angle_tolerance)
+        return _read(root, root_joint)
     except FileFormatError as error:
         raise error if error.path is not None else FileFormatError(str(error), path, error.key) from error
     except InvalidInput as error:

@@ -16,6 +16,7 @@ import numpy as np
 from ....core.validation import FloatArray
 from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
+from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
 from ..xml_numbers import number, vector
 from .urdf_grammar import check_grammar, is_extension
@@ -46,7 +47,9 @@ class CheckedUrdf(NamedTuple):
     mimics: tuple[Closure, ...]
 
 
-def checked_urdf(source: str | bytes, closures: Sequence[Closure] = ()) -> CheckedUrdf:
+def checked_urdf(
+    source: str | bytes, closures: Sequence[Closure] = (), right_angle_tolerance: float = 0.0
+) -> CheckedUrdf:
     """The URDF that Pinocchio is to read.
 
     Parameters
@@ -55,6 +58,8 @@ def checked_urdf(source: str | bytes, closures: Sequence[Closure] = ()) -> Check
         The XML.
     closures : sequence of Closure
         Those of the closures file: continuous joints that they couple count turns.
+    right_angle_tolerance : float
+        As for :func:`exo_pin.chain.formats.right_angles.exact_right_angles`.
 
     Warns
     -----
@@ -70,6 +75,7 @@ def checked_urdf(source: str | bytes, closures: Sequence[Closure] = ()) -> Check
         place.
     """
     root = parse_xml(source)
+    exact_right_angles(root, right_angle_tolerance)
     check_grammar(root)
     version = _version(root)
     links, joints = _named(root, "link"), _named(root, "joint")

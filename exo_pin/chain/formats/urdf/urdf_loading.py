@@ -13,6 +13,7 @@ from ....core.files.text_files import read_file
 from ...structure.description import Closures
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
+from ..right_angles import refuse_tolerance
 from .urdf_checking import checked_urdf
 from .urdf_mimic import with_mimics
 
@@ -31,9 +32,13 @@ ROOT_MODELS = {
 
 
 def load_model(
-    urdf: str | PathLike[str], closures: Closures | str | PathLike[str] | None, root_joint: str | None
+    urdf: str | PathLike[str],
+    closures: Closures | str | PathLike[str] | None,
+    root_joint: str | None,
+    right_angle_tolerance: float = 0.0,
 ) -> tuple[pin.Model, Closures]:
     """See :meth:`ClosedChain.from_urdf`."""
+    refuse_tolerance(right_angle_tolerance)
     source, path = _source(urdf)
     if closures is None:
         if path is None:
@@ -46,7 +51,7 @@ def load_model(
     if hangs != "fixed" and hangs not in ROOT_MODELS:
         raise UnknownName("root joint", hangs, ("fixed", *ROOT_MODELS))
     try:
-        checked = checked_urdf(source, closures.closures)
+        checked = checked_urdf(source, closures.closures, right_angle_tolerance)
         closures = with_mimics(closures, checked.mimics)
         model = _built(checked.text, None if hangs == "fixed" else ROOT_MODELS[hangs](), root.name)
     except FileFormatError as error:

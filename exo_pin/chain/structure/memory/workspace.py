@@ -8,14 +8,15 @@ import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
-from ...core.errors import ExoPinError, InvalidInput
-from ...core.records import OneProcess
-from ...core.validation import FloatArray, frozen
-from ..kinematics import closure_kernels as kernels
-from ..kinematics.closure_wrench_kernels import unit_wrenches
-from .closures import Closure
-from .constant_axes import ConstantAxes
-from .topology import Topology
+from ....core.errors import ExoPinError, InvalidInput
+from ....core.records import OneProcess
+from ....core.validation import FloatArray, frozen
+from ...kinematics import closure_kernels as kernels
+from ...kinematics.closure_wrench_kernels import unit_wrenches
+from ..closures import Closure
+from ..constant_axes import ConstantAxes
+from ..topology import Topology
+from .compact_data import data_for
 
 __all__ = ["PINOCCHIO_TYPES", "ProximalProblem", "Workspace", "constraint_models"]
 
@@ -52,9 +53,8 @@ class Workspace(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
-        # Not createData(), which makes two and copies one: a Data holds four arrays of nv³ numbers.
-        self.data = pin.Data(model)
-        self.rate_data = pin.Data(axes.model) if axes.differs else self.data
+        self.data = data_for(model)
+        self.rate_data = data_for(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
         for _ in range(model.njoints):
             self.external_vector.append(pin.Force.Zero())

@@ -1,8 +1,8 @@
-"""Contact forces of a person's shoulder, beside the same programs in SciPy.
+"""Contact forces of a person's shoulder, beside the same programs in SciPy, and a map with a device.
 
 ::
 
-    python benchmarks/contact.py [--poses N]
+    python benchmarks/contact.py [--poses N] [--map N]
 
 Random poses within the range of motion; CPU time a pose. SciPy's SLSQP gets the same programs, with gradients and
 started at the solution of the program without a socket; the table says how far its effort lies above ours.
@@ -77,11 +77,17 @@ def main():
     """Time both and compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--poses", type=int, default=200)
-    stack = poses(parser.parse_args().poses)
+    parser.add_argument("--map", type=int, default=2000, help="poses of the map, 0 for none (default 2000)")
+    options = parser.parse_args()
+    stack = poses(options.poses)
     PERSON.joint_contact(stack[:3])
     start = time.process_time()
     result = PERSON.joint_contact(stack)
     ours = (time.process_time() - start) / len(stack)
+    start = time.process_time()
+    for pose in stack[:50]:
+        PERSON.joint_contact(pose)
+    single = (time.process_time() - start) / min(50, len(stack))
     starts = PERSON.joint_contact(stack, options=ep.ContactOptions(cone=None)).activations
     problems = programs(stack)
     start = time.process_time()
@@ -91,10 +97,20 @@ def main():
     above = np.array([answer.fun for answer in theirs]) / np.maximum(result.effort, 1e-12) - 1.0
     print(f"{len(stack)} poses, {int(result.has_result.sum())} with a result")
     print(f"paths, muscles and programs   {1e3 * ours:6.2f} ms a pose, residual {result.residual.max():.1e}")
+    print(f"the same, called pose by pose {1e3 * single:6.2f} ms a pose")
     print(
         f"SciPy, programs alone         {1e3 * peer:6.2f} ms a pose, {int(good.sum())} solved, "
         f"effort above ours {np.median(above[good]):.1e} (median), {above[good].min():.1e} (least)"
     )
+    if options.map:
+        device, grid = ep.load("four-cables"), poses(options.map)
+        start = time.process_time()
+        relief = device.joint_contact(grid, PERSON).relief_percent
+        spent = time.process_time() - start
+        print(
+            f"map of {len(grid)} poses, with the device and without  {spent:6.1f} s, "
+            f"{1e3 * spent / len(grid):.2f} ms a pose; relief {np.nanmedian(relief):.0f} % (median)"
+        )
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
 
@@ -29,12 +29,16 @@ from .options.query_options import (
     add_pose,
     design,
     limits,
+    person_numbers,
     pose,
     pose_angles,
     print_approach,
 )
 from .options.split_options import add_splits, answers_of, certificates, chosen_split, fitted, offset_mm
-from .reaction_report import pose_report
+from .reaction_report import pose_report, with_muscles
+
+if TYPE_CHECKING:
+    from ..person import JointContact
 
 __all__ = ["add_commands"]
 
@@ -65,6 +69,11 @@ def add_commands(commands: Any) -> None:
         "--require-hold", action="store_true", help="end with exit status 1 unless the device is known to hold the pose"
     )
     add_approach(parser)
+    parser.add_argument(
+        "--muscles",
+        action="store_true",
+        help="with --person: the load of the joint with their own muscles too (extra person; about a second)",
+    )
     parser.add_argument(
         "--table", action="store_true", help="print every force, with those of cuff and harness, as a table"
     )
@@ -109,8 +118,9 @@ def _reaction(options: argparse.Namespace) -> int:
     exo, angles = fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
     answers = answers_of(exo, orientation, bounds, options)
+    contact = _contact(exo, orientation, answers[0], options) if options.muscles else None
     if options.json:
-        print(_json(exo, angles, answers, bounds, options))
+        print(_json(exo, angles, answers, bounds, options, contact))
         return _hold_status(answers, options)
     print(
         f"{exo.mechanism.title or exo.name}\n"
@@ -120,14 +130,29 @@ def _reaction(options: argparse.Namespace) -> int:
     if options.offset is not None:
         print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
     if options.compare is None and not options.table:
-        print(f"\n{pose_report(exo, orientation, answers[0], _remedy(exo, orientation, answers[0], options))}")
+        remedy = _remedy(exo, orientation, answers[0], options)
+        print(f"\n{pose_report(exo, orientation, answers[0], remedy, contact)}")
     else:
         print(f"\n{reaction_table(answers)}")
+        if contact is not None:
+            print(f"\n{with_muscles(contact)}")
     if options.certificate:
         print(f"\n{certificates(answers, bounds)}")
     if options.approach is not None:
         print_approach(exo, orientation, options.approach, **_nearby(answers[0], options))
     return _hold_status(answers, options)
+
+
+def _contact(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> JointContact:
+    """The load of the joint with the wearer's own muscles and the limb forces of the answer."""
+    if options.person is None:
+        raise InvalidInput("--muscles needs to know whose: give --person too")
+    from ..person import Person  # here, because few queries need one
+
+    height, mass, sex = person_numbers(options.person)
+    bend, load = options.elbow_flexion, options.payload
+    person = Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+    return exo.joint_contact(orientation, person, answer, outside="mark")
 
 
 def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
@@ -155,6 +180,8 @@ def _follow(options: argparse.Namespace) -> int:
         raise InvalidInput("a movement has poses of its own: give no --flexion, --abduction or --internal-rotation")
     if options.approach is not None:
         raise InvalidInput("--approach is for a pose: leave --trajectory out")
+    if options.muscles:
+        raise InvalidInput("--muscles is for a pose; of a movement: exo.joint_contact(movement.orientations, person)")
     if options.json:
         raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
     exo = design(options)
@@ -215,6 +242,7 @@ def _json(
     answers: Sequence[Reaction],
     bounds: ConstraintBounds,
     options: argparse.Namespace,
+    contact: JointContact | None,
 ) -> str:
     names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
     head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
@@ -224,4 +252,6 @@ def _json(
     if options.certificate:
         for answer in answers:
             body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+    if contact is not None:
+        body["with_muscles"] = json.loads(contact.to_json())
     return json.dumps({**head, **body}, indent=2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,7 +15,10 @@ from ..reaction.holding.actuator_limits import DesignLimits, design_limits, leng
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 
-__all__ = ["pose_report"]
+if TYPE_CHECKING:
+    from ..person import JointContact
+
+__all__ = ["pose_report", "with_muscles"]
 
 _WIDTH = 100
 #: Contact force of the glenohumeral joint in people without a device, in percent of body weight: flexion 73 and
@@ -22,13 +26,20 @@ _WIDTH = 100
 #: muscles make most of it.
 _WITHOUT_DEVICE = (
     "For comparison: raising an arm without a device loads the joint with about 73 to 81 % of body weight, mostly by "
-    "the wearer's own muscles (instrumented implants); those muscles are not part of the number above."
+    "the wearer's own muscles (instrumented implants); those muscles are not part of the number above; --person "
+    "and --muscles add them."
 )
 #: Where to see more of a singular pose.
 _GRAPH = "--approach FILE.png draws the forces on the way into the singular pose."
 
 
-def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remedy: Remedy | None) -> str:
+def pose_report(
+    exo: ShoulderExo,
+    orientation: Rotation,
+    answer: Reaction,
+    remedy: Remedy | None,
+    contact: JointContact | None = None,
+) -> str:
     """The report on a single pose.
 
     Parameters
@@ -41,6 +52,8 @@ def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remed
         Its forces.
     remedy : Remedy or None
         What would make the pose possible; None where it is possible.
+    contact : JointContact, optional
+        The load of the joint with the wearer's own muscles, where they are counted.
     """
     parts = [_filled(answer.verdict)]
     if remedy is not None:
@@ -49,10 +62,11 @@ def pose_report(exo: ShoulderExo, orientation: Rotation, answer: Reaction, remed
         parts.append(_filled(answer.infeasibility.explain()))
     if not answer.has_answer:
         parts.append(beside_singular(exo, orientation) if answer.status == "singular" else "")
+        parts.append("" if contact is None else with_muscles(contact))
         return "\n\n".join(part for part in parts if part)
     if answer.equilibrium_status == "near_singular":
         parts.append(_near_singular(exo, orientation))
-    parts.append("\n".join([*_shoulder(answer), *_yardstick(answer)]))
+    parts.append("\n".join([*_shoulder(answer), *_yardstick(answer, contact)]))
     parts.append("\n".join(_limb_table(answer)))
     parts.append("\n".join(_footnotes(answer)))
     return "\n\n".join(parts)
@@ -74,8 +88,32 @@ def _shoulder(answer: Reaction) -> list[str]:
     return [_filled(head), textwrap.fill(how, _WIDTH, initial_indent="  ", subsequent_indent="  ")]
 
 
-def _yardstick(answer: Reaction) -> list[str]:
+def _yardstick(answer: Reaction, contact: JointContact | None) -> list[str]:
+    if contact is not None:
+        return [with_muscles(contact)]
     return [] if answer.body_weight is None else [_filled(_WITHOUT_DEVICE)]
+
+
+def with_muscles(contact: JointContact) -> str:
+    """What the joint carries with the wearer's own muscles, with the device and without.
+
+    Parameters
+    ----------
+    contact : JointContact
+        Of a single pose, with a device.
+    """
+    bare = contact.without_device
+    assert bare is not None
+    text = "With the wearer's own muscles (least effort) the joint carries "
+    if not bare.has_result:
+        return _filled(f"{text}an unknown load without the device: {bare.verdict}")
+    alone = f"{float(bare.magnitude):.0f} N without the device, {float(bare.percent_body_weight):.0f} % of body weight"
+    if not contact.has_result:
+        return _filled(f"{text}{alone}. With it: {contact.verdict}")
+    relief = contact.relief_percent
+    assert relief is not None
+    less = f"{abs(float(relief)):.0f} % {'less' if relief >= 0.0 else 'more'}"
+    return _filled(f"{text}{alone}, and {float(contact.magnitude):.0f} N with it, {less}. exo-pin person says more.")
 
 
 def _limb_table(answer: Reaction) -> list[str]:

@@ -19,9 +19,10 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
 from .options.command_list import help_of
 from .options.configuration_options import joint_value
-from .options.query_options import add_design, add_person, add_pose, design, pose
+from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose
 
 if TYPE_CHECKING:
+    from ..person import Person
     from ..view import ChainScene, Recording, Scene
 
     #: What plays a motion, and what records it.
@@ -39,6 +40,11 @@ def add_commands(commands: Any) -> None:
     add_pose(parser)
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
+    parser.add_argument(
+        "--mannequin",
+        action="store_true",
+        help="with --person: the human figure in place of bones and muscles, which the extra person draws",
+    )
     parser.add_argument("--no-human", action="store_true", help="draw no person")
     parser.add_argument(
         "--scale",
@@ -95,9 +101,12 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     elbow = float(np.radians(options.elbow_flexion))
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
-    # The person's height comes first; the text has been parsed as a person by now.
-    tall = None if options.person is None else float(options.person.split(",")[0])
-    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, elbow_flexion=elbow, stature=tall)
+    looks: dict[str, Any] = {"elbow_flexion": elbow}
+    if options.person is not None:
+        wearer = None if options.mannequin or options.no_human else _wearer(options)
+        # The person's height comes first; the text has been parsed as a person by now.
+        looks = {"person": wearer} if wearer else looks | {"stature": float(options.person.split(",")[0])}
+    scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
     if options.cone:
         scene.glenoid_cone()
@@ -108,6 +117,18 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
     moving = None if path is None else (lambda: scene.play(*path), lambda: scene.record(*path))
     return _deliver(scene, options, size, moving)
+
+
+def _wearer(options: argparse.Namespace) -> Person | None:
+    """The person with muscles, where the extra is installed."""
+    from ..person import Person
+    from ..person.limb.myoarm import is_installed
+
+    if not is_installed():
+        return None
+    height, mass, sex = person_numbers(options.person)
+    bend, load = options.elbow_flexion, options.payload
+    return Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
 
 
 def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:

@@ -15,10 +15,12 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..person import DeviceAction, Person
 from ..reaction import ActuatorBounds, Reaction
 from ..reaction.constraints.limb_limits import ForceLimits
+from ..reaction.constraints.side_force_bounds import symmetric
 from ..reaction.holding.hold_check import hold_check
 from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
+from ..wrist.forces.wrench_feasibility import force_bounds
 
 __all__ = ["action_of_limbs", "action_of_reaction"]
 
@@ -27,6 +29,7 @@ _CHOSEN = {
     "least_effort": "limb forces of least muscle effort, chosen together with the activations",
     "least_contact": "limb forces and activations of least contact force: a lower bound, as muscles do not choose so",
 }
+_SIDES = "side forces and activations of least contact force: a lower bound, as muscles do not choose so"
 
 
 def action_of_reaction(reaction: Reaction, orientation: Rotation) -> DeviceAction:
@@ -61,9 +64,10 @@ def action_of_limbs(
     motion: Motion | None,
     load: Load | None,
     actuator_bounds: ActuatorBounds,
+    constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None,
 ) -> DeviceAction:
-    """Limbs without side force: what each does per newton, and its bounds."""
+    """What each limb does per newton, and its bounds; with ``constraint_bounds`` its side force besides."""
     require_massless(mechanism)
     if isinstance(centre_offset, CentrePath):
         centre_offset = centre_offset.offset(orientation)
@@ -90,6 +94,15 @@ def action_of_limbs(
             forces, limbs, device, wearer, mechanism, query, limb_lengths(mechanism, query.matrices, (base, cuff))
         )
         upper, least = lower, "effort"
+    sides = 0
+    if constraint_bounds is not None:
+        own = -np.concatenate([side.forces, side.moments], axis=-1)
+        low, high = _side_bounds(mechanism, constraint_bounds, shape)
+        limbs = np.concatenate([limbs, own], axis=1)
+        lower, upper = np.concatenate([lower, low], axis=1), np.concatenate([upper, high], axis=1)
+        if not isinstance(forces, str):
+            least, words = "contact", f"{words}; {_SIDES}"
+        n, sides = 2 * n, n
     return DeviceAction(
         device.reshape(*shape, 6),
         limbs.reshape(*shape, n, 6),
@@ -98,7 +111,24 @@ def action_of_limbs(
         least,
         words,
         caution,
+        sides,
     )
+
+
+def _side_bounds(
+    mechanism: Mechanism, bounds: float | tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds of the side forces, shape (N, n) each; zero for limbs that carry none."""
+    pair = symmetric("constraint_bounds", bounds)
+    try:
+        lower, upper = pair
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f"expected constraint_bounds to be None, a number or (lower, upper) in N, got {bounds!r:.80}"
+        ) from None
+    low, high = force_bounds("constraint_bounds", lower, upper, shape, mechanism.limb_count)
+    carries = np.array([limb.kind == "UPU" for limb in mechanism.limbs])
+    return np.where(carries, low, 0.0), np.where(carries, high, 0.0)
 
 
 def _given(

@@ -31,6 +31,7 @@ class PersonQuestions(Subject):
         load: Load | None = None,
         *,
         actuator_bounds: ActuatorBounds = None,
+        constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None = None,
         centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
         options: ContactOptions | None = None,
         outside: str = "raise",
@@ -54,11 +55,15 @@ class PersonQuestions(Subject):
             * "least_effort": within ``actuator_bounds``, chosen together with the activations for least effort;
             * "least_contact": the same for least contact force, a lower bound.
 
-            Limbs carry no side force, except in a Reaction.
+            Limbs carry no side force, except in a Reaction or with ``constraint_bounds``.
         motion, load : Motion, Load, optional
             As in :meth:`exo_pin.ShoulderExo.reaction`.
         actuator_bounds : optional
             Limits of the limb forces for the last two, as in :meth:`exo_pin.ShoulderExo.reaction`.
+        constraint_bounds : float or (lower, upper), optional
+            Side forces g of the UPU limbs within these bounds, N (a number N is -N to N), chosen together with the
+            activations: for least contact force if ``forces`` gives the limb forces, else as they are. That is what
+            side forces could do at best; what stiff limbs do follows from their stiffness. Left out: none.
         centre_offset : CentreOffset, CentrePath or array_like, optional
             Where the device's centre lies, seen from the anatomical one; ``person.centre_path()`` for a device whose
             centre is fixed to the torso. Not with a Reaction, which has its own.
@@ -88,12 +93,20 @@ class PersonQuestions(Subject):
         require_method("person", person, "joint_contact", "a Person")
         mechanism, wearer = self.mechanism, person.on_side(self.mechanism.side)
         if isinstance(forces, Reaction):
-            if centre_offset is not None or actuator_bounds is not None:
-                raise InvalidInput("a Reaction has its own centre_offset and actuator_bounds: leave them out here")
+            if any(value is not None for value in (centre_offset, actuator_bounds, constraint_bounds)):
+                raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
             action = action_of_reaction(forces, orientation)
         else:
             action = action_of_limbs(
-                mechanism, wearer, orientation, forces, motion, load, actuator_bounds, centre_offset
+                mechanism,
+                wearer,
+                orientation,
+                forces,
+                motion,
+                load,
+                actuator_bounds,
+                constraint_bounds,
+                centre_offset,
             )
         return wearer.joint_contact(
             orientation,

@@ -18,6 +18,7 @@ from ..design import Arm
 from ..design.anthropometry import arm_segments
 from ..load_case import CentrePath, Load, Motion
 from ..load_case.pose_stacks import pose_matrices
+from .build_table import build_table
 from .contact.assumption_range import ContactRange, contact_range
 from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
@@ -112,6 +113,9 @@ class Person(Record):
                 )
             object.__setattr__(self, name, angle)
         arm_segments(self.height, self.mass, self.sex, self.elbow_flexion, self.payload, False)  # its checks
+
+    def __str__(self) -> str:
+        return build_table(self)
 
     def with_changes(self, **changes: Any) -> Person:
         """A copy with some attributes changed; angles in rad."""

@@ -14,7 +14,7 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_
 from free_humerus import jacobians
 
 from exo_pin.person.limb.glenoid_surface import glenoid_surface, scapula_mesh
-from exo_pin.person.limb.limb_state import _placed, limb_state
+from exo_pin.person.limb.limb_state import limb_state, placed
 from exo_pin.person.limb.muscle_table import MUSCLES
 from exo_pin.person.limb.myoarm import myoarm
 from exo_pin.person.limb.posture import angles_of, model_axes, thorax_to_base
@@ -43,7 +43,7 @@ def test_orientation_of_the_humerus_is_met():
     to_base = thorax_to_base(limb)
     rest = None
     for row in range(-1, len(angles)):
-        data = _placed(limb, np.zeros(3) if row < 0 else angles[row], 0.3, 0.2)
+        data = placed(limb, np.zeros(3) if row < 0 else angles[row], 0.3, 0.2)
         humerus = to_base @ data.xmat[limb.root].reshape(3, 3).T @ data.xmat[limb.humerus].reshape(3, 3)
         rest = humerus if rest is None else rest
         if row >= 0:
@@ -68,7 +68,7 @@ def test_rest_is_a_hanging_arm_with_the_forearm_bending_forwards():
     assert np.abs(state.angles).max() < 1e-12
     assert np.abs(state.centre).max() == 0.0
     limb = myoarm()
-    data = _placed(limb, np.zeros(3), 0.0, 0.0)
+    data = placed(limb, np.zeros(3), 0.0, 0.0)
     to_base = thorax_to_base(limb) @ data.xmat[limb.root].reshape(3, 3).T
     elbow = to_base @ (data.xpos[limb.ulna] - data.xpos[limb.humerus])
     assert np.degrees(np.arccos(-elbow[2] / np.linalg.norm(elbow))) == pytest.approx(1.48, abs=0.05)
@@ -97,7 +97,7 @@ def test_moments_are_minus_the_changes_of_length_with_the_scapula_held():
         for joint in (0, 1, 3):
             lengths = []
             for sign in (1.0, -1.0):
-                data = _placed(limb, angles, 0.6, 0.1)
+                data = placed(limb, angles, 0.6, 0.1)
                 axis = thorax_to_base(limb) @ data.xmat[limb.root].reshape(3, 3).T @ data.xaxis[limb.angles[joint]]
                 data.qpos[limb.angles[joint]] += sign * turn
                 limb.mujoco.mj_kinematics(limb.model, data)

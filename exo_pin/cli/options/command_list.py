@@ -10,10 +10,11 @@ __all__ = ["COMMANDS", "help_of"]
 #: Name of a command: the module of :mod:`exo_pin.cli` that has it, and its help.
 COMMANDS = {
     "reaction": ("reaction_command", "forces on shoulder, limbs, cuff and torso in a pose"),
-    "contact": (
-        "person.contact_command",
-        "force in the shoulder joint with the wearer's own muscles, with and without the device",
+    "person": (
+        "person.person_command",
+        "force in the shoulder joint with the wearer's own muscles, with and without the device; their build",
     ),
+    "contact": ("person.person_command", "the same as person"),
     "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),
     "sweep": ("design.sweep_command", "vary parameters of a design and compare the results"),
     "kinematics": (

@@ -64,6 +64,10 @@ def _pose_rows(columns: list[tuple[str, JointContact]]) -> list[list[str]]:
     rows += [
         [f"limb {limb + 1} force, N", _number(float(force)), "-"] for limb, force in enumerate(results[0].device_forces)
     ]
+    rows += [
+        [f"limb {limb + 1} side force, N", _number(float(force)), "-"]
+        for limb, force in enumerate(results[0].constraint_forces)
+    ]
     strongest = np.nan_to_num(np.max([r.activations for r in results], axis=0))
     order = [k for k in np.argsort(-strongest)[:_LISTED] if strongest[k] >= _LEAST]
     for k in order:
@@ -91,5 +95,10 @@ def _stack_rows(columns: list[tuple[str, JointContact]]) -> list[list[str]]:
             rows.append([f"{label}, {word}", *cells])
     relief = results[0].relief_percent
     if relief is not None and np.isfinite(relief).any():
-        rows.append(["relief, %, median", _number(float(np.nanmedian(relief))), ""])
+        low, middle, high = np.nanpercentile(relief, [25.0, 50.0, 75.0])
+        rows.append(["relief, %, median", _number(float(middle)), ""])
+        rows.append(["  quartiles", f"{_number(float(low))} to {_number(float(high))}", ""])
+        rows.append(
+            ["  poses with less force, %", _number(100.0 * float((relief[np.isfinite(relief)] > 0.0).mean())), ""]
+        )
     return rows

@@ -35,6 +35,8 @@ class DeviceAction(Record):
         How the limb forces are chosen, for the reader.
     caution : str
         What the device cannot do, a sentence that comes before the result; empty if it can, or if that is not known.
+    side_forces : int
+        How many of the last of the n forces are side forces of limbs, and not forces of actuators.
     """
 
     constant: FloatArray
@@ -44,6 +46,7 @@ class DeviceAction(Record):
     least: str = "effort"
     chosen_by: str = "given wrench"
     caution: str = ""
+    side_forces: int = 0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "constant", as_finite("constant", self.constant, (6,), stack=True))
@@ -57,6 +60,8 @@ class DeviceAction(Record):
         for name in ("lower", "upper"):
             if getattr(self, name).shape[-1:] != (n,):
                 raise InvalidInput(f"expected {name} to have shape (..., {n}), got {getattr(self, name).shape}")
+        if not (isinstance(self.side_forces, int) and 0 <= self.side_forces <= n):
+            raise InvalidInput(f"expected side_forces as a number of 0 to {n}, got {self.side_forces!r:.80}")
         crossed = np.asarray(self.lower > self.upper)
         if crossed.any():
             raise InfeasibleBounds(np.flatnonzero(crossed.reshape(-1, n).any(axis=0)))

@@ -36,6 +36,9 @@ class JointContact(ReadOnly):
         Tensions, active and passive, shape (..., m), N.
     device_forces : ndarray
         Limb forces of the device, tension positive, shape (..., n), N.
+    constraint_forces : ndarray
+        Side forces g of the limbs that were chosen with the activations, shape (..., n), N; shape (..., 0) where limbs
+        carry none, or where they are part of a Reaction.
     device_wrench : ndarray
         Force, N, and moment about the glenohumeral centre, N m, of the device on the arm, shape (..., 6).
     glenoid : ndarray
@@ -71,6 +74,7 @@ class JointContact(ReadOnly):
     activations: FloatArray
     muscle_forces: FloatArray
     device_forces: FloatArray
+    constraint_forces: FloatArray
     device_wrench: FloatArray
     glenoid: FloatArray
     centre: FloatArray
@@ -182,8 +186,8 @@ class JointContact(ReadOnly):
         """All fields as arrays and plain values, in one flat dict."""
         names = (
             "force", "magnitude", "percent_body_weight", "compression", "shear", "activations", "muscle_forces",
-            "device_forces", "device_wrench", "glenoid", "centre", "status", "missing_moment", "missing_elbow",
-            "residual", "kkt", "gap", "body_weight", "side", "muscles", "verdict", "relief_percent",
+            "device_forces", "constraint_forces", "device_wrench", "glenoid", "centre", "status", "missing_moment",
+            "missing_elbow", "residual", "kkt", "gap", "body_weight", "side", "muscles", "verdict", "relief_percent",
         )  # fmt: skip
         fields = {name: getattr(self, name) for name in names}
         bare = self.without_device

@@ -25,7 +25,7 @@ from ...core.records import reduced_tuple
 from ...core.validation import FloatArray, frozen
 from .myoarm import MyoArm, myoarm
 
-__all__ = ["GlenoidSurface", "glenoid_surface", "scapula_mesh"]
+__all__ = ["GlenoidSurface", "glenoid_surface", "mesh_of_geom", "scapula_mesh"]
 
 #: Farthest triangle from the joint's centre, m; least cosine between its normal and the direction to the centre; and
 #: least cosine between a normal and the mean one.
@@ -60,11 +60,9 @@ class GlenoidSurface(NamedTuple):
         return reduced_tuple(self)
 
 
-def scapula_mesh(limb: MyoArm) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Vertices, shape (v, 3), m, in the scapula's frame, and triangles, shape (t, 3)."""
+def mesh_of_geom(limb: MyoArm, geom: int) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Vertices of a mesh in the frame of its body, shape (v, 3), m, and triangles, shape (t, 3)."""
     mujoco, model = limb.mujoco, limb.model
-    geoms = np.flatnonzero((model.geom_bodyid == limb.scapula) & (model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)))
-    geom = int(geoms[0])
     mesh = int(model.geom_dataid[geom])
     first, first_face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
     vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]].astype(np.float64)
@@ -72,6 +70,12 @@ def scapula_mesh(limb: MyoArm) -> tuple[FloatArray, NDArray[np.int64]]:
     mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
     vertices = vertices @ turn.reshape(3, 3).T + model.geom_pos[geom]
     return vertices, model.mesh_face[first_face : first_face + model.mesh_facenum[mesh]].astype(np.int64)
+
+
+def scapula_mesh(limb: MyoArm) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Vertices, shape (v, 3), m, in the scapula's frame, and triangles, shape (t, 3)."""
+    is_mesh = limb.model.geom_type == int(limb.mujoco.mjtGeom.mjGEOM_MESH)
+    return mesh_of_geom(limb, int(np.flatnonzero((limb.model.geom_bodyid == limb.scapula) & is_mesh)[0]))
 
 
 @functools.cache

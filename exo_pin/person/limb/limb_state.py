@@ -21,7 +21,7 @@ from .muscle_table import MUSCLES
 from .myoarm import MyoArm, myoarm
 from .posture import angles_of, beyond, thorax_to_base
 
-__all__ = ["LimbState", "limb_lengths", "limb_state"]
+__all__ = ["LimbState", "limb_lengths", "limb_state", "muscle_paths", "placed"]
 
 _own = threading.local()
 
@@ -110,7 +110,7 @@ def limb_lengths(matrices: FloatArray, elbow_flexion: float, forearm_rotation: f
     limb = myoarm()
     lengths = np.empty((len(matrices), len(MUSCLES)))
     for row, angles in enumerate(angles_of(limb, matrices)):
-        lengths[row] = _placed(limb, angles, elbow_flexion, forearm_rotation).ten_length[limb.tendons]
+        lengths[row] = placed(limb, angles, elbow_flexion, forearm_rotation).ten_length[limb.tendons]
     return scale * lengths
 
 
@@ -131,7 +131,7 @@ def _mirrored(state: LimbState) -> LimbState:
     )
 
 
-def _placed(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> Any:
+def placed(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> Any:
     """This thread's data of the model, placed in a pose, with the tendons' paths."""
     mujoco, model = limb.mujoco, limb.model
     data = getattr(_own, "data", None)
@@ -149,9 +149,9 @@ def _placed(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> A
 
 def _evaluate(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) -> tuple[FloatArray, ...]:
     """Centre, socket, pulls, moments, elbow and forearm moments, axis of flexion and lengths, in the thorax's frame."""
-    data = _placed(limb, angles, elbow, forearm)
+    data = placed(limb, angles, elbow, forearm)
     thorax, origin = data.xmat[limb.root].reshape(3, 3), data.xpos[limb.root]
-    spots, bodies, muscle = _paths(limb, data)
+    spots, bodies, muscle = muscle_paths(limb, data)
     centre = data.xpos[limb.humerus]
     pull, moment = _cut(spots, bodies, muscle, limb.in_arm, centre)
     hinges = []
@@ -171,7 +171,7 @@ def _evaluate(limb: MyoArm, angles: FloatArray, elbow: float, forearm: float) ->
     )
 
 
-def _paths(limb: MyoArm, data: Any) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
+def muscle_paths(limb: MyoArm, data: Any) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
     """Points of all muscles' paths, shape (p, 3), the body that each is on, and the muscle that it belongs to."""
     model = limb.model
     first, count = data.ten_wrapadr[limb.tendons], data.ten_wrapnum[limb.tendons]

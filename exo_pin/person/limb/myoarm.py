@@ -21,6 +21,8 @@ from __future__ import annotations
 import functools
 import warnings
 from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -32,8 +34,10 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray, frozen
 from .muscle_table import MUSCLES
 
-__all__ = ["MyoArm", "myoarm"]
+__all__ = ["MyoArm", "is_installed", "myoarm"]
 
+#: Major version of MuJoCo that myo_sim knows.
+_MUJOCO = 3
 _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"
 _ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
 
@@ -91,6 +95,13 @@ class MyoArm(OneProcess):
     in_radius: NDArray[np.bool_]
 
 
+def is_installed() -> bool:
+    """Whether the packages of the extra ``person`` are there, without importing them."""
+    if any(find_spec(name) is None for name in ("mujoco", "myo_sim", "clarabel")):
+        return False
+    return version("mujoco").split(".")[0] == str(_MUJOCO)
+
+
 @functools.cache
 def myoarm() -> MyoArm:
     """The model, compiled at the first call of the process (under a second).
@@ -105,7 +116,7 @@ def myoarm() -> MyoArm:
         import myo_sim
     except ImportError as error:
         raise MissingExtra("person", "myo_sim and mujoco") from error
-    if int(mujoco.__version__.split(".")[0]) != 3:
+    if int(mujoco.__version__.split(".")[0]) != _MUJOCO:
         raise MissingExtra("person", f"mujoco 3 (version {mujoco.__version__} is installed)")
     with mujoco_warnings(mujoco, []), warnings.catch_warnings():
         # A remark about empty prefixes, for those who write the model to a file.

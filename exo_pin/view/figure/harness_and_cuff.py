@@ -30,6 +30,8 @@ _SLEEVE, _SLEEVE_HEIGHT, _SLEEVE_TOP, _WALL = 0.066, 0.060, -0.075, 0.004
 _OPEN_GAP = np.radians(115.0)
 #: Joints nearer than this to the axis have no angle about it, m.
 _ON_AXIS = 0.005
+#: Opacity of a sleeve that shows what is in it.
+_SEE_THROUGH = 0.35
 #: Of the frames, of the joints and of the sleeve.
 _COLOURS = ((0.30, 0.33, 0.37), (0.85, 0.55, 0.15), (0.52, 0.57, 0.62))
 
@@ -51,6 +53,8 @@ class HarnessAndCuff(OneProcess):
         One colour and opacity for all of it, as for a ghost.
     offset : (ndarray, ndarray), optional
         How far harness, base frame, and cuff, arm frame, are displaced, m, shape (3,) each.
+    see_through : bool
+        Whether the sleeve shows what is in it.
     """
 
     def __init__(
@@ -61,6 +65,7 @@ class HarnessAndCuff(OneProcess):
         root: str,
         colour: tuple[float, ...] | None = None,
         offset: tuple[FloatArray, FloatArray] | None = None,
+        see_through: bool = False,
     ) -> None:
         self._stage, self._root = stage, f"/meshcat/{root}"
         self._harness, self._cuff = (np.zeros(3), np.zeros(3)) if offset is None else offset
@@ -68,6 +73,8 @@ class HarnessAndCuff(OneProcess):
         viewer = stage.viewer[root]
         materials = [matt_material(rgb) if colour is None else matt_material(colour[:3], colour[3]) for rgb in _COLOURS]
         frame, joint, cuff = materials
+        if see_through and colour is None:
+            cuff = matt_material(_COLOURS[2], _SEE_THROUGH)
         bow = _bow(base, geometry.base_axis, np.array([0.0, 1.0, 0.0]))
         # A ghost has no plate: it would lie in the one of the design.
         back = _back(bow, side) if colour is None else []

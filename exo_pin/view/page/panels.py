@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...reaction import SPLITS
-from ..scene.force_arrows import PoseForces
+from ..scene.force_arrows import PoseContact, PoseForces
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -39,6 +39,14 @@ _NO_ANSWER = {
     ),
     "not_solved": ("No solution found", "The solver did not converge, or the forces overflow."),
 }
+#: Why a pose has no contact force.
+_NO_CONTACT = {
+    "too_weak": "the wearer's muscles are too weak",
+    "unstable": "the muscles cannot keep the force inside the socket",
+    "outside": "the pose is outside the range of motion",
+    "no_device_force": "the device has no limb forces here",
+    "not_solved": "the solver found no result",
+}
 #: A space at which no line ends.
 _KEPT = "\N{NO-BREAK SPACE}"
 _NEAR = "Near a singular pose: limb forces far above the load. Move the arm away from it."
@@ -55,11 +63,13 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
         remarks.append({"text": why, "warn": False})
     elif forces is not None:
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
+        if forces.contact is not None:
+            values, remarks = _contact(forces.contact, size)
         if forces.verdict:
             remarks.append({"text": forces.verdict, "warn": forces.status == "beyond_limits"})
         if forces.is_near_singular:
             remarks.append({"text": _NEAR, "warn": True})
-        if forces.percent is not None and np.isfinite(forces.percent):
+        if forces.contact is None and forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
         remarks.append({"text": _assumption(exo, forces.split), "warn": False})
     if np.isfinite(determinant):
@@ -76,6 +86,19 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
         "values": values,
         "notes": remarks,
     }
+
+
+def _contact(contact: PoseContact, size: float) -> tuple[list[dict[str, str]], list[dict[str, Any]]]:
+    """The joint's load with the wearer's own muscles, before what the device alone leaves there."""
+    load = float(np.linalg.norm(contact.force))
+    alone = {"name": "F_s, no muscles", "value": _newtons(size)}
+    if not np.isfinite(load):
+        why = _NO_CONTACT.get(contact.status, contact.status)
+        return [alone], [{"text": f"No contact force of the joint: {why}.", "warn": True}]
+    text = f"{contact.percent:.0f} % of body weight, with the wearer's own muscles"
+    if np.isfinite(contact.bare):
+        text += f"; without the device {_newtons(contact.bare)}"
+    return [{"name": "load of the joint", "value": _newtons(load)}, alone], [{"text": text, "warn": False}]
 
 
 def _assumption(exo: ShoulderExo, split: str) -> str:

@@ -21,6 +21,7 @@ from .recording import FrameTaker, Recording
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ...person import JointContact
 
 __all__ = ["Playing"]
 
@@ -54,7 +55,7 @@ class Playing(ABC):
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
         answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
-        forces = self._planned(poses, answer)
+        forces = self._planned(poses, answer, query)
         centres = self._offsets(poses, query)
         start = time.monotonic()
         for index in range(len(stamps)):
@@ -78,7 +79,7 @@ class Playing(ABC):
         """
         poses, stamps, air = self._motion(orientations, times, pressures)
         answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
-        forces = self._planned(poses, answer)
+        forces = self._planned(poses, answer, query)
         centres = self._offsets(poses, query)
         taker = FrameTaker(self._stage)
         for index in range(len(stamps)):
@@ -98,9 +99,12 @@ class Playing(ABC):
             raise InvalidInput("expected times that rise")
         return poses, stamps, None if pressures is None else self._pressures(pressures, stamps.shape)
 
-    def _planned(self, poses: Rotation, answer: Reaction | None) -> list[PoseForces | None]:
+    def _planned(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
         """Forces of all poses; the arrows' scale and the legend are theirs from here on."""
-        forces = [None if answer is None else PoseForces.of(answer, (index,)) for index in range(len(poses))]
+        forces: list[PoseForces | None] = [None] * len(poses)
+        if answer is not None:
+            contact = self._contact(poses, answer, query)
+            forces = [PoseForces.of(answer, (index,), contact) for index in range(len(poses))]
         self._plan(forces)
         return forces
 
@@ -129,6 +133,10 @@ class Playing(ABC):
         if values.shape[:-1] != shape:
             raise InvalidInput(f"expected pressures of shape {(*shape, values.shape[-1])}, got {values.shape}")
         return values
+
+    @abstractmethod
+    def _contact(self, poses: Rotation, answer: Reaction, query: dict[str, Any]) -> JointContact | None:
+        """Contact forces of the shoulder joint with the wearer's muscles; None where the wearer is not known."""
 
     @abstractmethod
     def _plan(self, forces: Sequence[PoseForces | None]) -> None:

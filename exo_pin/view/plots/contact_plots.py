@@ -15,8 +15,9 @@ from .plot_style import pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-__all__ = ["contact_over_elevation"]
+__all__ = ["contact_over_box", "contact_over_elevation"]
 
 
 def contact_over_elevation(elevation: ArrayLike, contact: JointContact, ax: Axes | None = None) -> Axes:
@@ -71,3 +72,65 @@ def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, co
     lost = ~contact.has_result
     if lost.any():
         ax.plot(degrees[lost], np.zeros(lost.sum()), "x", color=ORANGE, label=f"no result{which}")
+
+
+def contact_over_box(
+    axes: tuple[FloatArray, FloatArray, FloatArray],
+    contact: JointContact,
+) -> Figure:
+    """Contact force over a box of shoulder angles: without the device, with it, and the relief.
+
+    Each cell is the median over the internal rotations; a cell without a result is white.
+
+    Parameters
+    ----------
+    axes : tuple of ndarray
+        Flexions, abductions and internal rotations of the grid, degrees, shapes (f,), (a,) and (i,).
+    contact : JointContact
+        Of shape (f, a, i).
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        One panel for a bare arm, three with a device.
+    """
+    flexion, abduction, internal = axes
+    if contact.status.shape != (len(flexion), len(abduction), len(internal)):
+        raise InvalidInput(
+            f"expected contact forces of shape {(len(flexion), len(abduction), len(internal))}, one for each pose of "
+            f"the grid, got {contact.status.shape}"
+        )
+    bare = contact.without_device
+    panels = [("contact force", contact.percent_body_weight)]
+    if bare is not None:
+        panels = [("without the device", bare.percent_body_weight), ("with the device", contact.percent_body_weight)]
+    layers = [(title, _median(values)) for title, values in panels]
+    top = max(float(np.nanmax(layer)) for _, layer in layers)
+    relief = contact.relief_percent
+    count = len(layers) + (relief is not None)
+    figure, axs = pyplot().subplots(1, count, figsize=(1.2 + 3.6 * count, 3.9), layout="constrained", squeeze=False)
+    for ax, (title, layer) in zip(axs[0], layers, strict=False):
+        shown = _mesh(ax, flexion, abduction, layer, cmap="cividis", vmin=0.0, vmax=top)
+        ax.set_title(title, fontsize=10)
+    figure.colorbar(shown, ax=list(axs[0, : len(layers)]), label="% of body weight", shrink=0.9)
+    if relief is not None:
+        shown = _mesh(axs[0, -1], flexion, abduction, _median(relief), cmap="RdBu", vmin=-100.0, vmax=100.0)
+        axs[0, -1].set_title("relief", fontsize=10)
+        figure.colorbar(shown, ax=axs[0, -1], label="%; red: the device adds force", shrink=0.9, extend="min")
+    axs[0, 0].set_ylabel("abduction, °")
+    return figure
+
+
+def _median(values: FloatArray) -> FloatArray:
+    """Median over the last axis of what has a value; NaN where nothing has."""
+    empty = np.asarray(~np.isfinite(values).any(axis=-1))
+    return np.where(empty, np.nan, np.nanmedian(np.where(empty[..., None], 0.0, values), axis=-1))
+
+
+def _mesh(ax: Axes, flexion: FloatArray, abduction: FloatArray, layer: FloatArray, **style: Any) -> Any:
+    """A layer of shape (f, a) as cells."""
+    shown = ax.pcolormesh(flexion, abduction, layer.T, shading="nearest", **style)
+    ax.set(xlabel="flexion, °")
+    ax.set_xticks(np.arange(0.0, flexion.max() + 1.0, 30.0))
+    ax.set_yticks(np.arange(0.0, abduction.max() + 1.0, 30.0))
+    return shown

@@ -14,14 +14,15 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...reaction import Reaction
 from ...wrist import LimbState, inverse_kinematics
-from ..colours import BLUE, GREEN, ORANGE, PURPLE, RED
+from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from .shapes import Arrow, trimmed
 from .stage import Stage
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ...person import JointContact
 
-__all__ = ["LONGEST", "ForcePicture", "PoseForces", "round_up"]
+__all__ = ["LONGEST", "ForcePicture", "PoseContact", "PoseForces", "round_up"]
 
 #: Length of the largest force at most, where the arrows scale themselves, m; at least two thirds of it.
 _GOOD_LENGTH = 0.24
@@ -36,11 +37,42 @@ _MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
 #: Kinds of arrows, as the legend has them.
 _LEGEND = (
     ("shoulder", {"glyph": "tail", "colour": RED, "text": "shoulder reaction F_s"}),
+    ("contact", {"glyph": "tail", "colour": BLACK, "text": "joint's contact force"}),
     ("weight", {"glyph": "arrow", "colour": GREEN, "text": "weight of moving part"}),
     ("pull", {"glyph": "arrow", "colour": BLUE, "text": "limb pulls, f > 0"}),
     ("push", {"glyph": "double", "colour": ORANGE, "text": "limb pushes, f < 0"}),
     ("side", {"glyph": "thin", "colour": PURPLE, "text": "side force of a limb, g"}),
 )
+
+
+@dataclass(frozen=True, eq=False)
+class PoseContact(Record):
+    """Contact force of the shoulder joint in one pose; a row of a :class:`JointContact`.
+
+    ``bare`` is the size of the force without the device, ``most`` the largest activation with it or without. What has
+    no value is NaN.
+    """
+
+    force: FloatArray
+    percent: float
+    bare: float
+    activations: FloatArray
+    most: float
+    status: str
+
+    @classmethod
+    def of(cls, contact: JointContact, index: tuple[int, ...]) -> PoseContact:
+        """That of a pose of a stack; () for a single pose."""
+        bare = contact if contact.without_device is None else contact.without_device
+        activations = contact.activations[index]
+        return cls(
+            contact.force[index],
+            float(contact.percent_body_weight[index]),
+            float(bare.magnitude[index]),
+            activations,
+            float(np.fmax(activations, bare.activations[index]).max()),
+            str(contact.status[index]),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +89,10 @@ class PoseForces(Record):
     split: str
     is_near_singular: bool
     verdict: str
+    contact: PoseContact | None = None
 
     @classmethod
-    def of(cls, answer: Reaction, index: tuple[int, ...]) -> PoseForces:
+    def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> PoseForces:
         """Those of a pose of a stack; () for a single pose."""
         percent = answer.percent_body_weight
         return cls(
@@ -73,12 +106,15 @@ class PoseForces(Record):
             answer.split,
             str(answer.equilibrium_status[index]) == "near_singular",
             _verdict(answer, index),
+            None if contact is None else PoseContact.of(contact, index),
         )
 
     @property
     def largest(self) -> float:
         """Largest of the shoulder's force, the limb forces and the side forces, N; NaN without an answer."""
         parts = [np.linalg.norm(self.shoulder), *np.abs(self.tensions), *np.abs(self.side_forces)]
+        if self.contact is not None:
+            parts.append(np.nan_to_num(np.linalg.norm(self.contact.force)))
         return float(max(parts)) if np.isfinite(parts).all() else float("nan")
 
 
@@ -115,6 +151,7 @@ class ForcePicture(OneProcess):
         root = "/meshcat/forces"
         self._arrows = {
             "shoulder": Arrow(stage, f"{root}/shoulder", RED, _MAIN, tail=True),
+            "contact": Arrow(stage, f"{root}/contact", BLACK, _LIMB, tail=True),
             "weight": Arrow(stage, f"{root}/weight", GREEN, _MAIN),
         }
         for i in range(exo.geometry.limb_count):
@@ -148,10 +185,12 @@ class ForcePicture(OneProcess):
     def _visible(self, forces: PoseForces) -> set[str]:
         """Which kinds of arrows a pose has."""
         least = _SHORTEST / self.scale
+        contact = 0.0 if forces.contact is None else float(np.nan_to_num(np.linalg.norm(forces.contact.force)))
         return {
             name
             for name, size in (
                 ("shoulder", float(np.linalg.norm(forces.shoulder))),
+                ("contact", contact),
                 ("pull", float(forces.tensions.max())),
                 ("push", float(-forces.tensions.min())),
                 ("side", float(np.abs(forces.side_forces).max())),
@@ -176,6 +215,9 @@ class ForcePicture(OneProcess):
             self._draw(shown, "weight", centre, self._weight, f"weight {size:.0f} N", GREEN)
             size = float(np.linalg.norm(forces.shoulder))
             self._draw(shown, "shoulder", np.zeros(3), forces.shoulder, f"shoulder {size:.0f} N", RED)
+            if forces.contact is not None:
+                size = float(np.linalg.norm(forces.contact.force))
+                self._draw(shown, "contact", np.zeros(3), forces.contact.force, f"contact {size:.0f} N", BLACK)
             state = inverse_kinematics(geometry, orientation)
             if geometry is self._exo.geometry:
                 sides = -forces.side_forces[:, None] * state.normals

@@ -50,6 +50,8 @@ class MechanismPicture(OneProcess):
         Whether the limbs are drawn as muscles and not as telescoping rods.
     with_arm : bool
         Whether the arm is drawn; a human figure brings its own.
+    see_through : bool
+        Whether the cuff shows what is in it.
     urdf : path-like or str, optional
         The URDF that the mechanism was read from, or its XML, for its looks; the mechanism's own if left out.
     offset : Offset, optional
@@ -71,6 +73,7 @@ class MechanismPicture(OneProcess):
         colour: tuple[float, ...] | None = None,
         muscles: bool = False,
         with_arm: bool = True,
+        see_through: bool = False,
         urdf: str | PathLike[str] | None = None,
         offset: Offset | None = None,
     ) -> None:
@@ -106,7 +109,7 @@ class MechanismPicture(OneProcess):
         self._picture.loadViewerModel(root, visual_color=None if colour is None else list(colour))
         self._worn = None
         if urdf is None:
-            self._worn = HarnessAndCuff(stage, worn.geometry, worn.side, root, colour, offset)
+            self._worn = HarnessAndCuff(stage, worn.geometry, worn.side, root, colour, offset, see_through)
         if muscles:
             self._load_muscles(colour)
 

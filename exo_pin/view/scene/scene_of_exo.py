@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, LoopNotClosed, MissingExtra, NotAWrist, UnknownName
-from ...core.validation import FloatArray, as_finite, as_positive, require_method
+from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist, UnknownName
+from ...core.validation import FloatArray, as_positive, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import scale_colours
-from ..figure.bust import OWN_STATURE, draw_bust, starts_inside
-from ..figure.human_figure import Human
+from ..figure.bust import starts_inside
+from ..figure.figure import Figure
 from ..page.page_output import Pages
 from ..page.panels import numbers_panel
 from ..page.playing import Playing
@@ -24,18 +24,14 @@ from .force_arrows import ForcePicture, PoseForces
 from .ghost_picture import Ghosts, single_pose
 from .mechanism_picture import MechanismPicture
 from .offset_marks import Offset, OffsetMarks
-from .shapes import draw_ground
 from .stage import Stage
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ...person import JointContact, Person
 
 __all__ = ["Scene"]
 
-#: Height of the ground under O for the figure's own stature, and how far it reaches, m.
-_GROUND, _GROUND_RADIUS = -1.385, 2.6
-#: Opacity of the shoulder at O where there is no figure.
-_OWN_SHOULDER = 0.5
 #: Top of the scale of pressures, Pa, gauge: what the thesis drives its muscles with at most.
 _PRESSURE_TOP = 4e5
 
@@ -53,7 +49,7 @@ class Scene(Ghosts, Playing, Pages):
         The design. Without an arm there are no forces to draw.
     human : bool, optional
         Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
-        and a note on the page reports it.
+        and a note on the page reports it. With a ``person`` it is that one's skeleton.
     limbs : {"rods", "muscles"}
         Telescoping rods, or muscles that swell as they shorten and take their colour from tension or pressure.
     metres_per_newton : float, optional
@@ -64,11 +60,15 @@ class Scene(Ghosts, Playing, Pages):
     stature : float, optional
         Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. An arm does not tell how
         tall its person is. For the picture only.
+    person : Person, optional
+        Who wears it: the design is put on their arm, bones and muscles take the place of the human figure, and the
+        contact force of the shoulder joint with their own muscles is drawn beside F_s. The limb forces are those of
+        :meth:`show`.
 
     Raises
     ------
     MissingExtra
-        If ``human`` is True and the figure is not installed.
+        If ``human`` is True and the figure is not installed, or the extra ``person`` is not, with a ``person``.
     UnknownName
         If ``limbs`` is no style.
     """
@@ -81,37 +81,24 @@ class Scene(Ghosts, Playing, Pages):
         metres_per_newton: float | None = None,
         elbow_flexion: float = 0.0,
         stature: float | None = None,
+        person: Person | None = None,
     ) -> None:
         require_method("exo", exo, "reaction", "a ShoulderExo")
         if limbs not in LIMB_STYLES:
             raise UnknownName("limb style", limbs, LIMB_STYLES)
         if metres_per_newton is not None:
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
-        elbow = float(as_finite("elbow_flexion", elbow_flexion, ()))
-        tall = None if stature is None else as_positive("stature", stature)
         Ghosts.__init__(self, Stage())
         self._style, self._asked_scale = limbs, metres_per_newton
-        self._notes: list[str] = []
-        self._human: Human | None = None
         self._offset: Offset | None = None
         self._massive: list[str] = []
-        self._has_person = human is not False
-        self._scale = 1.0 if tall is None else tall / OWN_STATURE
         self._orientation = Rotation.identity()
         self._muscle_bar: dict[str, Any] | None = None
         self._asked: dict[str, Any] = {}
         self._marks = OffsetMarks(self._stage)
         with self._stage.update():
             self._stage.plain()
-            draw_ground(self._stage, self._scale * _GROUND, _GROUND_RADIUS)
-            if human is not False:
-                try:
-                    self._human = Human(self._stage, exo.side, elbow_flexion=elbow, stature=tall)
-                except MissingExtra as error:
-                    if human:
-                        raise
-                    self._notes.append(f"chest and head alone, no human figure: {error}")
-                    draw_bust(self._stage, "bust", exo.side, self._scale, _OWN_SHOULDER)
+            self._figure = Figure(self._stage, exo.side, human, elbow_flexion, stature, person)
             self._set_exo(exo)
             self.camera()
             self.show(Rotation.identity())
@@ -129,8 +116,8 @@ class Scene(Ghosts, Playing, Pages):
     @property
     def messages(self) -> tuple[str, ...]:
         """What could not be drawn, and why, and limbs that start inside the chest."""
-        inside = starts_inside(self._picture.mechanism.geometry.base_points, self._exo.side, self._scale)
-        return (*self._notes, *self._massive, *self._picture.notes, *inside)
+        inside = starts_inside(self._picture.mechanism.geometry.base_points, self._exo.side, self._figure.scale)
+        return (*self._figure.notes, *self._massive, *self._picture.notes, *inside)
 
     @property
     def metres_per_newton(self) -> float:
@@ -182,20 +169,34 @@ class Scene(Ghosts, Playing, Pages):
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
         centre = self._offsets(pose, query)
-        forces = None if answer is None else PoseForces.of(answer, ())
+        forces = None if answer is None else PoseForces.of(answer, (), self._contact(pose, answer, query))
         with self._stage.update():
             self._plan([forces])
             self._draw(pose, forces, pressure, None if centre is None else centre[0])
         return answer
 
+    def _contact(self, poses: Rotation, answer: Reaction, query: dict[str, Any]) -> JointContact | None:
+        person = self._figure.person
+        if person is None:
+            return None
+        motion, load = query.get("motion"), query.get("load")
+        return self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
+
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
+        wearer = self._figure.wearer
+        if wearer is not None:
+            bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top))
+            items = [*items, *wearer.legend]
         legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}
         self._stage.set_panel("legend", legend)
 
     def _plan(self, forces: Sequence[PoseForces | None]) -> None:
-        self._arrows.plan([each for each in forces if each is not None])
+        known = [each for each in forces if each is not None]
+        self._arrows.plan(known)
+        if self._figure.wearer is not None:
+            self._figure.wearer.plan([each.contact for each in known if each.contact is not None])
         self._place_cone()
         self._write_legend()
 
@@ -210,11 +211,12 @@ class Scene(Ghosts, Playing, Pages):
                 self._picture.show(pose)
             except LoopNotClosed:
                 notes.append("the limbs do not close in this pose; they are left as they were")
-            if self._human is not None:
-                self._human.show(pose)
+            self._figure.show(pose)
             marks = self._marks.show(offset, pose.as_matrix())
             self._arrows.show(pose, forces, self._picture.mechanism.geometry, marks)
             self._colour_muscles(forces, pressures)
+            if self._figure.wearer is not None:
+                self._figure.wearer.show_contact(None if forces is None else forces.contact)
             notes += [mark["text"] for mark in marks]
             self._stage.set_panel("numbers", numbers_panel(self._exo, pose, forces, notes))
 
@@ -230,7 +232,8 @@ class Scene(Ghosts, Playing, Pages):
             self._exo.mechanism,
             "exo",
             muscles=self._style == "muscles",
-            with_arm=self._human is None,
+            with_arm=not self._figure.has_arm,
+            see_through=self._figure.wearer is not None,
             # Its shapes belong to limbs at that place.
             urdf=self._looks if self._offset is None else None,
             offset=self._offset,
@@ -253,7 +256,8 @@ class Scene(Ghosts, Playing, Pages):
 
     def _set_exo(self, exo: ShoulderExo) -> None:
         # Computed first, so that a design that cannot be drawn changes no part of the scene.
-        self._exo, self._massive = _drawable(exo)
+        person = self._figure.person
+        self._exo, self._massive = _drawable(exo if person is None else exo.worn_by(person))
         self._offset, self._looks = None, exo.urdf
         self._draw_mechanism()
         self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)
@@ -263,7 +267,7 @@ class Scene(Ghosts, Playing, Pages):
         outward = 1.0 if self._exo.side == "left" else -1.0
         # Before the shoulder and outside of it, a little from above.
         away = np.array([1.04, 1.32 * outward, 0.42])
-        if not self._has_person:
+        if not self._figure.is_there:
             target = np.array([0.05, 0.02 * outward, -0.06])
             return target + away, target, [0.28, 0.32]
         # Head and elbow are in the picture.

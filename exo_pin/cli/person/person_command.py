@@ -1,4 +1,4 @@
-"""``exo-pin contact``: the force in the shoulder joint with the wearer's own muscles."""
+"""``exo-pin person``: the wearer, and the force in the shoulder joint with their own muscles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from ...core.conventions import tilt_torsion_angles, tilt_torsion_rotation
 from ...core.errors import InvalidInput
 from ...core.files import write_figure
 from ...exo.shoulder_exo import ShoulderExo, load
+from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, ContactRange, JointContact, Person
-from ...view.plots.contact_plots import contact_over_elevation
+from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
 from ..options.command_list import help_of
 from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
+from .literature_table import literature_table
 
 __all__ = ["add_commands"]
 
@@ -26,8 +28,12 @@ _ELEVATIONS = np.arange(5.0, 121.0, 5.0)
 
 
 def add_commands(commands: Any) -> None:
-    """Register the command."""
-    parser = commands.add_parser("contact", help=help_of("contact"))
+    """Register the command, and its older name."""
+    for name in ("person", "contact"):
+        _add_options(commands.add_parser(name, help=help_of("person")))
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
     add_design(parser)
     add_pose(parser)
     parser.add_argument(
@@ -50,6 +56,12 @@ def add_commands(commands: Any) -> None:
     )
     add_limits(parser)
     parser.add_argument(
+        "--side-force-limit",
+        type=float,
+        metavar="N",
+        help="side forces of UPU limbs up to this size, chosen with the activations (default: none)",
+    )
+    parser.add_argument(
         "--moving-centre", action="store_true", help="the device's centre stays where the shoulder's is at rest"
     )
     parser.add_argument("--cubes", action="store_true", help="least sum of cubed instead of squared activations")
@@ -57,16 +69,34 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--passive", action="store_true", help="stretched muscles pull without activation")
     parser.add_argument("--any-direction", action="store_true", help="let the force leave the socket's rim")
     parser.add_argument("--range", action="store_true", help="change the assumptions one at a time")
+    parser.add_argument("--map", action="store_true", help="over the box of daily activities instead of a pose")
+    parser.add_argument("--step", type=float, default=20.0, metavar="DEG", help="of the map's grid (default 20)")
+    parser.add_argument(
+        "--literature",
+        action="store_true",
+        help="without a device at 10 to 120 degrees, without and with 2 kg, beside published values",
+    )
+    parser.add_argument("--progress", action="store_true", help="show a progress bar")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument(
-        "--plot", type=Path, metavar="FILE", help="contact force over the elevation in the plane of the pose"
+        "--plot",
+        type=Path,
+        metavar="FILE",
+        help="contact force over the elevation in the plane of the pose; of a map, over the box",
     )
-    parser.set_defaults(run=_contact)
+    parser.set_defaults(run=_run)
 
 
-def _contact(options: argparse.Namespace) -> int:
+def _run(options: argparse.Namespace) -> int:
     exo, person = load(options.design, side=options.side), _person(options)
     person = person.on_side(exo.side)
+    if sum((options.map, options.range, options.literature)) > 1:
+        raise InvalidInput("--map, --range and --literature do not go together: give one of them")
+    if options.literature:
+        print(f"{person}\n\n{literature_table(person, _assumptions(options))}")
+        return 0
+    if options.map:
+        return _map(exo, person, options)
     orientation = pose(options, exo)
     if options.json and options.range:
         raise InvalidInput("--json and --range do not go together: leave one out")
@@ -97,6 +127,37 @@ def _person(options: argparse.Namespace) -> Person:
     )
 
 
+def _assumptions(options: argparse.Namespace) -> ContactOptions:
+    return ContactOptions(
+        power=3 if options.cubes else 2,
+        weights="volume" if options.volumes else "equal",
+        passive=options.passive,
+        cone=None if options.any_direction else ContactOptions().cone,
+    )
+
+
+def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
+    """Over the box of daily activities, as far as the person's range of motion goes."""
+    if any(pose_angles(options)):
+        raise InvalidInput("a map has poses of its own: give no --flexion, --abduction or --internal-rotation")
+    box = ADL_BOX.axes(options.step)
+    poses = ADL_BOX.poses(options.step, exo.side)
+    result = _asked(exo, person, poses, options, outside="mark", progress=options.progress)
+    assert isinstance(result, JointContact)
+    if options.json:
+        print(result.to_json())
+    else:
+        print(f"{_device(exo, options)}\n{exo.side} shoulder over the {ADL_BOX.name}, {options.step:g}° grid\n")
+        print(f"{result}\n\nPerson\n{person}")
+    if options.plot is not None:
+        use_file_backend()
+        figure = contact_over_box(box, result)
+        figure.suptitle("No device" if options.bare else exo.name)
+        write_figure(options.plot, figure)
+        print(options.plot)
+    return 0
+
+
 def _asked(
     exo: ShoulderExo,
     person: Person,
@@ -106,17 +167,19 @@ def _asked(
     **more: Any,
 ) -> JointContact | ContactRange:
     """The result that the options name."""
-    chosen = ContactOptions(
-        power=3 if options.cubes else 2,
-        weights="volume" if options.volumes else "equal",
-        passive=options.passive,
-        cone=None if options.any_direction else ContactOptions().cone,
-    )
-    bounds = limits(options)
+    chosen = _assumptions(options)
+    bounds, sides = limits(options), options.side_force_limit
     if options.bare:
-        if options.share is not None or options.least is not None or bounds is not None or options.moving_centre:
+        if (
+            options.share is not None
+            or options.least is not None
+            or bounds is not None
+            or options.moving_centre
+            or sides
+        ):
             raise InvalidInput(
-                "--bare is without a device: leave out --share, --least, --pull, --tension, --moving-centre"
+                "--bare is without a device: leave out --share, --least, --pull, --tension, --side-force-limit, "
+                "--moving-centre"
             )
         ask = person.contact_range if ranged else person.joint_contact
         return ask(orientation, options=chosen, **more)
@@ -131,17 +194,21 @@ def _asked(
         forces = (100.0 if options.share is None else options.share) / 100.0
     offset = person.centre_path() if options.moving_centre else None
     query = exo.contact_range if ranged else exo.joint_contact
+    more["constraint_bounds"] = sides
     return query(orientation, person, forces=forces, centre_offset=offset, options=chosen, **more)
 
 
 def _print(exo: ShoulderExo, person: Person, options: argparse.Namespace, text: str) -> None:
     angles = pose_angles(options)
-    device = "no device" if options.bare else exo.mechanism.title or exo.name
     print(
-        f"{device}\n"
-        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
-        f"{person.height:g} m, {person.mass:g} kg, {person.sex}\n\n{text}"
+        f"{_device(exo, options)}\n"
+        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°\n\n"
+        f"{text}\n\nPerson\n{person}"
     )
+
+
+def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:
+    return "No device" if options.bare else exo.mechanism.title or exo.name
 
 
 def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argparse.Namespace) -> None:

@@ -1,0 +1,151 @@
+"""``exo-pin person`` and ``exo-pin reaction --muscles``."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+
+import exo_pin as ep
+from exo_pin.cli import main
+from exo_pin.load_case.ranges_of_motion import ADL_BOX
+
+
+def run(capsys, *arguments):
+    status = main(["person", *(str(argument) for argument in arguments)])
+    return status, *capsys.readouterr()
+
+
+def test_contact_with_and_without_the_device(capsys):
+    status, out, _ = run(capsys, "prototype", "--abduction", 60)
+    assert status == 0
+    assert "67 % less than without the device" in out
+    assert "limb 3 force, N" in out
+    _, bare, _ = run(capsys, "prototype", "--abduction", 60, "--bare")
+    assert "No device" in bare
+    assert "The joint carries 489 N" in bare
+
+
+def test_contact_as_json(capsys):
+    _, out, _ = run(capsys, "--abduction", 60, "--share", 50, "--json", "--cubes", "--volumes", "--any-direction")
+    data = json.loads(out)
+    assert data["status"] == "ok"
+    assert data["assumptions"]["criterion"].startswith("least sum of cubed activations, volume weights")
+    assert data["without_device"]["magnitude"] > data["magnitude"]
+
+
+def test_contact_with_chosen_limb_forces(capsys):
+    _, out, _ = run(capsys, "--abduction", 45, "--least", "effort", "--tension", "0,400", "--moving-centre")
+    assert "chosen together with the activations" in out
+
+
+def test_contact_over_the_assumptions(capsys):
+    _, out, _ = run(capsys, "--abduction", 60, "--bare", "--range")
+    assert "no condition on the socket" in out
+    assert "centre +5 mm up" in out
+
+
+def test_contact_force_is_plotted(capsys, tmp_path):
+    status, out, _ = run(capsys, "--flexion", 30, "--plot", tmp_path / "contact.png")
+    assert status == 0
+    assert out.strip().endswith("contact.png")
+    assert (tmp_path / "contact.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_person_is_described(capsys):
+    _, out, _ = run(capsys, "--bare", "--person", "1.6,50,female", "--payload", 1, "--strength", 80, "--flexion", 30)
+    build = out[out.index("\nPerson\n") :]
+    person = ep.Person(1.6, 50, "female", strength=0.8, payload=1.0)
+    assert build.split("\n", 2)[2].rstrip() == str(person)
+    assert f"arm {person.arm.mass:.2f} kg with 1 kg in the hand" in build
+    deltoid = person.muscle_table.force[:3].sum()
+    assert f"deltoid {deltoid:.0f}," in build
+
+
+def test_older_name_is_the_same_command(capsys):
+    _, new, _ = run(capsys, "prototype", "--abduction", 40)
+    assert main(["contact", "prototype", "--abduction", "40"]) == 0
+    assert capsys.readouterr().out == new
+
+
+def test_map_over_the_box(capsys, tmp_path):
+    status, out, _ = run(capsys, "four-cables", "--map", "--step", 55, "--plot", tmp_path / "map.png")
+    assert status == 0
+    poses = ADL_BOX.poses(55.0)
+    result = ep.load("four-cables").joint_contact(poses, ep.Person(1.75, 75, "male"), outside="mark")
+    good = np.isfinite(result.relief_percent)
+    median = np.median(result.relief_percent[good])
+    assert re.search(rf"relief, %, median +{median:.0f}\n", out)
+    assert re.search(rf"less force, % +{100 * (result.relief_percent[good] > 0).mean():.0f}\n", out)
+    assert f"{good.sum()} of {good.size} poses have a result" in out
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    _, bare, _ = run(capsys, "--bare", "--map", "--step", 110, "--json")
+    assert np.shape(json.loads(bare)["magnitude"]) == (2, 2, 2)
+
+
+def test_contact_beside_the_literature(capsys):
+    status, out, _ = run(capsys, "--literature")
+    assert status == 0
+    rows = {int(line.split()[0]): line.split()[1:] for line in out.splitlines() if re.match(r" +\d+  ", line)}
+    assert sorted(rows) == list(range(10, 121, 10))
+    assert "Poppen and Walker 1978" in out
+    person = ep.Person(1.75, 75, "male", payload=2.0)
+    loaded = person.joint_contact(ep.shoulder_rotation(90, 0, 0, degrees=True))
+    assert rows[90][5] == f"{loaded.percent_body_weight:.0f}"
+
+
+def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
+    pose = ["--flexion", "60", "--abduction", "30"]
+    assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male", "--muscles"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    person, exo = ep.Person(1.75, 75, "male"), ep.load("four-cables")
+    orientation = exo.pose(60, 30, 0)
+    worn = exo.worn_by(person)
+    contact = worn.joint_contact(orientation, person, worn.holding_reaction(orientation))
+    assert f"carries {contact.without_device.magnitude:.0f} N without the device" in text
+    assert f"and {contact.magnitude:.0f} N with it, {contact.relief_percent:.0f} % less" in text
+    assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male", "--muscles", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)["with_muscles"]
+    assert data["magnitude"] == pytest.approx(contact.magnitude, rel=1e-6)
+    # A pose without limb forces still has its yardstick.
+    assert main(["reaction", "prototype", "--abduction", "90", "--person", "1.75,75,male", "--muscles"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "N without the device" in text
+    assert "The device has no limb forces in this pose." in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--muscles"], "--person"),
+        (["--muscles", "--person", "1.75,75,male", "--trajectory", "none.csv"], "joint_contact"),
+    ],
+)
+def test_muscles_need_a_person_and_a_pose(capsys, arguments, message):
+    assert main(["reaction", *arguments]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--share", 50, "--least", "effort"), "one of the two"),
+        (("--pull",), "--least"),
+        (("--bare", "--share", 50), "without a device"),
+        (("--range", "--json"), "leave one out"),
+        (("--range", "--map"), "give one of them"),
+        (("--map", "--flexion", 30), "poses of its own"),
+        (("--bare", "--side-force-limit", 30), "without a device"),
+        (("--side-force-limit", -30), "zero or more"),
+        (("--abduction", 200), "plane of elevation"),
+        (("--person", "tall"), "HEIGHT,MASS,SEX"),
+        (("--elbow-flexion", 150), "130"),
+    ],
+)
+def test_wrong_options_give_one_line(capsys, arguments, message):
+    status, out, err = run(capsys, *arguments)
+    assert status == 2
+    assert message in err
+    assert out == ""

@@ -37,6 +37,10 @@ class Actuator:
         Greatest rate of the limb's length in either direction, m/s; None where it is not known.
     power_limit : float or None
         Greatest mechanical power, tension times the rate at which the limb shortens, W; None where it is not known.
+    travel_limit : float or None
+        Greatest difference between the longest and the shortest length of the limb, m, for the fit of a stroke; None if
+        only the family limits it. Of a cable that a pneumatic muscle pulls over a pulley: a quarter of the muscle's
+        nominal length, times the ratio of its tackle.
 
     Raises
     ------
@@ -51,6 +55,7 @@ class Actuator:
     supply_pressure: float | None = None
     speed_limit: float | None = None
     power_limit: float | None = None
+    travel_limit: float | None = None
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
@@ -64,7 +69,7 @@ class Actuator:
                     'leave it out, or choose the family "linear"'
                 )
             object.__setattr__(self, "push_limit", 0.0)
-        for name in ("speed_limit", "power_limit"):
+        for name in ("speed_limit", "power_limit", "travel_limit"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, as_positive(name, getattr(self, name)))
         if self.supply_pressure is not None:

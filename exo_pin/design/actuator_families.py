@@ -12,12 +12,23 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ..core.errors import InvalidInput
 from ..core.validation import as_choice, as_positive
 from .actuator import ACTUATOR_FAMILIES
 from .limb import Stroke
 
-__all__ = ["CONTRACTION", "LEAST_LENGTH", "FamilyLimits", "family_limits", "fitting_stroke", "stroke_margin"]
+__all__ = [
+    "CONTRACTION",
+    "LEAST_LENGTH",
+    "FamilyLimits",
+    "family_limits",
+    "fitting_stroke",
+    "least_length",
+    "stroke_margin",
+    "stroke_of_length",
+]
 
 #: Greatest contraction of a pneumatic muscle as a share of its nominal length: the 75 % of Table 5-6.
 CONTRACTION = 0.25
@@ -74,7 +85,13 @@ def stroke_margin(family: str, shortest: float, longest: float, least_length: fl
     return shortest - (limits.share * longest + limits.length)
 
 
-def fitting_stroke(family: str, shortest: float, longest: float, least_length: float | None = None) -> Stroke:
+def fitting_stroke(
+    family: str,
+    shortest: float,
+    longest: float,
+    least_length: float | None = None,
+    travel_limit: float | None = None,
+) -> Stroke:
     """The actuator of a family with the stroke that a limb needs.
 
     Parameters
@@ -85,6 +102,8 @@ def fitting_stroke(family: str, shortest: float, longest: float, least_length: f
         Joint-to-joint lengths that the limb must take, m.
     least_length : float, optional
         In place of :data:`LEAST_LENGTH`, m.
+    travel_limit : float, optional
+        Greatest travel, m (:class:`exo_pin.Actuator`).
 
     Returns
     -------
@@ -106,11 +125,55 @@ def fitting_stroke(family: str, shortest: float, longest: float, least_length: f
             f"a {family} of at most {1e3 * long:.0f} mm cannot be shorter than {1e3 * (short - margin):.0f} mm, and "
             f"{1e3 * short:.0f} mm are needed; move the joints, or choose another family"
         )
+    travel = np.inf if travel_limit is None else as_positive("travel_limit", travel_limit)
+    if long - short > travel + 1e-12:
+        raise InvalidInput(
+            f"a travel of {1e3 * (long - short):.0f} mm is needed, and {1e3 * travel:.0f} mm are allowed"
+        )
     least = LEAST_LENGTH[family] if least_length is None else least_length
     if family == "pneumatic muscle":
-        return Stroke(long - least, 1.0 - CONTRACTION, 1.0, least)
+        muscle = long - least
+        return Stroke(muscle, max(1.0 - CONTRACTION, 1.0 - travel / muscle), 1.0, least)
     if family == "cable":
-        return Stroke(long, max(least, 1e-6) / long, 1.0, 0.0)
+        return Stroke(long, max(least, long - travel, 1e-6) / long, 1.0, 0.0)
     travel = long - short
     body = least + 2.0 * travel
     return Stroke(body, (least + travel) / body, 1.0, long - body if long - body > 1e-12 else 0.0)
+
+
+def stroke_of_length(family: str, nominal_length: float, end_fitting: float | None = None) -> Stroke:
+    """The stroke of an actuator of a family that is so long.
+
+    Parameters
+    ----------
+    family : {"pneumatic muscle", "cable", "linear"}
+        The family.
+    nominal_length : float
+        Of a muscle at rest, of a cable that is let out, of a linear actuator that is extended, m.
+    end_fitting : float, optional
+        What the joint-to-joint length has on top of it, m; if left out that of :data:`LEAST_LENGTH` for a muscle and
+        nothing for the others, whose least lengths are part of the actuator.
+
+    Raises
+    ------
+    InvalidInput
+        If the actuator is shorter than its free length or its dead length.
+    """
+    length = as_positive("nominal_length", nominal_length)
+    limits = family_limits(family)
+    if family == "pneumatic muscle":
+        fitting = LEAST_LENGTH[family] if end_fitting is None else end_fitting
+        return Stroke(length, 1.0 - CONTRACTION, 1.0, fitting)
+    shortest = limits.share * length + limits.length
+    if shortest > length:
+        raise InvalidInput(
+            f"expected a {family} longer than {1e3 * LEAST_LENGTH[family]:.0f} mm, got {1e3 * length:.0f} mm"
+        )
+    return Stroke(length, shortest / length, 1.0, 0.0 if end_fitting is None else end_fitting)
+
+
+def least_length(family: str, end_fitting: float | None) -> float | None:
+    """The least length of :func:`fitting_stroke` with a given end fitting, m; None for that of the family."""
+    if end_fitting is None:
+        return None
+    return end_fitting if family == "pneumatic muscle" else LEAST_LENGTH[family] + end_fitting

@@ -169,7 +169,6 @@ def missing_for(name: str, mechanism: Mechanism, criteria: Criteria, is_grid: bo
         return [] if is_grid else ["poses on a grid of three angles"]
     if name in ("forces", "shoulder_force"):
         lacking = [] if mechanism.arm is not None else ["arm mass"]
-        lacking += [] if mechanism.limbs_are_massless else ["forces of limbs with mass (exo.reaction takes them)"]
         needed = [text for text in missing_limits(mechanism) if not text.startswith(("stroke", "end fitting"))]
         # A muscle's pull depends on its length.
         laws = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import Load
-from ..load_case.pose_stacks import as_query
+from ..load_case.pose_stacks import Query, as_query
 from ..reaction.holding.actuator_limits import design_limits, length_limits
+from ..wrist.forces.limb_inertia import limb_loads
 from .connection import connection_margin
 from .criteria import Criteria
 from .kernels.clearance_kernels import clearance_stack
@@ -20,6 +21,9 @@ from .kernels.holding_kernels import holding_stack, three_limb_stack
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 
 __all__ = ["PoseValues", "evaluate_poses", "independence_at", "rest_side", "tension_limits"]
+
+#: |a × b| below which a limb has no plane, m²; the kernels call such a pose singular long before.
+_FOLDED = 1e-12
 
 
 class PoseValues(NamedTuple):
@@ -183,9 +187,10 @@ def _forces(
     low, high = tension_limits(mechanism, some, criteria.least_tension)
     high, unknown = np.array(high), np.isnan(design_limits(mechanism, some).upper).any(axis=1)
     force = moment = np.zeros((1, 3))
-    if load is not None:
+    if load is not None or not mechanism.limbs_are_massless:
         query = as_query(Rotation.from_matrix(matrices), None, load)
-        force, moment = query.force, query.moment
+        limbs = _weight_of_limbs(mechanism, query)
+        force, moment = query.force + limbs[:, :3], query.moment + limbs[:, 3:]
     margin, tensions, shoulder = np.empty(count), np.empty((count, n)), np.empty((count, 3))
     (three_limb_stack if n == 3 else holding_stack)(
         matrices, mechanism.geometry.base_points, mechanism.geometry.platform_points,
@@ -196,6 +201,22 @@ def _forces(
     unknown = unknown & (margin >= 0.0)
     margin[unknown], tensions[unknown], shoulder[unknown] = np.nan, np.nan, np.nan
     return margin, tensions, shoulder
+
+
+def _weight_of_limbs(mechanism: Mechanism, query: Query) -> FloatArray:
+    """Wrench that limbs with mass put on the arm at rest, besides f_i: force and moment about O, shape (N, 6).
+
+    What the limbs' own weight makes of it depends on the pose alone, so it is a load for the choice of the tensions.
+    """
+    if mechanism.limbs_are_massless:
+        return np.zeros((1, 6))
+    ends = query.matrices @ mechanism.geometry.platform_points.T
+    # A limb through O has no plane; such a pose is singular and has no forces.
+    across = np.cross(mechanism.geometry.base_points, np.swapaxes(ends, 1, 2))
+    folded = (np.sqrt((across**2).sum(axis=-1)) < _FOLDED).any(axis=1)
+    still = np.zeros((len(query.matrices), 3))
+    closure, share = limb_loads(mechanism, query, still, still, folded)
+    return np.asarray((closure - share).sum(axis=1))
 
 
 def tension_limits(mechanism: Mechanism, lengths: FloatArray, least_tension: float) -> tuple[FloatArray, FloatArray]:

@@ -59,7 +59,8 @@ def workspace(
     Notes
     -----
     The kernels are compiled: 19,656 poses take milliseconds. Tensions are those within the limits that make |F_s|
-    least, without side forces of the limbs (g = 0); limbs with mass are not supported.
+    least, without side forces of the limbs (g = 0). The arm is at rest; limbs with mass put their weight on it as in
+    :meth:`exo_pin.ShoulderExo.reaction`.
 
     Source: thesis (C-1), Table 5-6.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, ReadOnly
+from ..core.validation import FloatArray, ReadOnly, as_choice
+from ..study import StudyTable
 from .connection import largest_region, nearest_to_rest
 from .criteria import UNITS, Criteria
 
@@ -113,6 +115,30 @@ class Workspace(ReadOnly):
         """By criterion: share of the poses that would be inside without it."""
         failed = sum((~met).astype(int) for met in self.met.values())
         return {name: float((~met & (failed == 1)).mean()) for name, met in self.met.items()}
+
+    def one_by_one(self, order: Iterable[str] | None = None) -> StudyTable:
+        """What each criterion costs when the criteria are added one after the other.
+
+        Parameters
+        ----------
+        order : iterable of str, optional
+            Criteria that were checked, all in the order of :data:`exo_pin.workspace.CRITERIA` if left out.
+
+        Returns
+        -------
+        StudyTable
+            One row a criterion: ``criterion``; ``alone``, the share of the poses that meet it; ``together``, the share
+            that meets it and all before it; ``cost``, by how much it lowers that share.
+        """
+        names = tuple(self.margins) if order is None else tuple(order)
+        together, before, rows = np.ones(self.inside.shape, dtype=bool), 1.0, []
+        for name in names:
+            met = self.met[as_choice("criterion", name, tuple(self.margins))]
+            together &= met
+            share = float(together.mean())
+            rows.append({"criterion": name, "alone": float(met.mean()), "together": share, "cost": before - share})
+            before = share
+        return StudyTable(rows)
 
     @property
     def unknown(self) -> NDArray[np.bool_]:

@@ -4,7 +4,7 @@ import pytest
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import ACTUATOR_FAMILIES, fitting_stroke, stroke_margin
-from exo_pin.design.actuator_families import LEAST_LENGTH
+from exo_pin.design.actuator_families import LEAST_LENGTH, stroke_of_length
 
 
 def ends(stroke):
@@ -79,3 +79,39 @@ def test_speed_and_power_survive_a_file(tmp_path):
     for field in ("speed_limit", "power_limit"):
         with pytest.raises(InvalidInput, match=field):
             ep.Actuator("cable", **{field: 0.0})
+
+
+def test_travel_limit_of_a_cable_that_a_muscle_pulls():
+    stroke = fitting_stroke("cable", 0.30, 0.50, travel_limit=0.25)
+    assert ends(stroke) == pytest.approx((0.25, 0.50))
+    # A limit beyond the free length of the cable changes nothing.
+    assert fitting_stroke("cable", 0.30, 0.50, travel_limit=2.0) == fitting_stroke("cable", 0.30, 0.50)
+    with pytest.raises(InvalidInput, match="200 mm is needed, and 150 mm"):
+        fitting_stroke("cable", 0.30, 0.50, travel_limit=0.15)
+    muscle = fitting_stroke("pneumatic muscle", 0.40, 0.44, travel_limit=0.05)
+    assert ends(muscle) == pytest.approx((0.39, 0.44))
+
+
+def test_travel_limit_is_stored(tmp_path):
+    actuator = ep.Actuator("cable", pull_limit=200.0, travel_limit=0.25)
+    exo = ep.load("four-cables")
+    exo = exo.replace(limbs=[ep.Limb("SPS", stroke=each.stroke, actuator=actuator) for each in exo.limbs])
+    exo.save(tmp_path / "design.toml")
+    assert ep.load(tmp_path / "design.toml").limbs[0].actuator == actuator
+    with pytest.raises(InvalidInput, match="travel_limit"):
+        ep.Actuator("cable", travel_limit=-0.1)
+
+
+@pytest.mark.parametrize("family", ACTUATOR_FAMILIES)
+def test_stroke_of_an_actuator_that_is_so_long(family):
+    stroke = stroke_of_length(family, 0.5)
+    short, long = ends(stroke)
+    assert stroke_margin(family, short, long) == pytest.approx(0.0, abs=1e-12)
+    assert ends(stroke_of_length(family, 0.5, 0.1)) == pytest.approx(
+        (short + 0.1 - stroke.end_fitting, long + 0.1 - stroke.end_fitting)
+    )
+
+
+def test_actuator_shorter_than_its_dead_length_is_refused():
+    with pytest.raises(InvalidInput, match="longer than 100 mm"):
+        stroke_of_length("linear", 0.08)

@@ -1,8 +1,3 @@
-import json
-import subprocess
-import sys
-import time
-
 import numpy as np
 import pytest
 
@@ -12,7 +7,6 @@ from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, s
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
-from exo_pin.workspace.optimisation.stored_study import StoredStudy
 from exo_pin.workspace.optimisation.stroke_fitting import fitted_strokes, stroke_windows
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
@@ -153,62 +147,65 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
         ep.optimise(exo, free_joints(4), objectives=["beauty"])
 
 
-_WORKER = """
-import sys
-import exo_pin as ep
-sys.path.insert(0, {tests!r})
-from test_optimisation import LIMITS, start
-from exo_pin.workspace import free_joints, lifting_poses
-ep.optimise(
-    ep.ShoulderExo.from_mechanism(start()), free_joints(4), poses=lifting_poses(counts=(3, 3, 2)), constraints=LIMITS,
-    seed=1, budget=100_000, run_length=100_000, storage={path!r},
-)
-"""
+def test_limbs_from_three_to_six():
+    for limb_count in (3, 4, 5, 6):
+        judge = merit(start(limb_count=limb_count))
+        assert judge.variables.count == 6 * limb_count
+        found = judge.evaluate(np.random.default_rng(limb_count).uniform(size=judge.variables.count), {})
+        assert 0.0 < found.merit < 100.0
 
 
-@pytest.mark.full
-def test_run_of_a_killed_worker_is_taken_up(tmp_path, monkeypatch):
-    pytest.importorskip("optuna")
-    pytest.importorskip("cmaes")
-    from pathlib import Path
-
-    from exo_pin.workspace.optimisation import stored_study
-
-    path = str(tmp_path / "study.db")
-    code = _WORKER.format(tests=str(Path(__file__).parent), path=path)
-    worker = subprocess.Popen([sys.executable, "-c", code])
-    try:
-        states, end = set(), time.monotonic() + 240.0
-        while len(states - {None}) < 2 and time.monotonic() < end and worker.poll() is None:
-            time.sleep(0.5)
-            states.add(_stored_state(path))
-        assert len(states - {None}) >= 2
-    finally:
-        worker.kill()
-        worker.wait()
-    monkeypatch.setattr(stored_study, "STALE", 0.0)
-    description = _description(path)
-    study = StoredStudy(path, "study", ("index",), description)
-    trial, state = study.take()
-    assert trial.number == 0
-    taken = Descent(merit(), {}, (1, 0), state)
-    assert taken.done > 0
+def test_muscle_lengths_and_end_fittings_are_variables():
+    muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)
+    space = DesignVariables(muscle, {"nominal_length[2]": (0.1, 0.5), "end_fitting[2]": (0.02, 0.2)})
+    design = space.design({"nominal_length[2]": 0.3, "end_fitting[2]": 0.1})
+    assert design.limbs[1].stroke == ep.Stroke(0.3, 0.75, 1.0, 0.1)
+    assert design.limbs[0].stroke is None
+    np.testing.assert_array_equal(design.geometry.base_points, muscle.geometry.base_points)
+    # Without a variable of its own the end fitting is the family's.
+    alone = DesignVariables(muscle, {"nominal_length[2]": (0.1, 0.5)})
+    assert alone.design({"nominal_length[2]": 0.3}).limbs[1].stroke == ep.Stroke(0.3, 0.75, 1.0, 0.04)
+    # A linear actuator that is 0.5 m long when extended has 0.1 m of dead length, so a travel of 0.2 m.
+    linear = start(ep.Actuator("linear", pull_limit=400.0, push_limit=400.0), 3)
+    stroke = DesignVariables(linear, {"nominal_length[1]": (0.1, 0.6)}).design({"nominal_length[1]": 0.5})
+    assert stroke.limbs[0].stroke.shortest * 0.5 == pytest.approx(0.3)
 
 
-def _stored_state(path):
-    import optuna
+def test_variables_set_the_strokes_that_are_not_fitted():
+    muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)
+    lengths = np.random.default_rng(0).uniform(0.3, 0.4, (50, 3))
+    space = DesignVariables(muscle, {"nominal_length[1]": (0.1, 0.5), "end_fitting[2]": (0.0, 0.2)})
+    values = {"nominal_length[1]": 0.35, "end_fitting[2]": 0.1}
+    fitted = fitted_strokes(space.design(values), lengths, np.full(50, 0.02), options=space.fit_options(values))
+    assert fitted.limbs[0].stroke == ep.Stroke(0.35, 0.75, 1.0, 0.04)
+    assert fitted.limbs[1].stroke.end_fitting == pytest.approx(0.1)
+    assert fitted.limbs[2].stroke.end_fitting == pytest.approx(0.04)
+    windows = stroke_windows(space.design(values), lengths, np.full(50, 0.02), space.fit_options(values))
+    np.testing.assert_allclose(windows[0], [0.75 * 0.35 + 0.04, 0.39])
+    np.testing.assert_allclose(windows[1, 0], 0.75 * (windows[1, 1] - 0.1) + 0.1)
 
-    try:
-        study = optuna.load_study(study_name="study", storage=f"sqlite:///{path}")
-        trials = study.get_trials()
-    except Exception:  # not yet written
-        return None
-    states = [trial.user_attrs.get("state") for trial in trials]
-    return next((state for state in states if state), None)
+
+def test_search_over_muscle_lengths_prefers_the_length_that_fits():
+    """One limb whose length goes from 0.3 to 0.38 m: a muscle of 0.34 m reaches both, one of 0.2 m neither."""
+    muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)
+    space = DesignVariables(muscle, {"nominal_length[1]": (0.1, 0.6)})
+    judge = Merit(space, lifting_poses(counts=(3, 3, 2)), Criteria(names=("stroke",)))
+    lengths = judge._lengths(muscle)[:, 0]
+    good = space.point({"nominal_length[1]": float(lengths.max()) - 0.04})
+    bad = space.point({"nominal_length[1]": 0.5 * float(lengths.min())})
+    assert judge.evaluate(good, {}).merit < judge.evaluate(bad, {}).merit
 
 
-def _description(path):
-    import optuna
-
-    study = optuna.load_study(study_name="study", storage=f"sqlite:///{path}")
-    return json.loads(study.user_attrs["description"])
+def test_limbs_with_mass_in_a_search():
+    exo = ep.load("four-cables")
+    rod = ep.LimbBody.rod(0.2, 0.1, 0.01)
+    heavy = exo.replace(
+        limbs=[ep.Limb("SPS", rod, rod, stroke=each.stroke, actuator=each.actuator) for each in exo.limbs]
+    )
+    poses = lifting_poses(counts=(3, 3, 2))
+    weights = {"mean_shoulder_force": 1.0}
+    values = []
+    for design in (exo, heavy):
+        space = DesignVariables(design.mechanism, free_joints(4))
+        values.append(Merit(space, poses, LIMITS).evaluate(space.point(space.of_design()), weights).objectives)
+    assert values[1]["mean_shoulder_force"] > values[0]["mean_shoulder_force"] + 0.5

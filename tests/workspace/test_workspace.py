@@ -262,3 +262,20 @@ def test_names_come_in_the_order_of_the_list():
     assert set(CRITERIA) >= {"stroke", "forces"}
     with pytest.raises(InvalidInput, match="empty"):
         toy().workspace(Rotation.identity(0))
+
+
+def test_criteria_one_by_one_by_hand():
+    exo = toy(stroke=ep.Stroke(0.4, 0.75, 1.0, 0.12), actuator=LINEAR)
+    poses = ep.adl_box(20.0)
+    found = exo.workspace(poses, ["stroke", "singularity", "forces"])
+    table = found.one_by_one()
+    assert table["criterion"].tolist() == ["stroke", "singularity", "forces"]
+    stroke, singularity, forces = (found.met[name] for name in table["criterion"])
+    np.testing.assert_array_equal(
+        table["together"], [stroke.mean(), (stroke & singularity).mean(), (stroke & singularity & forces).mean()]
+    )
+    np.testing.assert_array_equal(table["alone"], [stroke.mean(), singularity.mean(), forces.mean()])
+    assert table["cost"].sum() == pytest.approx(1.0 - found.index)
+    assert found.one_by_one(["forces", "stroke"])["together"][1] == (forces & stroke).mean()
+    with pytest.raises(InvalidInput, match="criterion"):
+        found.one_by_one(["clearance"])

@@ -11,10 +11,11 @@ from typing import Any
 from ...core.errors import InvalidInput
 from ...design import ACTUATOR_FAMILIES, Actuator, Arm
 from ...exo.shoulder_exo import ShoulderExo, load
+from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from ..options.command_list import help_of
-from ..options.query_options import add_person, design
+from ..options.query_options import add_person, design, person_numbers
 from .workspace_command import add_criteria, criteria
 
 __all__ = ["add_commands"]
@@ -34,6 +35,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--family", choices=ACTUATOR_FAMILIES, default="cable", help="of actuators (default cable)")
     parser.add_argument("--pull", type=float, default=400.0, metavar="N", help="greatest pull (default 400)")
     parser.add_argument("--push", type=float, metavar="N", help="of linear actuators (default: as --pull)")
+    parser.add_argument("--travel", type=float, metavar="MM", help="greatest travel of a limb (default: of its family)")
     parser.add_argument("--force-law", metavar="NAME", help="of pneumatic muscles, instead of --pull")
     parser.add_argument("--supply", type=float, default=4.0, metavar="BAR", help="with --force-law (default 4)")
     parser.add_argument(
@@ -41,8 +43,11 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument(
         "--vary", action="append", default=[], metavar="NAME=LOW:HIGH",
-        help="such as r_A_mm=50:180, alpha[1]_deg=-20:0 or A[1].radius_mm=120:250 (default: all joints free)",
+        help="such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
     )  # fmt: skip
+    parser.add_argument("--base-radius", metavar="LOW:HIGH", help="of free joints on the torso, mm (default 120:250)")
+    parser.add_argument("--arm-radius", metavar="LOW:HIGH", help="of free joints on the arm, mm (default 50:140)")
+    parser.add_argument("--drop", metavar="LOW:HIGH", help="of free joints below the shoulder, mm (default 80:280)")
     add_person(parser)
     add_criteria(parser)
     parser.add_argument(
@@ -65,9 +70,10 @@ def _optimise(options: argparse.Namespace) -> int:
     exo = _start(options)
     found = optimise(
         exo,
-        dict(_variable(text) for text in options.vary) or free_joints(exo.mechanism.limb_count),
+        _variables(options, exo.mechanism.limb_count),
         objectives=options.objective or ("index",),
         constraints=criteria(options, exo.side),
+        person=_wearer(options, exo.side),
         seed=options.seed,
         budget=options.budget,
         run_length=options.run_length,
@@ -89,7 +95,7 @@ def _command(options: argparse.Namespace) -> str:
     words = ["exo-pin optimise", *([options.design] if options.design else [])]
     left_out = {"run", "design", "storage", "name", "progress", "out"}
     if options.design:
-        left_out |= {"limbs", "family", "pull", "push", "force_law", "supply", "device"}
+        left_out |= {"limbs", "family", "pull", "push", "travel", "force_law", "supply", "device"}
     elif options.force_law is None:
         left_out.add("supply")
     for name, value in vars(options).items():
@@ -117,6 +123,7 @@ def _start(options: argparse.Namespace) -> ShoulderExo:
         (options.pull if options.push is None else options.push) if options.family == "linear" else None,
         law,
         1e5 * options.supply if law else None,
+        travel_limit=None if options.travel is None else 1e-3 * options.travel,
     )
     # The prototype on this person, of which the person's arm is taken.
     worn = design(argparse.Namespace(**{**vars(options), "design": "prototype"})).mechanism.require_arm("a start")
@@ -134,6 +141,36 @@ def _moving(name: str) -> tuple[Arm, ...]:
     if not parts:
         raise InvalidInput(f"{name!r} has no moving part; choose another --device")
     return parts
+
+
+def _wearer(options: argparse.Namespace, side: str) -> Person | None:
+    """The person whose contact force is an objective."""
+    if "contact_force" not in (options.objective or ()) or options.person is None:
+        return None
+    height, mass, sex = person_numbers(options.person)
+    elbow = math.radians(options.elbow_flexion)
+    return Person(height, mass, sex, elbow_flexion=elbow, payload=options.payload, side=side)
+
+
+def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, tuple[float, float]]:
+    """Bounds by name: of free joints, unless only others are given, and of single variables."""
+    bounds = {
+        name: _interval(f"--{name.replace('_', '-')}", text)
+        for name, text in (("base_radius", options.base_radius), ("platform_radius", options.arm_radius),
+                           ("drop", options.drop))
+        if text is not None
+    }  # fmt: skip
+    single = dict(_variable(text) for text in options.vary)
+    return single if single and not bounds else {**free_joints(limb_count, **bounds), **single}
+
+
+def _interval(name: str, text: str) -> tuple[float, float]:
+    """Bounds in m of LOW:HIGH in mm."""
+    try:
+        low, high = (1e-3 * float(part) for part in text.split(":"))
+    except ValueError:
+        raise InvalidInput(f"expected {name} LOW:HIGH in mm, got {text!r}") from None
+    return low, high
 
 
 def _variable(text: str) -> tuple[str, tuple[float, float]]:

@@ -26,6 +26,9 @@ def add_commands(commands: Any) -> None:
     add_person(parser)
     add_criteria(parser)
     parser.add_argument("--step", type=float, default=4.0, metavar="DEG", help="of the grid of poses (default 4)")
+    parser.add_argument(
+        "--one-by-one", action="store_true", help="also what each criterion costs when they are added one by one"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--out", type=Path, metavar="FILE", help="picture of the slices: PNG, SVG or PDF")
     parser.add_argument("--ball", type=Path, metavar="FILE", help="picture of the ball of rotations: PNG, SVG or PDF")
@@ -85,6 +88,8 @@ def _workspace(options: argparse.Namespace) -> int:
     exo = design(options)
     found = exo.workspace(options.step, criteria(options, exo.side))
     print(json.dumps(_as_json(found), indent=2) if options.json else found)
+    if options.one_by_one and not options.json:
+        print(f"\n{found.one_by_one()}")
     _draw(options, exo, found)
     return 0
 
@@ -97,6 +102,7 @@ def _as_json(found: Workspace) -> dict[str, Any]:
         "index_by_measure": found.index_by_measure,
         "fractions": found.fractions,
         "lost_to": found.lost_to,
+        "one_by_one": {name: column.tolist() for name, column in found.one_by_one().items()},
         "not_checked": dict(found.not_checked),
     }
 

@@ -205,6 +205,7 @@ def _read_actuator(table: Table | None, sources: dict[str, str]) -> Actuator | N
         table.quantity("pressure", "supply", required=False),
         table.quantity("speed", "speed_limit", required=False),
         table.quantity("power", "power_limit", required=False),
+        table.quantity("length", "travel_limit", required=False),
     )
     table.finish()
     return actuator

@@ -179,6 +179,7 @@ def _actuator_table(actuator: Actuator) -> dict[str, Any]:
         supply_Pa=actuator.supply_pressure,
         speed_limit_m_s=actuator.speed_limit,
         power_limit_W=actuator.power_limit,
+        travel_limit_m=actuator.travel_limit,
     )
 
 

@@ -70,20 +70,24 @@ class Descent(OneProcess):
         self._search = cma.CMA(mean=mean, sigma=step, seed=int(numbers.integers(2**31)), population_size=_GENERATION)
         self.best, self.value, self.done = mean, np.inf, 0
 
-    def run(self, budget: int, after_generation: Callable[[], None] | None = None) -> None:
-        """Search until ``budget`` designs have been evaluated in all, or the search has come to rest."""
+    def run(self, budget: int, go_on: Callable[[], bool] | None = None) -> bool:
+        """Search until ``budget`` designs have been evaluated in all, or the search has come to rest.
+
+        ``go_on`` is called after every generation; False from it ends the search and is what this method returns.
+        """
         while self.done < budget and not self._search.should_stop():
             # The stored state has no random numbers: they start afresh with every generation, by its number.
             self._search.reseed_rng(int(np.random.default_rng((*self._seed, self.done)).integers(2**31)))
             points = [self._search.ask() for _ in range(self._search.population_size)]
-            values = [self._merit.evaluate(point, self._weights).merit for point in points]
+            values = self._merit.generation(points, self._weights)
             self._search.tell(list(zip(points, values, strict=True)))
             self.done += len(points)
             least = int(np.argmin(values))
             if values[least] < self.value:
                 self.best, self.value = np.array(points[least]), values[least]
-            if after_generation is not None:
-                after_generation()
+            if go_on is not None and not go_on():
+                return False
+        return True
 
     def stored(self) -> str:
         """The state as text."""

@@ -7,6 +7,9 @@ Names of variables, limbs counted from 1, all in SI units and rad:
   the direction of its projection (0 forward, π/2 outward) and its angle above the horizontal plane through O.
 * ``B[i].radius``, ``B[i].azimuth``, ``B[i].drop``: joint on the arm by its distance from the arm's axis, the direction
   in which it lies from it (0 forward, π/2 outward in the hanging arm) and how far below the shoulder it is.
+* ``nominal_length[i]``: of the actuator: a muscle at rest, a cable let out, a linear actuator extended. A limb without
+  this variable gets the stroke of its family that fits best.
+* ``end_fitting[i]``: what the joint-to-joint length has on top of the actuator's.
 
 On a right shoulder outward is to the right, so that one set of values describes mirror images.
 """
@@ -15,21 +18,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput, MissingData, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
-from ...design import CircleDimensions, Mechanism, WristGeometry
+from ...design import CircleDimensions, Limb, Mechanism, WristGeometry
+from ...design.actuator_families import stroke_of_length
+from .stroke_fitting import FitOptions
 
 __all__ = ["DesignVariables", "free_joints"]
 
 _CIRCLES = ("r_A", "r_B", "h_A", "h_B")
 _ANGLES = ("alpha", "alpha_A", "alpha_B")
 _JOINTS = {"A": ("radius", "azimuth", "elevation"), "B": ("radius", "azimuth", "drop")}
-_NAME = re.compile(r"(?:(alpha|alpha_A|alpha_B)\[(\d+)\]|([AB])\[(\d+)\]\.(\w+))")
+_STROKES = ("nominal_length", "end_fitting")
+_NAME = re.compile(r"(?:(alpha|alpha_A|alpha_B|nominal_length|end_fitting)\[(\d+)\]|([AB])\[(\d+)\]\.(\w+))")
 #: Variables of full circle: their two ends are one and the same value.
 _AZIMUTH = (-np.pi, np.pi)
 
@@ -95,9 +102,12 @@ class DesignVariables(Record):
             rows.append((low, high))
         self.bounds = np.array(rows)
         self._whole = np.isclose(self.bounds[:, 1] - self.bounds[:, 0], 2.0 * np.pi)
-        kinds = {name[0] in "AB" and "[" in name for name in self.names}
+        kinds = {name[0] in "AB" and "[" in name for name in self.names if not _is_stroke(name)}
         if len(kinds) > 1:
             raise InvalidInput("expected variables of circles or of single joints, got both")
+        numbers = range(1, mechanism.limb_count + 1)
+        #: By limb: whether the variables set its stroke, so that none is fitted, shape (n,).
+        self.sets_stroke = np.array([f"nominal_length[{i}]" in bounds for i in numbers])
 
     @property
     def count(self) -> int:
@@ -125,11 +135,16 @@ class DesignVariables(Record):
         """Values of the design to start from, by name, moved into the bounds."""
         mechanism = self.mechanism
         circles = mechanism.geometry.circles
+        strokes = [limb.stroke for limb in mechanism.limbs]
         outward = np.array([1.0, 1.0 if mechanism.side == "left" else -1.0, 1.0])
         values = {}
         for name, (low, high) in zip(self.names, self.bounds, strict=True):
             match = _NAME.fullmatch(name)
-            if match is None or match[3] is None:
+            if match is not None and match[1] in _STROKES:
+                stroke = strokes[int(match[2]) - 1]
+                value = None if stroke is None else getattr(stroke, match[1])
+                value = 0.5 * (low + high) if value is None else value
+            elif match is None or match[3] is None:
                 assert circles is not None
                 value = getattr(circles, name) if match is None else _angle(circles, match)
             else:
@@ -140,25 +155,60 @@ class DesignVariables(Record):
 
     def design(self, values: Mapping[str, float]) -> Mechanism:
         """The mechanism with these values."""
-        geometry = self.mechanism.geometry
+        mechanism = self.mechanism
+        geometry = mechanism.geometry
+        if self.sets_stroke.any():
+            mechanism = mechanism.replace(limbs=self._limbs(values))
+        if all(_is_stroke(name) for name in self.names):
+            return mechanism
         if geometry.circles is not None and not any(name[0] in "AB" for name in self.names):
-            return self.mechanism.replace(geometry=_on_circles(geometry, values))
-        return self.mechanism.replace(geometry=_with_joints(geometry, values, self.mechanism.side))
+            return mechanism.replace(geometry=_on_circles(geometry, values))
+        return mechanism.replace(geometry=_with_joints(geometry, values, mechanism.side))
+
+    def fit_options(self, values: Mapping[str, float]) -> FitOptions:
+        """How the strokes of the limbs are fitted whose lengths are no variables."""
+        return FitOptions(self.sets_stroke, self.end_fittings(values))
+
+    def end_fittings(self, values: Mapping[str, float]) -> tuple[float | None, ...]:
+        """End fittings among the values, m, one a limb; None where the family's own counts."""
+        return tuple(values.get(f"end_fitting[{i + 1}]") for i in range(self.mechanism.limb_count))
+
+    def _limbs(self, values: Mapping[str, float]) -> list[Limb]:
+        """Limbs whose stroke the values set; the others as they are."""
+        limbs, fittings = list(self.mechanism.limbs), self.end_fittings(values)
+        for i in np.flatnonzero(self.sets_stroke):
+            actuator, stroke = limbs[i].actuator, limbs[i].stroke
+            if actuator is None:
+                raise MissingData([f"actuator of limb {i + 1}"], "its stroke", self.mechanism.name)
+            fitting = fittings[i]
+            if fitting is None and stroke is not None:
+                fitting = stroke.end_fitting
+            stroke = stroke_of_length(actuator.family, values[f"nominal_length[{i + 1}]"], fitting)
+            limbs[i] = replace(limbs[i], stroke=stroke)
+        return limbs
 
 
 def _check(name: Any, mechanism: Mechanism) -> None:
-    listed = [*_CIRCLES, *(f"{angle}[i]" for angle in _ANGLES), *(f"{j}[i].{f}" for j in _JOINTS for f in _JOINTS[j])]
+    listed = [
+        *_CIRCLES,
+        *(f"{name}[i]" for name in (*_ANGLES, *_STROKES)),
+        *(f"{j}[i].{f}" for j in _JOINTS for f in _JOINTS[j]),
+    ]
     if name in _CIRCLES:
         limb, on_circles = 1, True
     else:
         match = _NAME.fullmatch(name) if isinstance(name, str) else None
         if match is None or (match[3] and match[5] not in _JOINTS[match[3]]):
             raise UnknownName("variable", name, listed)
-        limb, on_circles = int(match[2] or match[4]), match[1] is not None
+        limb, on_circles = int(match[2] or match[4]), match[1] in _ANGLES
     if not 1 <= limb <= mechanism.limb_count:
         raise InvalidInput(f"expected a limb from 1 to {mechanism.limb_count} in {name!r}")
     if on_circles and mechanism.geometry.circles is None:
         raise InvalidInput(f"{name} needs joints on circles; vary A[i] and B[i] of this design")
+
+
+def _is_stroke(name: str) -> bool:
+    return name.split("[")[0] in _STROKES
 
 
 def _angle(circles: CircleDimensions, match: re.Match[str]) -> float:
@@ -185,7 +235,7 @@ def _on_circles(geometry: WristGeometry, values: Mapping[str, float]) -> WristGe
     angles = {"alpha_A": np.array(circles.alpha_A), "alpha_B": np.array(circles.alpha_B)}
     for name, value in values.items():
         match = _NAME.fullmatch(name)
-        if match is not None and match[1] is not None:
+        if match is not None and match[1] in _ANGLES:
             for half in angles if match[1] == "alpha" else (match[1],):
                 angles[half][int(match[2]) - 1] = value
     return geometry.replace(**changes, **angles)

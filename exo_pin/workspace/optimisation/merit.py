@@ -22,14 +22,21 @@ from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
 from ..criteria import Criteria
 from ..evaluation import evaluate_poses
+from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import SearchPoses
-from .stroke_fitting import fitted_strokes, stroke_windows, window_margin
+from .stroke_fitting import FitOptions, fitted_strokes, stroke_windows, window_margin
 
 __all__ = ["OBJECTIVES", "Evaluation", "Merit"]
 
 #: Objectives, and whether the largest value is the best.
-OBJECTIVES = {"index": True, "mean_shoulder_force": False, "peak_shoulder_force": False, "median_moment_margin": True}
+OBJECTIVES = {
+    "index": True,
+    "mean_shoulder_force": False,
+    "peak_shoulder_force": False,
+    "median_moment_margin": True,
+    "contact_force": False,
+}
 #: Beyond the limit of a criterion (aim), and how much less counts as one, in the units of the margins.
 _AIMS = {
     "joint_angles": (0.05, 0.5),
@@ -52,7 +59,8 @@ class Evaluation(NamedTuple):
     merit : float
         What the search makes small.
     objectives : dict of str to float
-        By name; forces in N over the poses inside, NaN if there are none.
+        By name; forces in N over the poses inside, NaN if there are none. The contact force is that of
+        :class:`.ContactObjective`, NaN without one.
     """
 
     merit: float
@@ -72,12 +80,20 @@ class Merit(Record):
         What it must meet. The grid's criterion "connected" is not part of a search, only of the check afterwards.
     fit_strokes : bool
         Whether the actuators get the strokes that fit (:mod:`.stroke_fitting`).
+    contact : ContactObjective, optional
+        Needed for the objective "contact_force".
     """
 
     def __init__(
-        self, variables: DesignVariables, poses: SearchPoses, criteria: Criteria, fit_strokes: bool = True
+        self,
+        variables: DesignVariables,
+        poses: SearchPoses,
+        criteria: Criteria,
+        fit_strokes: bool = True,
+        contact: ContactObjective | None = None,
     ) -> None:
         self.variables, self.poses, self.criteria, self.fit_strokes = variables, poses, criteria, fit_strokes
+        self.contact = contact
         self._matrices = pose_matrices(poses.orientations)[1]
         self.names = self._names(self._built(variables.mechanism))
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.
@@ -90,19 +106,34 @@ class Merit(Record):
             chosen = chosen.replace(names=tuple(name for name in chosen.names if name != "connected"))
         return chosen.chosen(mechanism, False)[0]
 
-    def _built(self, mechanism: Mechanism) -> Mechanism:
+    def _built(self, mechanism: Mechanism, options: FitOptions | None = None) -> Mechanism:
         """The mechanism with strokes that fit the poses of the search."""
         if not self.fit_strokes:
             return mechanism
         lengths = self._lengths(mechanism)
-        return fitted_strokes(mechanism, lengths, self.poses.weights)
+        return fitted_strokes(mechanism, lengths, self.poses.weights, options=options)
 
     def _lengths(self, mechanism: Mechanism) -> FloatArray:
         geometry = mechanism.geometry
         ends = np.einsum("kij,nj->kni", self._matrices, geometry.platform_points)
         return np.asarray(np.sqrt(((ends - geometry.base_points) ** 2).sum(axis=-1)))
 
-    def evaluate(self, point: FloatArray, weights: dict[str, float]) -> Evaluation:
+    def generation(self, points: list[FloatArray], weights: dict[str, float]) -> list[float]:
+        """Merits of several points.
+
+        With the contact force among the objectives all get its surrogate and the best third the exact force; what the
+        surrogate misses in these on average is added to the others.
+        """
+        is_exact = self.contact is None or not weights.get("contact_force")
+        values = [self.evaluate(point, weights, is_exact).merit for point in points]
+        if is_exact:
+            return values
+        best = np.argsort(values)[: -(-len(points) // 3)]
+        exact = {int(k): self.evaluate(points[k], weights).merit for k in best}
+        missed = float(np.mean([exact[k] - values[k] for k in exact]))
+        return [exact.get(k, value + missed) for k, value in enumerate(values)]
+
+    def evaluate(self, point: FloatArray, weights: dict[str, float], is_exact: bool = True) -> Evaluation:
         """Merit of a point of the unit cube, shape (k,).
 
         Parameters
@@ -111,18 +142,22 @@ class Merit(Record):
             Shape (k,).
         weights : dict of str to float
             Of the objectives beside the coverage, in the merit.
+        is_exact : bool
+            Whether the contact force is computed exactly, and not by its surrogate.
         """
         try:
-            mechanism = self.variables.design(self.variables.values(point))
+            chosen = self.variables.values(point)
+            mechanism, options = self.variables.design(chosen), self.variables.fit_options(chosen)
             fit = self.fit_strokes and "stroke" in self.names
             if fit and self._by_length:
-                mechanism, fit = self._built(mechanism), False
+                mechanism, fit = self._built(mechanism, options), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
             values = evaluate_poses(mechanism, self._matrices, (len(self._matrices),), self.criteria, names)
+            contact = self._contact(mechanism, is_exact)
         except (ExoPinError, ValueError):
             return Evaluation(_WORST, dict.fromkeys(OBJECTIVES, np.nan))
         if fit:
-            windows = stroke_windows(mechanism, values.lengths, self.poses.weights)
+            windows = stroke_windows(mechanism, values.lengths, self.poses.weights, options)
             values.margins["stroke"] = window_margin(windows, values.lengths)
         share = self.poses.weights
         broken, failed = np.zeros(len(share)), np.zeros(len(share), dtype=bool)
@@ -143,14 +178,21 @@ class Merit(Record):
             "mean_shoulder_force": _mean(force[known], share[known]),
             "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
             "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
+            "contact_force": contact,
         }
         merit = float((share * (broken + 0.3 * failed)).sum())
         merit += weights.get("mean_shoulder_force", 0.0) * float(
             (share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum() / _FORCE
         )
         merit += weights.get("peak_shoulder_force", 0.0) * _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE
+        merit += weights.get("contact_force", 0.0) * _or(contact, 20 * _FORCE) / _FORCE
         merit -= weights.get("median_moment_margin", 0.0) * _or(objectives["median_moment_margin"], 0.0) / _MOMENT
         return Evaluation(merit, objectives)
+
+    def _contact(self, mechanism: Mechanism, is_exact: bool) -> float:
+        if self.contact is None:
+            return float("nan")
+        return self.contact.exact(mechanism) if is_exact else self.contact.surrogate(mechanism)
 
 
 def check_objectives(names: object) -> tuple[str, ...]:

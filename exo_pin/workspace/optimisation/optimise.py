@@ -3,29 +3,32 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, MissingData
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
-from ...load_case.pose_stacks import pose_matrices
+from ...design import Mechanism
+from ...load_case.pose_stacks import pose_matrices, require_massless
 from ..criteria import Criteria
+from .contact_objective import ContactObjective
 from .descent import Descent
 from .design_variables import DesignVariables
 from .merit import OBJECTIVES, Merit, check_objectives
 from .optimised import Candidate, Optimised
 from .recheck import recheck
 from .search_poses import SearchPoses, lifting_poses
-from .stored_study import CHECKPOINT, Run, StoredStudy
-from .stroke_fitting import fitted_strokes
+from .stored_study import Run, StoredStudy
+from .stroke_fitting import FitOptions, fitted_strokes
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ...person import Person
 
 __all__ = ["optimise"]
 
@@ -33,6 +36,8 @@ __all__ = ["optimise"]
 _RUN = 12_000
 #: Beyond the window of the lengths on the grid, an actuator takes this much, m, where its family allows it.
 _SPARE = 0.002
+#: Seconds between two looks at the runs of other workers.
+_WAIT = 0.5
 
 
 def optimise(
@@ -42,6 +47,7 @@ def optimise(
     objectives: str | Iterable[str] = ("index",),
     constraints: Criteria | Iterable[str] | None = None,
     *,
+    person: Person | None = None,
     seed: int = 0,
     budget: int = 60_000,
     storage: str | PathLike[str] | None = None,
@@ -70,6 +76,9 @@ def optimise(
         result has their Pareto front.
     constraints : Criteria or iterable of str, optional
         What a pose must meet; all that the design's data allow if left out.
+    person : Person, optional
+        Who wears the designs: their arm is held instead of the design's own, and the objective "contact_force" is the
+        force in their shoulder (:mod:`.contact_objective`; needs the extra ``person``).
     seed : int
         Of all random numbers: run k starts from (seed, k), whoever makes it.
     budget : int
@@ -100,7 +109,10 @@ def optimise(
     MissingExtra
         If Optuna or cmaes is not installed (``pip install "exo_pin[optimise]"``).
     MissingData
-        If the design lacks what a criterion needs.
+        If the design lacks what a criterion needs, or "contact_force" has no ``person``.
+    InvalidInput
+        If an argument does not fit, or "contact_force" is an objective and a limb has mass: limbs and muscles are
+        chosen together for massless limbs only.
     SolverFailed
         If the check through Pinocchio does not confirm a result.
     """
@@ -112,10 +124,14 @@ def optimise(
         if isinstance(count, bool) or not isinstance(count, int) or count < 1:
             raise InvalidInput(f"expected {label} as a number of designs, got {count!r}")
     criteria = Criteria.of(constraints)
+    if person is not None:
+        require_method("person", person, "joint_contact", "a Person")
+        exo, person = exo.worn_by(person), person.on_side(exo.side)
     chosen = lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)
     space = DesignVariables(exo.mechanism, variables)
-    merit = Merit(space, chosen, criteria, fit_strokes)
-    study = StoredStudy(storage, name, wanted, _description(space, chosen, criteria, seed, run_length, refine))
+    contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
+    merit = Merit(space, chosen, criteria, fit_strokes, contact)
+    study = StoredStudy(storage, name, wanted, _description(merit, seed, run_length, refine))
     start = space.point(space.of_design()) if refine else None
     runs = _search(study, merit, wanted, seed, budget, run_length, start, progress)
     if not runs:
@@ -123,20 +139,36 @@ def optimise(
     return _reported(exo, merit, runs, wanted, finer_step)
 
 
-def _description(
-    space: DesignVariables, poses: SearchPoses, criteria: Criteria, seed: int, run_length: int, refine: bool
-) -> dict[str, Any]:
+def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
+    """The wearer's contact force, by the design's own methods."""
+    if person is None:
+        raise MissingData(["person (who wears the design)"], "the objective 'contact_force'", exo.name)
+    require_massless(exo.mechanism)
+
+    def contact(
+        mechanism: Mechanism, orientations: Rotation, wearer: Person, bounds: tuple[FloatArray, FloatArray]
+    ) -> FloatArray:
+        design = type(exo).from_mechanism(mechanism)
+        found = design.joint_contact(orientations, wearer, "least_contact", actuator_bounds=bounds, outside="mark")
+        return np.asarray(found.magnitude)
+
+    return ContactObjective(person, poses, contact, criteria)
+
+
+def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict[str, Any]:
     """What a study searches, to tell it from others."""
-    return {
+    space = merit.variables
+    text = {
         "design": space.mechanism.name,
         "limbs": space.mechanism.limb_count,
         "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),
-        "poses": len(poses.weights),
-        "criteria": repr(criteria),
+        "poses": len(merit.poses.weights),
+        "criteria": repr(merit.criteria),
         "seed": seed,
         "run_length": run_length,
         "start": space.of_design() if refine else "random",
     }
+    return text if merit.contact is None else {**text, "contact": merit.contact.description()}
 
 
 def _search(
@@ -149,29 +181,40 @@ def _search(
     start: FloatArray | None,
     progress: bool,
 ) -> list[Run]:
-    runs = list(study.runs())
-    planned = range(max(1, -(-(budget - sum(run.evaluations for run in runs)) // length)))
-    if budget <= sum(run.evaluations for run in runs):
-        planned = range(0)
-    for _ in track(planned, "runs", progress):
-        if sum(run.evaluations for run in study.runs()) >= budget:
-            break  # other workers have used it up
-        trial, state = study.take()
+    rows = _made_runs(study, merit, objectives, seed, budget, length, start)
+    for _ in track(rows, "runs", progress, -(-max(0, budget - study.evaluations()) // length)):
+        pass
+    return list(study.runs())
+
+
+def _made_runs(
+    study: StoredStudy,
+    merit: Merit,
+    objectives: tuple[str, ...],
+    seed: int,
+    budget: int,
+    length: int,
+    start: FloatArray | None,
+) -> Iterator[int]:
+    """Make runs until the budget of all workers is used up; yields their numbers."""
+    while study.evaluations() < budget:
+        taken = study.take(budget, length)
+        if taken is None:
+            # What is left is in the hands of other workers: their runs belong to the result, and if one falls silent
+            # its run is taken over.
+            time.sleep(_WAIT)
+            continue
+        trial, state = taken
         weights = _weights(objectives, seed, trial.number)
         run = Descent(merit, weights, (seed, trial.number), state or None, start)
-        last = time.monotonic()
-        study.checkpoint(trial, run.stored())
 
-        def store(run: Descent = run, trial: Any = trial) -> None:
-            nonlocal last
-            if time.monotonic() - last > CHECKPOINT:
-                last = time.monotonic()
-                study.checkpoint(trial, run.stored())
+        def store(run: Descent = run, trial: Any = trial) -> bool:
+            return study.checkpoint(trial, run.stored())
 
-        run.run(min(length, budget), store)
-        found = merit.evaluate(run.best, weights)
-        study.finish(trial, run.best.tolist(), float(found.merit), found.objectives, run.done)
-    return list(study.runs())
+        if run.run(min(length, budget), store):
+            found = merit.evaluate(run.best, weights)
+            study.finish(trial, run.best.tolist(), float(found.merit), found.objectives, run.done)
+            yield trial.number
 
 
 def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, float]:
@@ -209,12 +252,12 @@ def _candidate(exo: ShoulderExo, merit: Merit, run: Run, finer_step: float) -> C
     values = merit.variables.values(np.array(run.point))
     mechanism = merit.variables.design(values)
     if merit.fit_strokes:
-        mechanism = _with_strokes(mechanism, merit)
+        mechanism = _with_strokes(mechanism, merit, merit.variables.fit_options(values))
     design = type(exo).from_mechanism(mechanism)
     return Candidate(design, run, recheck(mechanism, design.reaction, merit.criteria, finer_step))
 
 
-def _with_strokes(mechanism: Any, merit: Merit) -> Any:
+def _with_strokes(mechanism: Mechanism, merit: Merit, options: FitOptions) -> Mechanism:
     """The design with strokes that fit the full grid of daily activities and the poses of the search."""
     from ...study import adl_box
 
@@ -228,4 +271,4 @@ def _with_strokes(mechanism: Any, merit: Merit) -> Any:
     search = len(merit.poses.weights)
     grid = len(matrices) - search
     weights = np.concatenate([np.full(grid, 0.5 / grid), 0.5 * merit.poses.weights])
-    return fitted_strokes(mechanism, lengths, weights, _SPARE)
+    return fitted_strokes(mechanism, lengths, weights, _SPARE, options)

@@ -1,15 +1,20 @@
 """Runs of a search in Optuna's storage: in memory, in a SQLite file, or in any database that Optuna knows.
 
-A trial of the study is one run of CMA-ES (:mod:`.descent`). Storing a trial takes much longer than evaluating a design
-(0.1 s against some milliseconds), so single designs are not trials. The state of a run is stored every
-:data:`CHECKPOINT` seconds; a worker that finds a run whose worker has not been heard of for :data:`STALE` seconds takes
-it up from there. So the end of a worker costs at most the designs since its last checkpoint.
+A trial of the study is one run of CMA-ES (:mod:`.descent`). Making and ending a trial takes much longer than evaluating
+a design (0.1 s against some milliseconds), so single designs are not trials. The state of a run is stored after every
+generation, together with the time and with the worker who makes it. A worker that finds a run whose worker has not been
+heard of for :data:`STALE` seconds takes it up from there: the end of a worker costs the designs of one generation,
+those that were being evaluated. A worker that was only slow, and whose run was taken over, finds that out when it
+stores the next generation, and leaves the run to the other.
+
+Assumption: the clocks of the machines agree to some seconds.
 """
 
 from __future__ import annotations
 
 import json
 import time
+import uuid
 from collections.abc import Iterator
 from importlib import import_module
 from os import PathLike, fspath
@@ -19,10 +24,10 @@ from ...core.errors import InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from .merit import OBJECTIVES
 
-__all__ = ["CHECKPOINT", "STALE", "Run", "StoredStudy"]
+__all__ = ["STALE", "Run", "StoredStudy"]
 
-#: Seconds between two checkpoints of a run, and after which a silent run is taken for abandoned.
-CHECKPOINT, STALE = 2.0, 30.0
+#: Seconds after which a silent run is taken for abandoned.
+STALE = 30.0
 
 
 class Run(NamedTuple):
@@ -85,7 +90,7 @@ class StoredStudy(OneProcess):
             directions=["maximize" if OBJECTIVES[objective] else "minimize" for objective in objectives],
             sampler=self._optuna.samplers.RandomSampler(seed=0),
         )
-        self._objectives = objectives
+        self._objectives, self._worker = objectives, uuid.uuid4().hex
         text = json.dumps(description, sort_keys=True)
         before = self._study.user_attrs.get("description")
         if before is None:
@@ -96,26 +101,61 @@ class StoredStudy(OneProcess):
                 "name or storage"
             )
 
-    def take(self) -> tuple[Any, str | None]:
-        """A run to work on, and its stored state if another worker has left it."""
-        for trial in self._study.get_trials(deepcopy=False, states=(self._optuna.trial.TrialState.RUNNING,)):
-            beat = trial.user_attrs.get("beat", 0.0)
-            if "state" in trial.user_attrs and time.time() - beat > STALE:
-                live = self._optuna.trial.Trial(self._study, trial._trial_id)
-                live.set_user_attr("beat", time.time())
-                return live, trial.user_attrs["state"]
-        return self._study.ask(), None
+    def take(self, budget: int, length: int) -> tuple[Any, str | None] | None:
+        """A run to work on, and its stored state if another worker has left it; None if others work on all there is.
 
-    def checkpoint(self, trial: Any, state: str) -> None:
-        """Store the state of a run."""
-        trial.set_user_attr("state", state)
-        trial.set_user_attr("beat", time.time())
+        Parameters
+        ----------
+        budget : int
+            Designs of the whole study.
+        length : int
+            Designs of a run.
+        """
+        running, now = self._running(), time.time()
+        silent = [trial for trial in running if now - _heard(trial) > STALE]
+        if silent:
+            live = self._optuna.trial.Trial(self._study, silent[0]._trial_id)
+            state = _progress(silent[0]).get("state")
+            self._store(live, state)
+            return live, state
+        if self.evaluations() + len(running) * length >= budget:
+            return None
+        live = self._study.ask()
+        self._store(live, None)
+        return live, None
+
+    def checkpoint(self, trial: Any, state: str) -> bool:
+        """Store the state of a run; False if another worker has taken it over, and then nothing is stored."""
+        if not self._is_mine(trial):
+            return False
+        self._store(trial, state)
+        return True
+
+    def evaluations(self) -> int:
+        """Designs that the finished runs have evaluated."""
+        return sum(run.evaluations for run in self.runs())
+
+    def _running(self) -> list[Any]:
+        states = (self._optuna.trial.TrialState.RUNNING,)
+        return list(self._study.get_trials(deepcopy=False, states=states))
+
+    def _is_mine(self, trial: Any) -> bool:
+        return any(
+            each.number == trial.number and _progress(each).get("worker") == self._worker for each in self._running()
+        )
+
+    def _store(self, trial: Any, state: str | None) -> None:
+        # One row for the three: a reader never sees the state of one worker beside the name of another.
+        record = {"state": state, "beat": time.time(), "worker": self._worker}
+        trial.set_user_attr("progress", json.dumps(record))
 
     def finish(self, trial: Any, point: list[float], merit: float, objectives: dict[str, float], done: int) -> None:
-        """Store the end of a run."""
+        """Store the end of a run, unless another worker has taken it over."""
+        if not self._is_mine(trial):
+            return
         record = {"point": point, "merit": merit, "objectives": objectives, "evaluations": done}
         trial.set_user_attr("result", json.dumps(record))
-        trial.set_user_attr("state", "")
+        trial.set_user_attr("progress", "")
         values = [objectives[name] for name in self._objectives]
         failed = any(value != value for value in values)
         if failed:
@@ -129,6 +169,17 @@ class StoredStudy(OneProcess):
             if trial.state.is_finished() and trial.user_attrs.get("result"):
                 record = json.loads(trial.user_attrs["result"])
                 yield Run(trial.number, record["point"], record["merit"], record["objectives"], record["evaluations"])
+
+
+def _progress(trial: Any) -> dict[str, Any]:
+    """State, time and worker as last stored; empty of a trial that was only just made."""
+    text = trial.user_attrs.get("progress")
+    return dict(json.loads(text)) if text else {}
+
+
+def _heard(trial: Any) -> float:
+    """When the worker of a trial was last heard of, seconds since the epoch."""
+    return float(_progress(trial).get("beat", trial.datetime_start.timestamp()))
 
 
 def _difference(before: str, now: str) -> str:

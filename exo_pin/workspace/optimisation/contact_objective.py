@@ -1,0 +1,108 @@
+"""Contact force of the wearer's shoulder as an objective of a search.
+
+The force is the least that the design can bring about: limb forces within the limits of the actuators and activations
+of the wearer's muscles are chosen together so that the contact force is least
+(:meth:`exo_pin.ShoulderExo.joint_contact`, ``forces="least_contact"``). That is a lower bound of what a wearer feels,
+and it counts what |F_s| leaves out: poses that the device holds only together with the muscles, and the muscles of the
+elbow, which press on the shoulder as well.
+
+One pose is a cone program of some milliseconds, as much as a whole design costs by the other objectives. So it is
+solved in a few poses, drawn evenly from the weights of the search, and only for the better designs of a generation;
+the others get a **surrogate**: the smaller one of |F_s| (which needs no muscle) and the contact force without the
+device, shifted by what it misses on average in the better designs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import MissingData
+from ...core.records import Record
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...load_case.pose_stacks import pose_matrices, require_massless
+from ..criteria import Criteria
+from ..evaluation import evaluate_poses, tension_limits
+from .search_poses import SearchPoses
+
+if TYPE_CHECKING:
+    from ...person import Person
+
+__all__ = ["ContactObjective"]
+
+#: Poses in which the contact force is computed.
+_POSES = 12
+
+
+class ContactObjective(Record):
+    """Mean contact force of a wearer over some poses.
+
+    Parameters
+    ----------
+    person : Person
+        The wearer, on the side of the design.
+    poses : SearchPoses
+        Of the search; those that the person can take and hold without the device count.
+    contact : callable
+        Of a mechanism, poses, the person and limits of the limb forces (low, high): the magnitudes of the contact
+        force, N, NaN where there is none.
+    criteria : Criteria
+        Whose ``least_tension`` the limbs have.
+
+    Raises
+    ------
+    MissingData
+        If the person can hold none of the poses.
+    MissingExtra
+        If the extra ``person`` is not installed.
+    """
+
+    def __init__(
+        self,
+        person: Person,
+        poses: SearchPoses,
+        contact: Callable[[Mechanism, Rotation, Person, tuple[FloatArray, FloatArray]], FloatArray],
+        criteria: Criteria,
+    ) -> None:
+        self._person, self._contact = person, contact
+        self._criteria = criteria.replace(names=("forces",))
+        bare = np.full(len(poses.weights), np.nan)
+        allowed = np.flatnonzero(person.allows(poses.orientations))
+        if allowed.size:
+            bare[allowed] = person.joint_contact(poses.orientations[allowed]).magnitude
+        chosen = _evenly(np.where(np.isfinite(bare), poses.weights, 0.0))
+        if not chosen.size:
+            raise MissingData(["poses that the person can hold"], "the contact force of a search")
+        self.orientations, self.bare = poses.orientations[chosen], bare[chosen]
+        self._matrices = pose_matrices(self.orientations)[1]
+
+    def surrogate(self, mechanism: Mechanism) -> float:
+        """Mean of the smaller one of |F_s| and the contact force without the device, N."""
+        values = evaluate_poses(mechanism, self._matrices, self.bare.shape, self._criteria, ("forces",))
+        return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())
+
+    def exact(self, mechanism: Mechanism) -> float:
+        """Mean of the least contact force, N; where no answer is found that without the device counts."""
+        require_massless(mechanism)
+        ends = np.einsum("kij,nj->kni", self._matrices, mechanism.geometry.platform_points)
+        lengths = np.sqrt(((ends - mechanism.geometry.base_points) ** 2).sum(axis=-1))
+        bounds = tension_limits(mechanism, lengths, self._criteria.least_tension)
+        found = self._contact(mechanism, self.orientations, self._person, bounds)
+        return float(np.where(np.isfinite(found), found, self.bare).mean())
+
+    def description(self) -> Any:
+        """What a stored study says of it."""
+        return {"person": repr(self._person), "poses": len(self.bare)}
+
+
+def _evenly(weights: FloatArray) -> np.ndarray:
+    """Indices of some poses, in proportion to their weights: at equal steps of the sum of the weights."""
+    total = weights.sum()
+    if not total > 0.0:
+        return np.zeros(0, dtype=int)
+    marks = (np.arange(_POSES) + 0.5) / _POSES * total
+    return np.unique(np.searchsorted(np.cumsum(weights), marks))

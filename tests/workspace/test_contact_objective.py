@@ -1,0 +1,101 @@
+"""The wearer's contact force as an objective of a search."""
+
+import numpy as np
+import pytest
+from scipy.stats import spearmanr
+
+import exo_pin as ep
+from exo_pin.core.errors import InvalidInput, MissingData
+from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, starting_design
+from exo_pin.workspace.optimisation.contact_objective import ContactObjective
+from exo_pin.workspace.optimisation.design_variables import DesignVariables
+from exo_pin.workspace.optimisation.merit import Merit
+
+pytest.importorskip("myo_sim")
+pytest.importorskip("clarabel")
+
+PERSON = ep.Person(1.75, 75.0, "male")
+LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75), least_tension=5.0)
+POSES = lifting_poses(counts=(3, 3, 2))
+
+
+def start():
+    return starting_design(ep.Actuator("cable", pull_limit=400.0), PERSON.arm, 4)
+
+
+def contact(mechanism, poses, person, bounds):
+    """The magnitudes as the search computes them."""
+    exo = ep.ShoulderExo.from_mechanism(mechanism)
+    return exo.joint_contact(poses, person, "least_contact", actuator_bounds=bounds, outside="mark").magnitude
+
+
+@pytest.fixture(scope="module")
+def objective():
+    return ContactObjective(PERSON, POSES, contact, LIMITS)
+
+
+def designs(count):
+    space, rng = DesignVariables(start(), free_joints(4)), np.random.default_rng(0)
+    return [
+        space.design({name: rng.uniform(*pair) for name, pair in zip(space.names, space.bounds, strict=True)})
+        for _ in range(count)
+    ]
+
+
+def test_limb_forces_of_the_answer_are_within_the_limits_and_no_others_do_better(objective):
+    """Against the same person with limb forces given: those of least |F_s|, and the ones of the answer."""
+    exo = ep.load("four-cables").worn_by(PERSON)
+    bounds = (np.full(4, 5.0), np.full(4, 400.0))
+    answer = exo.joint_contact(objective.orientations, PERSON, "least_contact", actuator_bounds=bounds)
+    assert objective.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
+    assert answer.device_forces.min() > 5.0 - 1e-6
+    tensions = exo.workspace(objective.orientations, Criteria(names=("forces",), least_tension=5.0)).tensions
+    held = np.isfinite(tensions).all(axis=1)
+    assert held.sum() > 6
+    given = exo.joint_contact(objective.orientations[held], PERSON, tensions[held])
+    assert (answer.magnitude[held] < given.magnitude + 1e-6).all()
+    assert answer.magnitude[held].mean() < 0.3 * objective.bare[held].mean()
+
+
+def test_surrogate_ranks_designs_as_the_exact_force_does(objective):
+    some = designs(16)
+    exact = [objective.exact(each) for each in some]
+    surrogate = [objective.surrogate(each) for each in some]
+    assert spearmanr(exact, surrogate).statistic > 0.6
+
+
+def test_generation_computes_the_best_third_exactly(objective):
+    merit = Merit(DesignVariables(start(), free_joints(4)), POSES, LIMITS, contact=objective)
+    points, weights = list(np.random.default_rng(1).uniform(size=(6, 24))), {"contact_force": 1.0}
+    values = np.array(merit.generation(points, weights))
+    exact = np.array([merit.evaluate(point, weights).merit for point in points])
+    quick = np.array([merit.evaluate(point, weights, is_exact=False).merit for point in points])
+    best, others = np.argsort(quick)[:2], np.argsort(quick)[2:]
+    np.testing.assert_array_equal(values[best], exact[best])
+    np.testing.assert_allclose(values[others], quick[others] + (exact - quick)[best].mean())
+
+
+def test_search_for_little_contact_force():
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    found = ep.optimise(
+        ep.ShoulderExo.from_mechanism(start()), free_joints(4), POSES, ["index", "contact_force"], LIMITS,
+        person=PERSON, seed=0, budget=96, run_length=48, finer_step=30.0,
+    )  # fmt: skip
+    assert len(found.runs) == 2
+    for candidate in found.front:
+        force = candidate.run.objectives["contact_force"]
+        objective = ContactObjective(PERSON, POSES, contact, LIMITS)
+        assert force == pytest.approx(objective.exact(candidate.design.mechanism), rel=0.05)
+
+
+def test_what_it_needs():
+    exo = ep.load("four-cables")
+    with pytest.raises(MissingData, match="person"):
+        ep.optimise(exo, free_joints(4), objectives=["contact_force"], budget=24)
+    rod = ep.LimbBody.rod(0.1, 0.1, 0.01)
+    heavy = exo.replace(limbs=[ep.Limb("SPS", rod, rod, actuator=limb.actuator) for limb in exo.limbs])
+    with pytest.raises(InvalidInput, match="mass"):
+        ep.optimise(heavy, free_joints(4), objectives=["contact_force"], person=PERSON, budget=24)
+    with pytest.raises(InvalidInput):
+        ep.optimise(exo, free_joints(4), objectives=["contact_force"], person=PERSON.arm, budget=24)

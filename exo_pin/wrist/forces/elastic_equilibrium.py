@@ -35,9 +35,10 @@ from ...core.validation import FloatArray
 from ...design import Interface, Mechanism
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
+from .bent_guides import bent_wrenches
 from .finite_turns import left_jacobian, turn_matrix
 from .limb_inertia import limb_loads
-from .side_forces import SideWrenches, guide_flexibility, side_wrenches_of
+from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
 __all__ = ["ArmLoads", "ElasticEquations", "Placement", "settle"]
 
@@ -134,7 +135,7 @@ class ElasticEquations(Record):
         points = np.concatenate([x, parameter[:, None]], axis=1)[:, None] + steps
         loads = self._varied_loads(rows, x)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), *loads).reshape(k, m + 1, m)
+            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), m + 1, *loads).reshape(k, m + 1, m)
         slopes = np.swapaxes(out.imag, 1, 2) / _STEP
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
 
@@ -157,24 +158,26 @@ class ElasticEquations(Record):
             carried = _turned(np.swapaxes(turned, 1, 2), _moved(self.soft_cuff, cuff, turned, carried))
         return Placement(points, platform, base - delta, carried), arm
 
-    def sides(self, placement: Placement) -> SideWrenches:
-        """Side wrenches at a placement, which may be complex."""
-        return side_wrenches_of(
-            placement.base_points,
-            self.mechanism.geometry.platform_points,
-            *placement[1:],
-            self.flexibility,
-            self.resists,
-            self.mechanism.is_upu,
+    def sides(self, placement: Placement, copies: int = 1) -> tuple[SideWrenches, FloatArray]:
+        """Side wrenches at a placement, which may be complex, and turns of the guides' ends; see bent_wrenches."""
+        guides = straight_guides(
+            placement.base_points, self.mechanism.geometry.platform_points, *placement[1:]
         )
+        return bent_wrenches(guides, self.flexibility, self.resists, self.mechanism.is_upu, copies)
 
     def _residual(
-        self, rows: NDArray[np.intp], z: FloatArray, force: FloatArray, moment: FloatArray, device: FloatArray
+        self,
+        rows: NDArray[np.intp],
+        z: FloatArray,
+        copies: int,
+        force: FloatArray,
+        moment: FloatArray,
+        device: FloatArray,
     ) -> FloatArray:
-        """r, shape (k, m), of x and λ side by side; loads in full."""
+        """r, shape (k, m), of x and λ side by side; loads in full; ``copies`` rows each have the same real parts."""
         x, share = z[:, :-1], z[:, -1]
         placement, arm = self.place(rows, x, share)
-        side = self.sides(placement)
+        side, _ = self.sides(placement, copies)
         g = side.stiffness * side.deflection
         closure, limb_share = self._limbs(rows, placement, side)
         own = share[:, None, None] * closure

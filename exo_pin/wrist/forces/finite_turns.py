@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["left_jacobian", "turn_matrix"]
+__all__ = ["left_jacobian", "turn_coefficients", "turn_matrix"]
 
 #: θ² below which the series is used; its first term that is left out is below 1e-16 there.
 _SMALL = 1e-2
@@ -22,7 +22,7 @@ _SERIES = [[1.0, 6.0, 120.0, 5040.0, 362880.0, 39916800.0], [2.0, 24.0, 720.0, 4
            [6.0, 120.0, 5040.0, 362880.0, 39916800.0, 6227020800.0]]  # fmt: skip
 
 
-def _coefficients(v: FloatArray) -> list[FloatArray]:
+def turn_coefficients(v: FloatArray) -> list[FloatArray]:
     """sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³, shape (..., 1, 1)."""
     square = (v * v).sum(axis=-1)[..., None, None]
     near = np.abs(square) < _SMALL
@@ -43,13 +43,13 @@ def _cross_matrix(v: FloatArray) -> FloatArray:
 
 def turn_matrix(v: FloatArray) -> FloatArray:
     """exp [v], shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
-    first, second, _ = _coefficients(v)
+    first, second, _ = turn_coefficients(v)
     cross = _cross_matrix(v)
     return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
 
 def left_jacobian(v: FloatArray) -> FloatArray:
     """J_l, shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
-    _, second, third = _coefficients(v)
+    _, second, third = turn_coefficients(v)
     cross = _cross_matrix(v)
     return np.asarray(np.eye(3) + second * cross + third * (cross @ cross))

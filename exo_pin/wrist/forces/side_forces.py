@@ -147,9 +147,8 @@ def side_wrenches_of(
         Shape (n,).
     """
     guides = straight_guides(base_points, platform_points, matrices, base_offset, cuff_offset)
-    couples = reciprocal_couples(guides)
     blank = guides.folded | ~is_upu
-    straight = unit_wrenches(guides, *couples, flexibility, blank, resists)
+    straight = unit_wrenches(guides, reciprocal_couples(guides), flexibility, blank, resists)
     twist = np.where(blank, 0.0, angle_about(guides.directions, guides.x_base, guides.x_arm))
     return straight._replace(
         folded=np.asarray((guides.folded & is_upu).any(axis=1)), twist=twist, deflection=straight.torque * twist
@@ -172,7 +171,7 @@ class StraightGuides(NamedTuple):
     gap : ndarray
         From the centre of the base ring to that of the platform, shape (N, 3), m.
     folded : ndarray of bool
-        Shape (N, n): whether the limb lies along an axis that base or arm holds.
+        Shape (N, n): limbs along an axis that base or arm holds.
     """
 
     directions: FloatArray
@@ -193,7 +192,7 @@ def straight_guides(
     base_offset: FloatArray,
     cuff_offset: FloatArray,
 ) -> StraightGuides:
-    """Where the guides and the axes of their joints are; arguments of :func:`side_wrenches_of`, analytic."""
+    """Where guides and joint axes are; arguments of :func:`side_wrenches_of`."""
     carried = np.einsum("kij,kj->ki", matrices, cuff_offset)
     arm = platform_points @ np.swapaxes(matrices, 1, 2)
     a, p = base_points + base_offset[:, None], arm + carried[:, None]
@@ -211,17 +210,13 @@ def straight_guides(
 
 def unit_wrenches(
     guides: StraightGuides,
-    force: FloatArray,
-    couple_arm: FloatArray,
-    couple_base: FloatArray,
+    wrench: tuple[FloatArray, ...],
     flexibility: FloatArray,
     blank: NDArray[np.bool_],
     resists: NDArray[np.bool_],
 ) -> SideWrenches:
-    """Wrenches of unit size with force and couples at B_i and A_i, without twist and deflection.
-
-    ``blank`` marks the limbs without one, shape (N, n).
-    """
+    """Wrenches of unit size with force and couples at B_i and A_i, without twist; none in the limbs of ``blank``."""
+    force, couple_arm, couple_base = wrench
     s = guides.directions
     misfit = np.einsum("kni,ki->kn", force, guides.gap)
     force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
@@ -234,7 +229,7 @@ def unit_wrenches(
         moments=couple_arm + np.cross(guides.ends, force),
         misfit=np.where(blank, 0.0, misfit),
         stiffness=np.where(blank | ~resists, 0.0, stiffness),
-        folded=blank.any(axis=1),
+        folded=np.asarray(blank.any(axis=1)),
         twist=none,
         deflection=none,
         bending=np.where(blank, 0.0, np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real)),

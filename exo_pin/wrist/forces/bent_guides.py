@@ -206,9 +206,9 @@ def _least(own: _Guides) -> tuple[FloatArray, FloatArray]:
 
 def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
     """Solutions, shape (4, M), of a stack of systems; NaN where one is not finite or singular."""
-    good = np.isfinite(matrices).all(axis=(1, 2))
-    good &= np.linalg.det(np.where(good[:, None, None], matrices, np.eye(4))) != 0.0
-    found = np.linalg.solve(np.where(good[:, None, None], matrices, np.nan * np.eye(4)), right.T[..., None])
+    good = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))[:, None, None]
+    good = good & (np.linalg.det(np.where(good, matrices, np.eye(4))) != 0.0)[:, None, None]
+    found = np.linalg.solve(np.where(good, matrices, np.nan * np.eye(4)), right.T[..., None])
     return np.asarray(found[..., 0].T)
 
 

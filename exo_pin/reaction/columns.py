@@ -179,6 +179,7 @@ class ShownReaction:
             "interface_displacements": self.interface_displacements,
             "limb_lengths": self.limb_lengths,
             "guide_twist": self.guide_twist,
+            "guide_bending": self.guide_bending,
             "guide_load": self.guide_load,
             "load_share": self.load_share,
         }

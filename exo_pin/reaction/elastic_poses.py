@@ -172,7 +172,7 @@ class ElasticPoses(Record):
         delta = -np.linalg.solve(self.stiffness + (S * k) @ S.T, force)
         closure = state.closures(f, g)
         on_arm = (closure - state.limb_share).sum(axis=0)
-        return self.equations.given_way(x, row, delta, -closure.sum(axis=0), on_arm + device.loads[2][0])
+        return self.equations.led_to(x, row, delta, -closure.sum(axis=0), on_arm + device.loads[2][0])
 
     def _mark_overloaded(self) -> None:
         """Mark poses whose guides bear more than they can."""

@@ -113,7 +113,10 @@ class Reaction(ShownReaction, ReadOnly):
     limb_lengths : ndarray or None
         l_i of the displaced device, shape (..., n), m, for split "elastic".
     guide_twist : ndarray or None
-        φ_i, shape (..., n), rad, for split "elastic": by which the universal joints twist the guide.
+        φ_i, shape (..., n), rad, for split "elastic": by which the universal joints would twist a straight guide.
+    guide_bending : ndarray or None
+        Shape (..., n), for split "elastic": how far a guide bends off the line A_i B_i, over its length. The law of the
+        guides leaves out what is of its square; see :mod:`exo_pin.wrist.forces.bent_guides`.
     guide_load : ndarray or None
         Shape (..., n), for split "elastic": the larger of bending moment and torque in the guide, each over what the
         guide bears; NaN where that is not known, or where there is no equilibrium.
@@ -145,6 +148,7 @@ class Reaction(ShownReaction, ReadOnly):
     interface_displacements: FloatArray | None = None
     limb_lengths: FloatArray | None = None
     guide_twist: FloatArray | None = None
+    guide_bending: FloatArray | None = None
     guide_load: FloatArray | None = None
     load_share: FloatArray | None = None
 

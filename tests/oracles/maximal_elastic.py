@@ -1,10 +1,10 @@
-"""The elastic device at the displaced geometry in maximal coordinates: all joint angles, slides and twists.
+"""The elastic device at the displaced geometry with all joint angles, its guides by their strain energy alone.
 
-A limb is a chain of seven joints from the base ring to the platform: two revolute joints at A_i, the slide, the
-twist of the guide, two revolute joints at B_i. Its wrench on the platform follows from virtual work: nothing in the
-revolute joints, f in the slide, and the guide's moment in the twist. The guide's torsional stiffness comes from the
-strain energy of the beam by quadrature. Nothing here knows of X_i, of reciprocal screws in closed form, of k_i or
-of t_i φ_i.
+Unknown are the four revolute angles of each limb, besides the displacements. The angles are those at which the strain
+energy of the bent and twisted guide is stationary, and the guide's wrench on the platform is minus the slope of that
+energy by the platform's own motions; the slopes are complex steps of one formula for the energy. The flexibility of the
+beam's ends comes from quadrature. Nothing here knows of X_i, of reciprocal screws, of couples across two axes, of k_i
+or of t_i φ_i.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ def unit(v):
 def turns(axis, angle):
     i = "xyz".index(axis)
     j, k = (i + 1) % 3, (i + 2) % 3
-    out = np.zeros((len(angle), 3, 3))
+    out = np.zeros((len(angle), 3, 3), dtype=np.asarray(angle).dtype)
     out[:, i, i] = 1.0
     out[:, j, j] = out[:, k, k] = np.cos(angle)
     out[:, k, j] = np.sin(angle)
@@ -39,6 +39,42 @@ def seat(y, s):
     """Frames with y along the joint's first axis and x across the limb, shape (n, 3, 3)."""
     x = unit(cross(y, s))
     return np.stack([x, y, cross(x, y)], axis=-1)
+
+
+def spin(v):
+    """[v], the matrix of v ×."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def energy(near, far, span, length, F):
+    """Strain energy of guides between two end frames, to third order; complex numbers pass.
+
+    The ends turn out of the line by θ across it; turned back by these, they differ by the twist.
+    """
+    bending, torsion = F
+    s = span / np.sqrt((span * span).sum(axis=1, keepdims=True))
+    turn, axis = [], []
+    for frame in (near, far):
+        t, x = frame[:, :, 2], frame[:, :, 0]
+        across, along = cross(s, t), (s * t).sum(axis=1, keepdims=True)
+        square = (across * across).sum(axis=1, keepdims=True)
+        turn.append(across * arcsine(square))
+        axis.append(x - (x * s).sum(axis=1, keepdims=True) / (1.0 + along) * (s + t))
+    twist = 2.0 * np.arctan((cross(*axis) * s).sum(axis=1) / (1.0 + (axis[0] * axis[1]).sum(axis=1)))
+    twist = twist + 0.5 * (cross(*turn) * s).sum(axis=1)
+    both = np.stack(turn, axis=1)
+    return 0.5 * np.einsum("nki,nkj,nji->n", both, np.linalg.inv(bending), both) + 0.5 * twist**2 / torsion
+
+
+def arcsine(square):
+    """arcsin(x)/x of x²."""
+    small = np.abs(square) < 0.02
+    series, term = np.zeros_like(square), np.ones_like(square)
+    for k in range(12):
+        series = series + term / (2 * k + 1)
+        term = term * square * (2 * k + 1) / (2 * k + 2)
+    root = np.sqrt(np.where(small, 1.0, square))
+    return np.where(small, series, np.arcsin(root) / root)
 
 
 class Device:
@@ -68,8 +104,8 @@ class Device:
         self.lengths = np.linalg.norm(b - self.A, axis=1)
         self.seat_a, self.seat_b = seat(-unit(self.A), s), self.R.T @ seat(-unit(b), s)
         axes = [np.einsum("nji,nj->ni", frame, s) for frame in (self.seat_a, self.R @ self.seat_b)]
-        limb = [np.zeros(self.n), *(np.arctan2(-v[:, 1], v[:, 2]) for v in axes), np.zeros(self.n)]
-        limb = [limb[0], limb[1], limb[3], limb[2], self.lengths, np.zeros(self.n)]
+        limb = [np.zeros(self.n), np.arctan2(-axes[0][:, 1], axes[0][:, 2]),
+                np.zeros(self.n), np.arctan2(-axes[1][:, 1], axes[1][:, 2])]  # fmt: skip
         held = 3 if not locked else self.n
         self.soft = 6 * sum(own is not None for own in self.interfaces)
         self.start = np.concatenate([np.zeros(3 + 3 * locked + self.soft + held), np.concatenate(limb)])
@@ -77,10 +113,10 @@ class Device:
     def parts(self, z):
         ends = np.cumsum([3, 3 * self.locked, self.soft, self.n if self.locked else 3])
         delta, turn, soft, pull, limb = np.split(z, ends)
-        return delta, turn, soft, pull, limb.reshape(6, self.n)
+        return delta, turn, soft, pull, limb.reshape(4, self.n)
 
     def residual(self, z, share):
-        delta, turn, soft, pull, (a1, a2, b1, b2, length, twist) = self.parts(z)
+        delta, turn, soft, pull, angles = self.parts(z)
         R = Rotation.from_rotvec(turn).as_matrix() @ self.R if self.locked else self.R
         give = [np.zeros(6), np.zeros(6)]
         for i, own in enumerate(self.interfaces):
@@ -92,28 +128,10 @@ class Device:
         ring_turn, plate_turn = (Rotation.from_rotvec(own[3:]).as_matrix() for own in give)
         a, p = ring, delta + plate @ R.T
         first, last = ring_turn @ self.seat_a, R @ plate_turn @ self.seat_b
-        near = first @ turns("y", a1) @ turns("x", a2)
-        far = last @ turns("y", b1) @ turns("x", b2)
-        twisted = near @ turns("z", twist)
-        s = near[:, :, 2]
-        mismatch = np.einsum("nji,njk->nik", twisted, far)
-        closing = np.concatenate([
-            (p - a - length[:, None] * s).ravel(),
-            (mismatch[:, 2, 1] - mismatch[:, 1, 2]) / 2, (mismatch[:, 0, 2] - mismatch[:, 2, 0]) / 2,
-            (mismatch[:, 1, 0] - mismatch[:, 0, 1]) / 2,
-        ])  # fmt: skip
-        # Twists of the platform by each joint, at p: (velocity, angular velocity).
-        axes = [first[:, :, 1], near[:, :, 0], s, s, far[:, :, 0], last[:, :, 1]]
-        columns = [np.concatenate([cross(axes[0], p - a), axes[0]], axis=1),
-                   np.concatenate([cross(axes[1], p - a), axes[1]], axis=1),
-                   np.concatenate([s, 0 * s], axis=1), np.concatenate([0 * s, s], axis=1),
-                   np.concatenate([0 * s, axes[4]], axis=1), np.concatenate([0 * s, axes[5]], axis=1)]  # fmt: skip
-        J = np.stack(columns, axis=2)
-        side = np.linalg.solve(np.swapaxes(J, 1, 2), np.broadcast_to([[0.0], [0], [0], [1], [0], [0]], (self.n, 6, 1)))
-        side = side[:, :, 0]  # wrench at p that works one newton metre per radian of the twist
-        energy = self.compliance(s, length, side, p)
-        moment = np.where(self.is_stiff, twist / energy, 0.0)
-        side = -moment[:, None] * side
+        span = p - a
+        length = np.linalg.norm(span, axis=1)
+        s = span / length[:, None]
+        closing, side = self.guides_at(angles, first, last, s, span, length)
         if self.locked:
             f = pull
         else:
@@ -146,23 +164,42 @@ class Device:
             out.append(length - self.lengths)
         return np.concatenate([*out, closing])
 
+    def guides_at(self, angles, first, last, s, span, length):
+        """What vanishes for the right joint angles, and the wrench of each guide on the platform at B_i."""
+        step = 1e-30j
+        F = self.flexibility(length)
+        slopes = []
+        for k in range(10):
+            moved = angles + step * (np.arange(4) == k)[:, None]
+            along, turned = span, last
+            if 4 <= k < 7:
+                along = span + step * np.eye(3)[k - 4]
+            elif k >= 7:
+                turned = last + step * (spin(np.eye(3)[k - 7]) @ last)
+            near = first @ turns("y", moved[0]) @ turns("x", moved[1])
+            far = turned @ turns("y", moved[2]) @ turns("x", moved[3])
+            slopes.append(energy(near, far, along, length, F).imag / step.imag)
+        # A limb that resists nothing has its joints where the crosses are across its line.
+        near = first @ turns("y", angles[0]) @ turns("x", angles[1])
+        far = last @ turns("y", angles[2]) @ turns("x", angles[3])
+        free = [np.einsum("ni,ni->n", frame[:, :, k], s) for frame in (near, far) for k in (0, 1)]
+        closing = np.where(self.is_stiff, np.array(slopes[:4]), np.array(free))
+        return closing.ravel(), -np.where(self.is_stiff, np.array(slopes[4:]), 0.0).T
+
+    def flexibility(self, length):
+        """Turns of the two ends per couple across the guide, shape (n, 2, 2), and its twist per torque, (n,)."""
+        F = np.zeros((self.n, 2, 2))
+        for x in GAUSS:
+            moment = np.array([-(1.0 - x), x])  # for a unit couple on the near, and on the far end
+            F += 0.5 * (length / self.EI)[:, None, None] * np.outer(moment, moment)
+        F += (2.0 / (self.shear * length**2))[:, None, None] + np.eye(2) / self.couple[:, None, None]
+        return F, length / self.GJ + 2.0 / self.couple
+
     def placed(self, i, give, points):
         own = self.interfaces[i]
         if own is None:
             return points
         return own.at + give[:3] + Rotation.from_rotvec(give[3:]).apply(points - own.at)
-
-    def compliance(self, s, length, side, p):
-        """Twice the strain energy of the unit wrench: bending and torsion along the guide, and its joints."""
-        out = np.zeros(self.n)
-        for x in GAUSS:
-            m = side[:, 3:] + cross((length * x)[:, None] * s, side[:, :3])  # at the distance from p
-            along = np.einsum("ni,ni->n", m, s)
-            out += 0.5 * length * (np.einsum("ni,ni->n", m, m) - along**2) / self.EI
-            out += 0.5 * length * along**2 / self.GJ
-        end = side[:, 3:] + cross(length[:, None] * s, side[:, :3])
-        out += 2 * np.einsum("ni,ni->n", side[:, :3], side[:, :3]) / self.shear
-        return out + (np.einsum("ni,ni->n", end, end) + np.einsum("ni,ni->n", side[:, 3:], side[:, 3:])) / self.couple
 
     def solve(self, steps=3):
         """δ of the equilibrium that grows from the unloaded, aligned device; None if a step fails."""

@@ -1,7 +1,7 @@
 """Stick and slip phases of a hung mass, separated by located events.
 
 Each phase is a smooth equation for SciPy's ``solve_ivp``. Sliding ends where the velocity passes zero; then the
-mass sticks if friction can hold it, else it slides back. Sticking ends where the net force reaches the friction
+mass sticks if friction can hold it, else it slides back. Sticking ends where the net force passes the friction
 bound. The sign function is never smoothed. At the start of its stroke the muscle is held by its braid, which does
 not stretch: a mass that comes down there is stopped without rebound.
 """
@@ -29,7 +29,9 @@ __all__ = ["Phases"]
 #: State: contraction, velocity, work of the static force, loss to friction, loss to damping.
 STATE_SIZE = 5
 _MAX_PHASES = 10_000
-#: Net forces within this of the friction bound are at it (N); far below any force that matters, far above rounding.
+#: A rest ends where the net force is beyond the friction bound by this, N: far below any force that matters, far above
+#: rounding. So a mass that slides has a force that moves it, and one that rests has not. As the pressure settles, rests
+#: and slides follow each other ever closer to the bound, and with no such margin they end in slides of no length.
 _FORCE_TOLERANCE = 1e-9
 
 #: Least number of steps in a period of the mass on the muscle's stiffness.
@@ -84,21 +86,12 @@ class Phases:
 
     def mode_at_rest(self, t: float, x: float) -> Mode:
         """Decide what a mass does that has no velocity at this moment."""
-        net, bound = self.net(x, t), self.bound(x, t)
-        at_stop = x <= self.stop
-        rest = Mode.AT_STOP if at_stop else Mode.STICKING
-        if abs(net) < bound - _FORCE_TOLERANCE:
-            return rest
-        if abs(net) <= bound + _FORCE_TOLERANCE and not self._pulls_away(t, x, 1.0 if net > 0 else -1.0):
-            return rest
+        net, at_stop = self.net(x, t), x <= self.stop
+        if abs(net) <= self.bound(x, t) + _FORCE_TOLERANCE:
+            return Mode.AT_STOP if at_stop else Mode.STICKING
         if net > 0:
             return Mode.SHORTENING
         return Mode.AT_STOP if at_stop else Mode.LENGTHENING
-
-    def _pulls_away(self, t: float, x: float, side: float) -> bool:
-        """Whether the net force, now at the friction bound, is about to exceed it."""
-        ahead = t + min(1e-6, 1e-3 * self.pressure.time_scale)
-        return side * self.net(x, ahead) - self.bound(x, ahead) > side * self.net(x, t) - self.bound(x, t)
 
     def derivative(self, direction: float) -> Callable[[float, FloatArray], list[float]]:
         """Return the equation of motion while sliding in a direction, shortening positive.
@@ -152,13 +145,13 @@ class Phases:
         return edge
 
     def resting_events(self, x: float, at_stop: bool) -> list[Event]:
-        """Return what ends a rest: the net force reaches the friction bound."""
+        """Return what ends a rest: the net force passes the friction bound."""
 
         def lifts(t: float, y: FloatArray) -> float:
-            return self.net(x, t) - self.bound(x, t)
+            return self.net(x, t) - self.bound(x, t) - _FORCE_TOLERANCE
 
         def sinks(t: float, y: FloatArray) -> float:
-            return -self.net(x, t) - self.bound(x, t)
+            return -self.net(x, t) - self.bound(x, t) - _FORCE_TOLERANCE
 
         events: list[Event] = [lifts] if at_stop else [lifts, sinks]
         for event in events:

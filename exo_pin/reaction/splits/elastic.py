@@ -100,6 +100,7 @@ class Elastic(ElasticLinear):
             "interface_displacements": np.stack([movement.harness, movement.cuff], axis=1),
             "limb_lengths": movement.lengths.copy(),
             "guide_twist": movement.twist.copy(),
+            "guide_bending": movement.bending.copy(),
         }
         for name, array in found.items():
             if name != "side_stiffness":

@@ -63,6 +63,8 @@ class Displaced:
         What limbs and shoulder carry, shape (N, 3): weight, inertia and load of the arm, moment about O.
     base_points : ndarray, optional
         Where a base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
+    side : SideWrenches, optional
+        Those of guides that bend; of straight guides if left out.
 
     Attributes
     ----------
@@ -91,10 +93,12 @@ class Displaced:
         force: FloatArray,
         moment: FloatArray,
         base_points: FloatArray | None = None,
+        side: SideWrenches | None = None,
     ) -> None:
         n = mechanism.limb_count
-        self.side: SideWrenches = side_wrenches(mechanism, query.matrices, base, cuff, base_points)
-        side = self.side
+        if side is None:
+            side = side_wrenches(mechanism, query.matrices, base, cuff, base_points)
+        self.side: SideWrenches = side
         closure = share = np.zeros((len(force), n, 6))
         if not mechanism.limbs_are_massless:
             closure, share = limb_loads(mechanism, query, base, cuff, side.folded, base_points)

@@ -5,18 +5,18 @@ The centre of the arm's joint moves by δ, a harness lets the base ring move by 
 and the axes of the universal joints. At that geometry
 
     F_s = -K_s δ                                 force and moment balance of the arm about its displaced centre
-    g_i = k_i t_i φ_i                            φ_i the twist that the joints' crosses force on the straight guide
+    g_i = k_i t_i φ_i                            φ_i the twist that the joints' crosses force on the guide
     (t, v) = K⁻¹ (F, J_lᵀ M)                     of harness and cuff under the wrench that they carry
 
-with t_i the torque of the unit side wrench, so that t_i φ_i is what g_i does its work on, and k_i, directions and side
-wrenches of :func:`exo_pin.wrist.forces.side_forces.side_wrenches_of`. In the limit of small displacements t_i φ_i is
-S_i · δ + misfit_i, the law of :mod:`exo_pin.reaction.splits.elastic`.
+of straight guides, with t_i the torque of the unit side wrench. Guides bend, and the turn of their ends turns the
+crosses: g_i, side wrenches and directions are those of :mod:`exo_pin.wrist.forces.bent_guides`. In the limit of small
+displacements t_i φ_i is S_i · δ + misfit_i, the law of :mod:`exo_pin.reaction.splits.elastic_linear`.
 
 - "held": the pose is given, actuators adapt. f follows from the moment balance; of more than three, f of least norm.
 - "locked": the lengths are those of the aligned device in the given pose, and the arm finds its pose: δ and v, with f
   the forces that hold the lengths.
 
-Assumed: guides are straight for the directions of forces, their law is linear in φ_i; f acts along A_i B_i; harness and
+Assumed: guides as there; f acts along A_i B_i; harness and
 cuff are linear in rotation vectors; the weight of the device's own moving part acts where it would without the give of
 the cuff. Solved by :func:`exo_pin.numerics.continuation.follow` from the unloaded, aligned device, load and offset
 growing together, with J by complex steps.
@@ -25,21 +25,22 @@ growing together, with J by complex steps.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.records import Record
 from ...core.validation import FloatArray
-from ...design import Interface, Mechanism
+from ...design import Mechanism
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
-from .finite_turns import left_jacobian, turn_matrix
+from .bent_guides import bent_wrenches
+from .finite_turns import turn_matrix
+from .interface_give import Placement, given_way, placed, turned
 from .limb_inertia import limb_loads
-from .side_forces import SideWrenches, guide_flexibility, side_wrenches_of
+from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
-__all__ = ["ArmLoads", "ElasticEquations", "Placement", "settle"]
+__all__ = ["ArmLoads", "ElasticEquations", "settle"]
 
 #: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
 _STEP = 1e-30
@@ -49,25 +50,6 @@ _TURN = 1e-5
 #: Takes rows of a stack and matrices, shape (k, 3, 3), and returns force, moment about the arm's joint and wrench of
 #: the device's own moving part, shapes (k, 3), (k, 3) and (k, 6), base frame.
 ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
-
-
-class Placement(NamedTuple):
-    """Where the parts of the device are, N poses, seen from the displaced centre of the arm's joint.
-
-    Attributes
-    ----------
-    base_points : ndarray
-        A_i about the centre of the base ring, turned with it, shape (N, n, 3), m, base frame.
-    matrices : ndarray
-        Orientation of the platform, shape (N, 3, 3).
-    base, cuff : ndarray
-        Centre of the base ring, base frame, and of the platform, axes of the platform, shape (N, 3), m.
-    """
-
-    base_points: FloatArray
-    matrices: FloatArray
-    base: FloatArray
-    cuff: FloatArray
 
 
 class ElasticEquations(Record):
@@ -134,47 +116,38 @@ class ElasticEquations(Record):
         points = np.concatenate([x, parameter[:, None]], axis=1)[:, None] + steps
         loads = self._varied_loads(rows, x)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), *loads).reshape(k, m + 1, m)
+            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), m + 1, *loads).reshape(k, m + 1, m)
         slopes = np.swapaxes(out.imag, 1, 2) / _STEP
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
 
     def place(self, rows: NDArray[np.intp], x: FloatArray, share: FloatArray) -> tuple[Placement, FloatArray]:
         """Where the parts are, and the orientation of the arm, for x of shape (k, m) and λ of shape (k,)."""
-        delta, turn, harness, cuff = (x[:, part] for part in self.parts)
+        delta, turn, *gives = (x[:, part] for part in self.parts)
         arm = self.query.matrices[rows].astype(x.dtype)
         if self.locked:
             arm = turn_matrix(turn) @ arm
-        base, carried = share[:, None] * self.base[rows], share[:, None] * self.cuff[rows]
-        points = np.repeat(self.mechanism.geometry.base_points[None], len(rows), axis=0)
-        platform = arm
-        if self.harness is not None:
-            turned = turn_matrix(harness[:, 3:])
-            points = points @ np.swapaxes(turned, 1, 2)
-            base = _moved(self.harness, harness, turned, base)
-        if self.soft_cuff is not None:
-            turned = turn_matrix(cuff[:, 3:])
-            platform = arm @ turned
-            carried = _turned(np.swapaxes(turned, 1, 2), _moved(self.soft_cuff, cuff, turned, carried))
-        return Placement(points, platform, base - delta, carried), arm
+        offsets = share[:, None] * self.base[rows], share[:, None] * self.cuff[rows]
+        points = self.mechanism.geometry.base_points
+        return placed(points, arm, delta, *offsets, self.mechanism.interfaces, *gives), arm
 
-    def sides(self, placement: Placement) -> SideWrenches:
-        """Side wrenches at a placement, which may be complex."""
-        return side_wrenches_of(
-            placement.base_points,
-            self.mechanism.geometry.platform_points,
-            *placement[1:],
-            self.flexibility,
-            self.resists,
-            self.mechanism.is_upu,
-        )
+    def sides(self, placement: Placement, copies: int = 1) -> tuple[SideWrenches, FloatArray]:
+        """Side wrenches at a placement, which may be complex, and turns of the guides' ends; see bent_wrenches."""
+        guides = straight_guides(placement.base_points, self.mechanism.geometry.platform_points, *placement[1:])
+        return bent_wrenches(guides, self.flexibility, self.resists, self.mechanism.is_upu, copies)
 
     def _residual(
-        self, rows: NDArray[np.intp], z: FloatArray, force: FloatArray, moment: FloatArray, device: FloatArray
+        self,
+        rows: NDArray[np.intp],
+        z: FloatArray,
+        copies: int,
+        force: FloatArray,
+        moment: FloatArray,
+        device: FloatArray,
     ) -> FloatArray:
-        """r, shape (k, m), of x and λ side by side; loads in full."""
+        """r, shape (k, m), of x and λ side by side; loads in full; ``copies`` rows each have the same real parts."""
         x, share = z[:, :-1], z[:, -1]
         placement, arm = self.place(rows, x, share)
-        side = self.sides(placement)
+        side, _ = self.sides(placement, copies)
         g = side.stiffness * side.deflection
         closure, limb_share = self._limbs(rows, placement, side)
         own = share[:, None, None] * closure
@@ -194,16 +167,16 @@ class ElasticEquations(Record):
         if self.harness is not None:
             wrench = (pull + g[..., None] * sides - own).sum(axis=1)
             own_x = x[:, self.parts[2]]
-            out.append(own_x - _give(self.harness, own_x, wrench, delta))
+            out.append(own_x - given_way(self.harness, own_x, wrench, delta))
         if self.soft_cuff is not None:
             wrench = share[:, None] * device + (limbs - g[..., None] * sides - pull).sum(axis=1)
             back = np.swapaxes(arm, 1, 2)
-            wrench = np.concatenate([_turned(back, wrench[:, :3]), _turned(back, wrench[:, 3:])], axis=1)
+            wrench = np.concatenate([turned(back, wrench[:, :3]), turned(back, wrench[:, 3:])], axis=1)
             own_x = x[:, self.parts[3]]
-            out.append(own_x - _give(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
+            out.append(own_x - given_way(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
         if self.locked:
             lines = self.mechanism.geometry.platform_points @ np.swapaxes(placement.matrices, 1, 2)
-            lines = lines + _turned(placement.matrices, placement.cuff)[:, None]
+            lines = lines + turned(placement.matrices, placement.cuff)[:, None]
             lines = lines - placement.base_points - placement.base[:, None]
             out.append(np.sqrt((lines * lines).sum(axis=-1)) - self.lengths[rows])
         return np.asarray(np.where(side.folded[:, None], np.nan, np.concatenate(out, axis=1)))
@@ -224,7 +197,7 @@ class ElasticEquations(Record):
         force, moment, device = (part[rows] for part in self._fixed)
         return force, moment, device
 
-    def given_way(
+    def led_to(
         self, x: FloatArray, row: int, delta: FloatArray, on_torso: FloatArray, by_cuff: FloatArray
     ) -> FloatArray:
         """What x of one held pose becomes under the wrenches that harness and cuff carry at x.
@@ -244,10 +217,10 @@ class ElasticEquations(Record):
         centre = x[None, self.parts[0]]
         parts = [delta]
         if self.harness is not None:
-            parts.append(_give(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
+            parts.append(given_way(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
         if self.soft_cuff is not None:
             wrench = np.concatenate(np.split(by_cuff, 2) @ self.query.matrices[row])[None]
-            parts.append(_give(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
+            parts.append(given_way(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
         return np.concatenate(parts)
 
     def _varied_loads(self, rows: NDArray[np.intp], x: FloatArray) -> tuple[FloatArray, ...]:
@@ -304,21 +277,3 @@ def _regular(matrix: FloatArray) -> FloatArray:
     """The matrices, NaN where numpy would refuse to solve for one."""
     lost = ~np.isfinite(matrix).all(axis=(1, 2)) | (np.linalg.det(np.nan_to_num(matrix)) == 0.0)
     return np.where(lost[:, None, None], np.eye(3) * np.nan, matrix) if lost.any() else matrix
-
-
-def _turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    return np.asarray((matrices @ vectors[..., None])[..., 0])
-
-
-def _moved(interface: Interface, give: FloatArray, turned: FloatArray, point: FloatArray) -> FloatArray:
-    """Where a point of the device's part comes to, shape (k, 3)."""
-    at = np.asarray(interface.at)
-    return np.asarray(at + give[:, :3] + _turned(turned, point - at))
-
-
-def _give(interface: Interface, give: FloatArray, wrench: FloatArray, centre: FloatArray) -> FloatArray:
-    """(t, v) under a wrench on the device's part, moment about ``centre``; ``give`` is where the wrench acts."""
-    force = wrench[:, :3]
-    moment = wrench[:, 3:] - np.cross(np.asarray(interface.at) + give[:, :3] - centre, force)
-    generalised = _turned(np.swapaxes(left_jacobian(give[:, 3:]), 1, 2), moment)
-    return np.concatenate([force, generalised], axis=1) @ interface.compliance

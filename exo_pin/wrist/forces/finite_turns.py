@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["left_jacobian", "turn_matrix"]
+__all__ = ["left_jacobian", "turn_coefficients", "turn_matrix"]
 
 #: θ² below which the series is used; its first term that is left out is below 1e-16 there.
 _SMALL = 1e-2
@@ -22,15 +22,23 @@ _SERIES = [[1.0, 6.0, 120.0, 5040.0, 362880.0, 39916800.0], [2.0, 24.0, 720.0, 4
            [6.0, 120.0, 5040.0, 362880.0, 39916800.0, 6227020800.0]]  # fmt: skip
 
 
-def _coefficients(v: FloatArray) -> list[FloatArray]:
-    """sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³, shape (..., 1, 1)."""
-    square = (v * v).sum(axis=-1)[..., None, None]
+def turn_coefficients(square: FloatArray) -> list[FloatArray]:
+    """sin θ/θ, (1 - cos θ)/θ² and (θ - sin θ)/θ³ for θ²."""
     near = np.abs(square) < _SMALL
-    series = [sum((-square) ** k / denominator for k, denominator in enumerate(row)) for row in _SERIES]
+    if near.all():
+        return [_series(square, row) for row in _SERIES]
+    series = [_series(np.where(near, square, 0.0), row) for row in _SERIES]
     safe = np.where(near, 1.0, square)
     angle = np.sqrt(safe)
     closed = [np.sin(angle) / angle, (1.0 - np.cos(angle)) / safe, (angle - np.sin(angle)) / (safe * angle)]
     return [np.where(near, a, b) for a, b in zip(series, closed, strict=True)]
+
+
+def _series(square: FloatArray, denominators: list[float]) -> FloatArray:
+    out = np.full_like(square, 1.0 / denominators[-1])
+    for denominator in denominators[-2::-1]:
+        out = 1.0 / denominator - square * out
+    return out
 
 
 def _cross_matrix(v: FloatArray) -> FloatArray:
@@ -43,13 +51,13 @@ def _cross_matrix(v: FloatArray) -> FloatArray:
 
 def turn_matrix(v: FloatArray) -> FloatArray:
     """exp [v], shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
-    first, second, _ = _coefficients(v)
+    first, second, _ = turn_coefficients((v * v).sum(axis=-1)[..., None, None])
     cross = _cross_matrix(v)
     return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
 
 def left_jacobian(v: FloatArray) -> FloatArray:
     """J_l, shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
-    _, second, third = _coefficients(v)
+    _, second, third = turn_coefficients((v * v).sum(axis=-1)[..., None, None])
     cross = _cross_matrix(v)
     return np.asarray(np.eye(3) + second * cross + third * (cross @ cross))

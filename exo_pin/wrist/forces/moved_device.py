@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...load_case.pose_stacks import Query
+from .bent_guides import largest_deflection
 from .displaced import Displaced
 from .elastic_equilibrium import ElasticEquations
 
@@ -34,6 +35,8 @@ class Movement(NamedTuple):
         frame), shape (N, 6), m and rad; zero where rigid.
     twist : ndarray
         φ_i of the guides, shape (N, n), rad.
+    bending : ndarray
+        How far the guides bend off the line A_i B_i, over its length, shape (N, n).
     lengths : ndarray
         Of the limbs, shape (N, n), m.
     forces : ndarray or None
@@ -45,6 +48,7 @@ class Movement(NamedTuple):
     harness: FloatArray
     cuff: FloatArray
     twist: FloatArray
+    bending: FloatArray
     lengths: FloatArray
     forces: FloatArray | None
 
@@ -79,8 +83,8 @@ class MovedDevice:
         self.loads = equations.loads(rows, arm)
         query = Query((len(rows),), at.matrices, *(part[rows] for part in own[2:]))
         mechanism = equations.mechanism
-        self.displaced = Displaced(mechanism, query, at.base, at.cuff, *self.loads[:2], at.base_points)
-        side = self.displaced.side
+        side, turns = equations.sides(at)
+        self.displaced = Displaced(mechanism, query, at.base, at.cuff, *self.loads[:2], at.base_points, side)
         delta, _, harness, cuff = (x[:, part] for part in equations.parts)
         self.misfit: FloatArray = side.deflection - (side.forces @ delta[..., None])[..., 0]
         ends = (mechanism.geometry.platform_points + at.cuff[:, None]) @ np.swapaxes(at.matrices, 1, 2)
@@ -91,6 +95,7 @@ class MovedDevice:
             harness if harness.size else none,
             cuff if cuff.size else none,
             side.twist,
+            largest_deflection(turns),
             np.linalg.norm(ends - at.base_points - at.base[:, None], axis=-1),
             x[:, equations.parts[3].stop :] if equations.locked else None,
         )

@@ -146,67 +146,122 @@ def side_wrenches_of(
     is_upu : ndarray of bool
         Shape (n,).
     """
+    guides = straight_guides(base_points, platform_points, matrices, base_offset, cuff_offset)
+    blank = guides.folded | ~is_upu
+    straight = unit_wrenches(guides, reciprocal_couples(guides), flexibility, blank, resists)
+    twist = np.where(blank, 0.0, angle_about(guides.directions, guides.x_base, guides.x_arm))
+    return straight._replace(
+        folded=np.asarray((guides.folded & is_upu).any(axis=1)), twist=twist, deflection=straight.torque * twist
+    )
+
+
+class StraightGuides(NamedTuple):
+    """Guides between their joints as if they did not bend, N poses of n limbs, base frame.
+
+    Attributes
+    ----------
+    directions : ndarray
+        s_i, shape (N, n, 3).
+    lengths : ndarray
+        l_i, shape (N, n), m.
+    ends : ndarray
+        B_i about O, shape (N, n, 3), m.
+    y_base, y_arm, x_base, x_arm : ndarray
+        Axes of the universal joints: Y that base and arm hold, X = Y × s / |Y × s| of the guide; shape (N, n, 3).
+    gap : ndarray
+        From the centre of the base ring to that of the platform, shape (N, 3), m.
+    folded : ndarray of bool
+        Shape (N, n): limbs along an axis that base or arm holds.
+    """
+
+    directions: FloatArray
+    lengths: FloatArray
+    ends: FloatArray
+    y_base: FloatArray
+    y_arm: FloatArray
+    x_base: FloatArray
+    x_arm: FloatArray
+    gap: FloatArray
+    folded: NDArray[np.bool_]
+
+
+def straight_guides(
+    base_points: FloatArray,
+    platform_points: FloatArray,
+    matrices: FloatArray,
+    base_offset: FloatArray,
+    cuff_offset: FloatArray,
+) -> StraightGuides:
+    """Where guides and joint axes are; arguments of :func:`side_wrenches_of`."""
     carried = np.einsum("kij,kj->ki", matrices, cuff_offset)
     arm = platform_points @ np.swapaxes(matrices, 1, 2)
     a, p = base_points + base_offset[:, None], arm + carried[:, None]
     span = p - a
-    length = _length(span)[..., 0]
-    s = _unit(span)
+    s = unit(span)
     # Axes of the joints that point to the centres: fixed to base and arm.
-    y_base = np.broadcast_to(-_unit(base_points), s.shape)
-    y_arm = -_unit(arm)
+    y_base = np.broadcast_to(-unit(base_points), s.shape)
+    y_arm = -unit(arm)
     across_base, across_arm = np.cross(y_base, s), np.cross(y_arm, s)
-    folded = np.minimum(_length(across_base).real, _length(across_arm).real)[..., 0] < FOLDED_SINE
-    x_base, x_arm = _unit(across_base), _unit(across_arm)
-    force, couple_arm, couple_base = _reciprocal(s, length, x_base, y_base, x_arm, y_arm)
-    misfit = np.einsum("kni,ki->kn", force, carried - base_offset)
-    blank = folded | ~is_upu
-    force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
-    stiffness = _stiffness(flexibility, s, length, force, couple_arm, couple_base)
-    twist = np.where(blank, 0.0, _angle(s, x_base, x_arm))
-    torque = np.where(blank, 0.0, _dot(couple_arm, s))
-    return SideWrenches(
-        directions=s,
-        moment_arms=np.cross(p, s),
-        forces=force,
-        moments=couple_arm + np.cross(p, force),
-        misfit=np.where(blank, 0.0, misfit),
-        stiffness=np.where(blank | ~resists, 0.0, stiffness),
-        folded=np.asarray((folded & is_upu).any(axis=1)),
-        twist=twist,
-        deflection=torque * twist,
-        bending=np.where(blank, 0.0, np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real)),
-        torque=torque,
+    folded = np.minimum(length_of(across_base).real, length_of(across_arm).real)[..., 0] < FOLDED_SINE
+    return StraightGuides(
+        s, length_of(span)[..., 0], p, y_base, y_arm, unit(across_base), unit(across_arm), carried - base_offset, folded
     )
 
 
-def _length(vectors: FloatArray) -> FloatArray:
+def unit_wrenches(
+    guides: StraightGuides,
+    wrench: tuple[FloatArray, ...],
+    flexibility: FloatArray,
+    blank: NDArray[np.bool_],
+    resists: NDArray[np.bool_],
+) -> SideWrenches:
+    """Wrenches of unit size with force and couples at B_i and A_i, without twist; none in the limbs of ``blank``."""
+    force, couple_arm, couple_base = wrench
+    s = guides.directions
+    misfit = np.einsum("kni,ki->kn", force, guides.gap)
+    force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
+    stiffness = _stiffness(flexibility, s, guides.lengths, force, couple_arm, couple_base)
+    none = np.zeros(blank.shape)
+    return SideWrenches(
+        directions=s,
+        moment_arms=np.cross(guides.ends, s),
+        forces=force,
+        moments=couple_arm + np.cross(guides.ends, force),
+        misfit=np.where(blank, 0.0, misfit),
+        stiffness=np.where(blank | ~resists, 0.0, stiffness),
+        folded=np.asarray(blank.any(axis=1)),
+        twist=none,
+        deflection=none,
+        bending=np.where(blank, 0.0, np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real)),
+        torque=np.where(blank, 0.0, dot(couple_arm, s)),
+    )
+
+
+def length_of(vectors: FloatArray) -> FloatArray:
     """Lengths, shape (..., 1), by a formula that is analytic, unlike a norm of absolute values."""
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True)))
 
 
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = _length(vectors)
+def unit(vectors: FloatArray) -> FloatArray:
+    length = length_of(vectors)
     return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
 
 
-def _angle(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
     """Angle about s from one unit vector across it to another, within ±π; analytic, unlike arctan2."""
-    return np.asarray(2.0 * np.arctan(_dot(np.cross(first, second), s) / (1.0 + _dot(first, second))))
+    return np.asarray(2.0 * np.arctan(dot(np.cross(first, second), s) / (1.0 + dot(first, second))))
 
 
 def _across(couple: FloatArray, s: FloatArray) -> FloatArray:
     """Size of a couple across the limb."""
-    return _length(np.cross(couple, s))[..., 0]
+    return length_of(np.cross(couple, s))[..., 0]
 
 
-def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
+def dot(u: FloatArray, v: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...i,...i->...", u, v))
 
 
-def _reciprocal(
-    s: FloatArray, length: FloatArray, x_base: FloatArray, y_base: FloatArray, x_arm: FloatArray, y_arm: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def reciprocal_couples(guides: StraightGuides) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The wrench without work in four revolute joints: force, couple at B_i and couple at A_i, per unit.
 
     The force is X + β (s × X), X halfway between the two joints' own axes, without a part along the limb. The couple at
@@ -215,11 +270,12 @@ def _reciprocal(
 
     Source: thesis (D-13), (D-14), (D-15), (D-16), (D-17), (D-18).
     """
-    X = _unit(x_base + x_arm)
+    s, length, _, y_base, y_arm, x_base, x_arm = guides[:7]
+    X = unit(x_base + x_arm)
     T = np.cross(s, X)
     across = np.cross(y_arm, x_arm)
-    a11, a12, b1 = _dot(across, y_base), -length * _dot(X, y_base), -length * _dot(T, y_base)
-    a21, a22, b2 = _dot(across, x_base), -length * _dot(X, x_base), -length * _dot(T, x_base)
+    a11, a12, b1 = dot(across, y_base), -length * dot(X, y_base), -length * dot(T, y_base)
+    a21, a22, b2 = dot(across, x_base), -length * dot(X, x_base), -length * dot(T, x_base)
     determinant = a11 * a22 - a12 * a21
     inverse = 1.0 / np.where(determinant == 0.0, 1.0, determinant)
     mu, beta = (b1 * a22 - b2 * a12) * inverse, (a11 * b2 - a21 * b1) * inverse
@@ -237,12 +293,12 @@ def _stiffness(
     couple_base: FloatArray,
 ) -> FloatArray:
     """k_i from the strain energy of the unit wrench, shape (N, n)."""
-    twist = _dot(couple_arm, s)
+    twist = dot(couple_arm, s)
     bend_arm = couple_arm - twist[..., None] * s
-    bend_base = couple_base - _dot(couple_base, s)[..., None] * s
-    bending = length / 3 * (_dot(bend_base, bend_base) + _dot(bend_base, bend_arm) + _dot(bend_arm, bend_arm))
-    couples = _dot(couple_arm, couple_arm) + _dot(couple_base, couple_base)
-    each = np.stack([bending, twist**2 * length, 2.0 * _dot(force, force), couples], axis=-1)
+    bend_base = couple_base - dot(couple_base, s)[..., None] * s
+    bending = length / 3 * (dot(bend_base, bend_base) + dot(bend_base, bend_arm) + dot(bend_arm, bend_arm))
+    couples = dot(couple_arm, couple_arm) + dot(couple_base, couple_base)
+    each = np.stack([bending, twist**2 * length, 2.0 * dot(force, force), couples], axis=-1)
     compliance = (each * flexibility).sum(axis=-1)
     some = compliance.real > 0.0
     return np.asarray(np.where(some, 1.0 / np.where(some, compliance, 1.0), 0.0))

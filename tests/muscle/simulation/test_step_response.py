@@ -275,3 +275,22 @@ def test_bad_input_is_named():
         LoadDependentFriction(1.0, np.nan, 1.0, 1.0)
     with pytest.raises(UnknownName, match="tang-constant-friction"):
         dynamic_model("tang")
+
+
+@pytest.mark.parametrize("lag", [0.3, 0.4, 0.5])
+def test_ever_smaller_slips_end(lag):
+    """As the pressure settles, rests and slips alternate at a steady pace, down to forces of the tolerance, and end."""
+    model, mass = dynamic_model("tang-3-31"), 1.299
+    response = simulate(
+        model, mass, PressureStep(0.0, 4e5, time_constant=lag), np.linspace(0, 12, 121),
+        outside="mark", rtol=1e-8, atol=1e-10, estimate_error=False,
+    )  # fmt: skip
+    assert response.at_rest
+    assert response.velocity[-1] == 0.0
+    assert abs(response.energy_residual) < 1e-6
+    slips = np.array([t for t, mode in response.switches if mode is Mode.SHORTENING])
+    lacking = 4e5 * np.exp(-slips / lag)  # Pa
+    steady = slips[(lacking > 0.1) & (lacking < 1e3)]
+    assert len(steady) > 8
+    np.testing.assert_allclose(np.diff(steady), np.diff(steady).mean(), rtol=2e-3)
+    assert lacking[-1] < 1e-2

@@ -1,0 +1,5 @@
+"""The built machine in motion: reference trajectories, and calibration from measured poses and limb lengths."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

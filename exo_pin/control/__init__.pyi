@@ -1,0 +1,14 @@
+from .trajectories.angle_path import AnglePath as AnglePath
+from .trajectories.orientation_spline import OrientationSpline as OrientationSpline
+from .trajectories.orientation_spline import read_reference as read_reference
+from .trajectories.point_to_point import Turn as Turn
+from .trajectories.point_to_point import point_to_point as point_to_point
+from .trajectories.reference import Reference as Reference
+from .trajectories.reference import ReferenceState as ReferenceState
+from .trajectories.reference import Trajectory as Trajectory
+from .trajectories.sequence import Sequence as Sequence
+from .trajectories.tasks import DAILY_TASKS as DAILY_TASKS
+from .trajectories.tasks import abduction as abduction
+from .trajectories.tasks import daily_task as daily_task
+from .trajectories.tasks import flexion as flexion
+from .trajectories.time_laws import TimeLaw as TimeLaw

@@ -1,0 +1,1 @@
+"""The built machine as a simulation: the plant that controllers drive."""

@@ -1,4 +1,4 @@
-"""The built machine in motion: reference trajectories, and calibration from measured poses and limb lengths."""
+"""The built machine in motion: plant, reference trajectories, controllers, sensors, experiments, calibration."""
 
 import lazy_loader
 

@@ -133,8 +133,8 @@ class Valve:
             a, b = np.broadcast_arrays(first, second)
         except ValueError:
             raise InvalidInput(f"expected pressures that broadcast, got {first.shape} and {second.shape}") from None
-        flows = [mass_flow(float(p), float(q), self.conductance, self.critical_ratio) for p, q in zip(a.flat, b.flat)]
-        return np.array(flows).reshape(a.shape)
+        pairs = np.stack([a.ravel(), b.ravel()], axis=1).tolist()
+        return np.array([mass_flow(p, q, self.conductance, self.critical_ratio) for p, q in pairs]).reshape(a.shape)
 
     def in_series(self, *others: Valve) -> Valve:
         """One valve in place of this and others behind it.

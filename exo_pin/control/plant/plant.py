@@ -15,6 +15,7 @@ from ...core.validation import as_finite, frozen
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
+from .assumptions import Assumption, assumptions_of
 from .faults import Fault, as_faults
 from .options import PlantOptions
 from .plant_tables import plant_tables
@@ -86,6 +87,11 @@ class Plant(Record):
         if len(units) != self.count:
             raise InvalidInput(f"expected {self.count} valve units, one a muscle, got {len(units)}")
         return units
+
+    @property
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Every parameter that the source does not print, with its value and basis."""
+        return assumptions_of(self.mechanism, self.options)
 
     def state(
         self,

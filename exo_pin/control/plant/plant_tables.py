@@ -24,7 +24,7 @@ _POWERS, _ERROR = (6, 3), 1e-8
 #: Whose thread gives the volume of the air.
 _THREAD = "fitted-chou-hannaford"
 #: Nominal length of the muscle whose braid has the stated stiffness, m.
-_BRAID_LENGTH = 0.15
+_BRAID_LENGTH = 0.3
 
 
 def muscles_of(mechanism: Mechanism) -> list[StaticModel]:

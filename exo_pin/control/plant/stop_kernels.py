@@ -5,10 +5,10 @@ pushed back by a spring and a damper, with the potential k d²/2 of the depth d 
 
     M = -(k d + c_d d') (∂d/∂θx e_x + ∂d/∂θz e_z)
 
-with the corners of |.| rounded off over 0.01 rad (|.| is smaller there, by at most as much). e_x and e_z are the gradients of the angles, x' = Ry e_x and w, the part of the arm's own z axis across Y
-divided by cos² θx. At θx = 90° the unit locks and w is infinite: within 0.6° of it the moment is held at its value
-there. Of the two triples of angles of an orientation the one with the smaller depth counts, as for
-:meth:`exo_pin.design.shoulder.Shoulder.allows`.
+with the corners of |.| rounded off over 0.01 rad (|.| is smaller there, by at most as much). e_x and e_z are the
+gradients of the angles, x' = Ry e_x and w, the part of the arm's own z axis across Y divided by cos² θx. At θx = 90°
+the unit locks and w is infinite: within 0.6° of it the moment is held at its value there. Of the two triples of angles
+of an orientation the one with the smaller depth counts, as for :meth:`exo_pin.design.shoulder.Shoulder.allows`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ FaultKind = Literal["leak", "burst", "torn", "stuck valve"]
 
 #: Kinds of faults.
 FAULTS = ("leak", "burst", "torn", "stuck valve")
-#: A hole as wide as the bladder, about 4 mm: C = 0.128 A/(ρ_0 sqrt(R T_0)) would be larger; assumed.
+#: A hole of 4 mm: C = 0.8 · 0.685 A/(ρ_0 sqrt(R T_0)), the choked flow of a nozzle with a discharge coefficient of 0.8.
 _BURST = Valve(2e-8, 0.5)
 
 
@@ -27,7 +27,7 @@ class Fault:
     Parameters
     ----------
     kind : {"leak", "burst", "torn", "stuck valve"}
-        "leak": air escapes through ``leak``. "burst": through a hole as wide as the bladder; the braid still holds the
+        "leak": air escapes through ``leak``. "burst": through a hole of 4 mm; the braid still holds the
         arm. "torn": the muscle has come off, and its limb carries nothing. "stuck valve": whatever the command, the
         valve does what ``command`` would make it do.
     muscle : int

@@ -1,4 +1,4 @@
-"""Integration of the plant from one instant to another: Dormand and Prince, order 5(4), on the rotation group, compiled.
+"""Integration of the plant from one instant to another: Dormand and Prince, order 5(4), on the rotation group.
 
 A Runge-Kutta-Munthe-Kaas method: the orientation is a rotation vector relative to that at the start of each step, and
 the step's end is the next one's start. The quaternion is brought to length 1 there, against rounding.
@@ -21,6 +21,8 @@ __all__ = ["DONE", "NOT_FINITE", "TOO_SMALL", "advance"]
 
 #: How an integration ended.
 DONE, TOO_SMALL, NOT_FINITE = 0, 1, 2
+#: Most steps in one call.
+_MOST = 200_000
 #: Least step, s, and the limits of the change of a step.
 _LEAST, _SHRINK, _GROW, _SAFETY = 1e-13, 0.2, 5.0, 0.9
 
@@ -110,4 +112,6 @@ def advance(t: Any, flows: Any, q: Any, y: Any, duration: float, step: float, rt
             step = h * factor
             if h < _LEAST:
                 return (NOT_FINITE if error == math.inf else TOO_SMALL), taken, step, left
+        if taken > _MOST:
+            return TOO_SMALL, taken, step, left
     return DONE, taken, step, left

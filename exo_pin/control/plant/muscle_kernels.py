@@ -91,7 +91,7 @@ def muscle_pull(law: Any, row: Any, i: int, x: float, bar: float) -> Any:
     force, slope, gain = static_law(law, i, inside / length, bar)
     if force <= 0.0 or slope >= 0.0:
         # Not on the falling branch that begins at x = 0, unless the law itself has no zero there.
-        strain, by_bar, found = free_contraction(law, i, bar)
+        strain, by_bar, _ = free_contraction(law, i, bar)
         if inside >= strain * length:
             braid = -row[_BRAID] * x if x < 0.0 else 0.0
             # A muscle that pulls with nothing at its nominal length is as long as that until air shortens it.

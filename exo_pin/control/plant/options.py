@@ -12,26 +12,7 @@ from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, Load
 from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
 
-__all__ = ["Assumption", "PlantOptions"]
-
-
-@dataclass(frozen=True)
-class Assumption:
-    """A parameter of the plant that the source does not print.
-
-    Attributes
-    ----------
-    name : str
-        Field of :class:`PlantOptions`, or key of the mechanism.
-    value : str
-        With its unit.
-    basis : str
-        Where the value comes from.
-    """
-
-    name: str
-    value: str
-    basis: str
+__all__ = ["PlantOptions"]
 
 
 def _unit() -> ValveUnit:
@@ -55,7 +36,7 @@ class PlantOptions:
     dead_volume : float
         Of the tube between valve and muscle, m³.
     braid_stiffness : float
-        Stiffness of a muscle that is pulled beyond its nominal length, N/m of a muscle of 0.15 m; shorter ones are
+        Stiffness of a muscle that is pulled beyond its nominal length, N/m of a muscle of 0.3 m; shorter ones are
         stiffer in proportion.
     muscle_damping : Damping or None
         (3-21); None for none.
@@ -84,14 +65,14 @@ class PlantOptions:
 
     Notes
     -----
-    Source: thesis Sections 5.2.1, 5.4.1, 5.4.3, 6.2; Table 5-6; (3-16), (3-21).
+    Source: thesis Sections 5.2.1, 5.4.1, 5.4.3, 6.2; Table 5-6; (3-16), (3-21); Table A-1.
     """
 
     supply: Supply | None = None
     valves: ValveUnit | Sequence[ValveUnit] = field(default_factory=_unit)
     polytropic_exponent: float = 1.0
     dead_volume: float = 2.5e-6
-    braid_stiffness: float = 2000.0
+    braid_stiffness: float = 2960.0
     muscle_damping: Damping | None = field(default_factory=lambda: Damping.from_bar(-1.0, 0.802))
     muscle_friction: FrictionLaw | None = None
     presliding: float = 2e-4

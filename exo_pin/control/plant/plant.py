@@ -15,10 +15,12 @@ from ...core.validation import as_finite, frozen
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
+from .assumptions import Assumption, assumptions_of
 from .faults import Fault, as_faults
 from .options import PlantOptions
 from .plant_tables import plant_tables
 from .run import Run
+from .settling import settled
 from .simulation import Clock, simulate_minimal
 from .state import Controller, PlantState, Sensor
 
@@ -86,6 +88,11 @@ class Plant(Record):
             raise InvalidInput(f"expected {self.count} valve units, one a muscle, got {len(units)}")
         return units
 
+    @property
+    def assumptions(self) -> tuple[Assumption, ...]:
+        """Every parameter that the source does not print, with its value and basis."""
+        return assumptions_of(self.mechanism, self.options)
+
     def state(
         self,
         orientation: Rotation | None = None,
@@ -114,6 +121,29 @@ class Plant(Record):
         pose = Rotation.identity() if orientation is None else orientation
         return PlantState(pose, frozen(np.array(angular_velocity, dtype=float)), np.broadcast_to(given, self.count))
 
+    def rest(self, pressures: ArrayLike = 0.0, near: Rotation | None = None) -> PlantState:
+        """The state of rest at constant pressures: the stable equilibrium that a damped motion from ``near`` leads to.
+
+        Friction is left out, so with friction the plant may rest elsewhere, too.
+
+        Parameters
+        ----------
+        pressures : array_like
+            Gauge pressures, shape (n,), Pa; a number is for all muscles.
+        near : Rotation, optional
+            Where the motion starts; the arm hanging if left out.
+
+        Raises
+        ------
+        InvalidInput
+            If something is not usable.
+        SolverFailed
+            If the motion does not end.
+        """
+        start = self.state(near, pressures=pressures)
+        pose = settled(self.tables, np.array(start.pressures), start.orientation)
+        return self.state(pose, pressures=start.pressures)
+
     def simulate(
         self,
         controller: Controller,
@@ -138,7 +168,7 @@ class Plant(Record):
         duration : float
             s.
         state0 : PlantState, optional
-            The start; :meth:`state` if left out: the arm hanging at rest, muscles empty.
+            The start; :meth:`rest` if left out: the arm at rest, muscles empty.
         control_rate : float
             Hz.
         faults : Fault or sequence of Fault
@@ -162,7 +192,7 @@ class Plant(Record):
         InvalidInput
             If an argument, or what the controller returns, is not usable.
         """
-        start = self.state() if state0 is None else state0
+        start = self.rest() if state0 is None else state0
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
             raise InvalidInput(f"expected state0 to be a PlantState of {self.count} muscles, got {start!r:.60}")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)

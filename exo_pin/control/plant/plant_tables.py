@@ -24,7 +24,7 @@ _POWERS, _ERROR = (6, 3), 1e-8
 #: Whose thread gives the volume of the air.
 _THREAD = "fitted-chou-hannaford"
 #: Nominal length of the muscle whose braid has the stated stiffness, m.
-_BRAID_LENGTH = 0.15
+_BRAID_LENGTH = 0.3
 
 
 def muscles_of(mechanism: Mechanism) -> list[StaticModel]:
@@ -139,7 +139,8 @@ def _rows(mechanism: Mechanism, muscles: list[StaticModel], options: PlantOption
     assert isinstance(thread, ChouHannaford)
     table = np.zeros((len(muscles), len(COLUMNS)))
     for row, model, limb in zip(table, muscles, mechanism.limbs, strict=True):
-        assert limb.stroke is not None and limb.stroke.end_fitting is not None
+        assert limb.stroke is not None
+        assert limb.stroke.end_fitting is not None
         line = model.validity.capability_line
         intercept = float(line(np.array(0.0)))
         slope = float(line(np.array(BAR))) - intercept if np.isfinite(intercept) else 0.0

@@ -89,7 +89,7 @@ def simulate_minimal(
     valves = Valves(plant.units, faults)
     rows, status, step = [], "completed", _FIRST_STEP
     instants = _instants(clock, faults, valves)
-    steps = 0
+    steps, before, flows = 0, 0.0, valves.flows(0.0)
     for time, sample, control in track(instants, "simulating", progress):
         if time > 0.0:
             ended, taken, step, left = advance(tables, flows, q, y, time - before, step, rtol, atol)

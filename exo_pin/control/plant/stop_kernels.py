@@ -3,12 +3,12 @@
 The unit turns freely about Y; its universal joint allows |θx - c| + |θz| <= h in the Y-X-Z angles. A point outside is
 pushed back by a spring and a damper, with the potential k d²/2 of the depth d = |θx - c| + |θz| - h:
 
-    M = -(k d + c_d d') (sign(θx - c) e_x + sign(θz) e_z)
+    M = -(k d + c_d d') (∂d/∂θx e_x + ∂d/∂θz e_z)
 
-where e_x and e_z are the gradients of the angles, x' = Ry e_x and w, the part of the arm's own z axis across Y
-divided by cos² θx. At θx = 90° the unit locks and w is infinite: within 0.6° of it the moment is held at its value
-there. Of the two triples of angles of an orientation the one with the smaller depth counts, as for
-:meth:`exo_pin.design.shoulder.Shoulder.allows`.
+with the corners of |.| rounded off over 0.01 rad (|.| is smaller there, by at most as much). e_x and e_z are the
+gradients of the angles, x' = Ry e_x and w, the part of the arm's own z axis across Y divided by cos² θx. At θx = 90°
+the unit locks and w is infinite: within 0.6° of it the moment is held at its value there. Of the two triples of angles
+of an orientation the one with the smaller depth counts, as for :meth:`exo_pin.design.shoulder.Shoulder.allows`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,17 @@ from ...numerics.vectors import dot
 
 __all__ = ["stop_moment"]
 
+#: Radius by which the corners of the diamond are rounded off, rad: at a sharp one the moment would jump.
+_CORNER = 0.01
 #: Least cos² of the angle of the universal joint.
 _LOCK = 1e-4
+
+
+@kernel
+def _rounded(value: float) -> Any:
+    """|value| with its corner rounded off, and its slope."""
+    root = math.sqrt(value * value + _CORNER * _CORNER)
+    return root - _CORNER, value / root
 
 
 @kernel
@@ -32,19 +41,16 @@ def stop_moment(R: Any, w: Any, centre: float, half: float, side: float, stiffne
     ``R`` rows of the rotation matrix, ``w`` angular velocity; ``side`` 1 for the left shoulder, -1 for the right.
     """
     zero = (0.0, 0.0, 0.0)
-    abduction = math.asin(min(max(-R[1][2], -1.0), 1.0))
+    abduction = side * math.asin(min(max(-R[1][2], -1.0), 1.0))
     axial = math.atan2(R[1][0], R[1][1])
-    first = abs(side * abduction - centre) + abs(axial)
+    off, by_x = _rounded(abduction - centre)
+    aside, by_z = _rounded(axial)
+    by_x, depth = side * by_x, off + aside - half
     turned = axial - math.pi if axial > 0.0 else axial + math.pi
-    second = abs(math.pi - side * abduction - centre) + abs(turned)
-    # The slope of |θx - c| by the abduction in (-90°, 90°), and of the axial angle.
-    by_x = side if side * abduction > centre else -side
-    by_z = 1.0 if axial > 0.0 else -1.0
-    depth = first - half
-    if second < first:
-        depth = second - half
-        by_x = -side if math.pi - side * abduction > centre else side
-        by_z = 1.0 if turned > 0.0 else -1.0
+    off, slope = _rounded(math.pi - abduction - centre)
+    aside, other = _rounded(turned)
+    if off + aside - half < depth:
+        by_x, by_z, depth = -side * slope, other, off + aside - half
     if depth <= 0.0:
         return zero, 0.0, 0.0
     # θy of the triple with cos θx > 0.

@@ -59,9 +59,11 @@ def _air(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
     )
     return [
         Assumption("supply", f"{supply / 1e5:g} bar", source if options.supply is None else "given"),
-        Assumption("valves", flow, "not printed; a small solenoid valve, and a restrictor through which a 250 mm muscle "
+        Assumption("valves", flow,
+                   "not printed; a small solenoid valve, and a restrictor through which a muscle of 250 mm "
                    "fills in about a second, several times faster than the experiments of Section 5.4"),
-        Assumption("valves.layout", unit.layout, 'printed as "three way two port", which is no valve; 3/2-way is meant'),
+        Assumption("valves.layout", unit.layout,
+                   'printed as "three way two port", which is no valve; 3/2-way is meant'),
         Assumption("polytropic_exponent", f"{options.polytropic_exponent:g}",
                    "no model of the air is printed; isothermal, as the muscles' walls are thin and the motions take "
                    "seconds"),
@@ -76,7 +78,8 @@ def _mechanics(options: PlantOptions) -> list[Assumption]:
     spring = "none" if options.series_spring is None else f"{options.series_spring:g} N/m"
     damping = "none" if options.muscle_damping is None else repr(options.muscle_damping)
     found = [
-        Assumption("force law", "that of the 300 mm muscle at equal strain", "Table 3-3c; no other length was measured"),
+        Assumption("force law", "that of the 300 mm muscle at equal strain",
+                   "Table 3-3c; no other length was measured"),
         Assumption("braid_stiffness", f"{options.braid_stiffness:g} N/m for 300 mm",
                    "least squares through zero of the six stretched states of Table A-1, without air"),
         Assumption("muscle_damping", damping, "(3-30), of the 300 mm muscle: no scaling with length is known"),
@@ -97,6 +100,7 @@ def _mechanics(options: PlantOptions) -> list[Assumption]:
         found.append(
             Assumption("stop_stiffness, stop_damping",
                        f"{options.stop_stiffness:g} N m/rad, {options.stop_damping:g} N m s/rad",
-                       "not printed; the moment of the weight, 1.2 N m, turns the unit by less than one degree beyond its end")
+                       "not printed; the moment of the weight, 1.2 N m, turns the unit by less than one degree beyond "
+                       "its end")
         )  # fmt: skip
     return found

@@ -28,7 +28,7 @@ from ...numerics.vectors import cross, dot, limb, matrix, turn, vector
 from .muscle_kernels import air_volume, tension
 from .stop_kernels import stop_moment
 
-__all__ = ["AIR", "FLOWS", "SHOULDER", "Tables", "observe", "rates", "state_size", "turned"]
+__all__ = ["AIR", "FLOWS", "SHOULDER", "Tables", "air_rates", "observe", "rates", "state_size", "turned"]
 
 #: Columns of :attr:`Tables.shoulder`, :attr:`Tables.air` and of the flows of a muscle.
 SHOULDER = (
@@ -193,13 +193,34 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     Mz -= joint[0] * w[2] + joint[1] * z[2]
     out[10 + 5 * n] = loss + joint[0] * dot(w, w) + joint[1] * dot(z, w)
     _turn_arm(t, R, w, (Mx, My, Mz), out)
-    # The manifold, if it is not held by its regulator.
-    fresh = mass_flow(t.air[1], y[9 + 2 * n], t.air[2], t.air[3]) if t.air[4] > 0.0 else drawn
+    _manifold(t, y, drawn, let_out, out)
+
+
+@kernel
+def _manifold(t: Any, y: Any, drawn: float, let_out: float, out: Any) -> None:
+    """Pressure of the manifold, if it is not held by its regulator, and the air that comes and goes."""
+    n = t.base.shape[0]
+    fresh = drawn
     out[9 + 2 * n] = 0.0
     if t.air[4] > 0.0:
+        fresh = mass_flow(t.air[1], y[9 + 2 * n], t.air[2], t.air[3])
         out[9 + 2 * n] = t.air[0] * GAS_CONSTANT * REFERENCE_TEMPERATURE * (fresh - drawn) / t.air[4]
     out[11 + 5 * n] = fresh
     out[12 + 5 * n] = let_out
+
+
+@kernel
+def air_rates(t: Any, flows: Any, lengths: Any, speeds: Any, y: Any, out: Any) -> None:
+    """Fill the rates of air and muscle friction for given lengths of the limbs and their rates, shape (n,) each.
+
+    The places of the state that belong to the arm and its shoulder are left as they are.
+    """
+    drawn, let_out = 0.0, 0.0
+    for i in range(t.base.shape[0]):
+        _, filled, vented = _muscle_rates(t, flows, i, y, speeds[i], lengths[i], out)
+        drawn += filled
+        let_out += vented
+    _manifold(t, y, drawn, let_out, out)
 
 
 @kernel

@@ -11,11 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import as_finite, frozen
+from ...core.validation import as_choice, as_finite, frozen
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
 from .assumptions import Assumption, assumptions_of
+from .chain_simulation import simulate_chain
 from .faults import Fault, as_faults
 from .options import PlantOptions
 from .plant_tables import plant_tables
@@ -27,7 +28,10 @@ from .state import Controller, PlantState, Sensor
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["Plant"]
+__all__ = ["METHODS", "Plant"]
+
+#: How a plant is integrated.
+METHODS = ("minimal", "chain")
 
 
 class Plant(Record):
@@ -50,7 +54,7 @@ class Plant(Record):
     MissingData
         If something of the design is not known.
     InvalidInput
-        If limbs have mass, or something is not usable.
+        If something is not usable.
 
     Examples
     --------
@@ -154,6 +158,7 @@ class Plant(Record):
         *,
         sensor: Sensor | None = None,
         sample_rate: float | None = None,
+        method: str = "minimal",
         rtol: float = 1e-8,
         progress: bool = False,
     ) -> Run:
@@ -177,6 +182,10 @@ class Plant(Record):
             From time and exact measurement to the one that the controller gets.
         sample_rate : float, optional
             Hz, at which the run is recorded; the control rate if left out.
+        method : {"minimal", "chain"}
+            "minimal" integrates in minimal coordinates on the rotation group, compiled, for massless limbs; "chain" the
+            closed chain of Pinocchio, some hundred times slower. They agree, but for dry friction in the shoulder,
+            which the chain has in each axis of the arm by itself.
         rtol : float
             Relative tolerance of a step.
         progress : bool
@@ -196,7 +205,8 @@ class Plant(Record):
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
             raise InvalidInput(f"expected state0 to be a PlantState of {self.count} muscles, got {start!r:.60}")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
-        return simulate_minimal(self, controller, clock, start, as_faults(faults, self.count), sensor, rtol, progress)
+        simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
+        return simulation(self, controller, clock, start, as_faults(faults, self.count), sensor, rtol, progress)
 
     def __repr__(self) -> str:
         return f"<Plant {self.mechanism.name!r}: {self.count} muscles>"

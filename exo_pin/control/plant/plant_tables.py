@@ -65,12 +65,8 @@ def plant_tables(mechanism: Mechanism, options: PlantOptions, load: Load | None)
     MissingData
         If something is not known.
     InvalidInput
-        If the limbs have mass, the load is not one constant force, or a law is no polynomial.
+        If the load is not one constant force, or a law is no polynomial.
     """
-    if not mechanism.limbs_are_massless:
-        raise InvalidInput(
-            'minimal coordinates are for massless limbs: give the arm their mass, or simulate with method="chain"'
-        )
     arm = mechanism.require_arm("a plant", inertia=True)
     assert arm.inertia is not None
     muscles, c = muscles_of(mechanism), arm.centre_of_mass

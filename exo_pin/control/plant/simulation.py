@@ -22,7 +22,7 @@ from .state import Controller, Measurement, PlantState, Sensor
 if TYPE_CHECKING:
     from .plant import Plant
 
-__all__ = ["Clock", "measured", "simulate_minimal"]
+__all__ = ["Clock", "as_commands", "fixed_instants", "measured", "simulate_minimal"]
 
 #: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg.
 _UNITS = {"turn": 1.0, "speed": 1.0, "pressure": 1e4, "bristle": 1.0, "energy": 1.0, "air": 1e-5}
@@ -81,6 +81,8 @@ def simulate_minimal(
     progress: bool,
 ) -> Run:
     """See :meth:`exo_pin.control.plant.plant.Plant.simulate`."""
+    if not plant.mechanism.limbs_are_massless:
+        raise InvalidInput('minimal coordinates are for massless limbs, and these have mass: use method="chain"')
     tables, n = plant.tables, plant.count
     q, y = start.orientation.as_quat(), np.zeros(state_size(n))
     y[3:6], y[6 : 6 + n] = start.angular_velocity, start.pressures + ATMOSPHERE
@@ -102,7 +104,7 @@ def simulate_minimal(
         if control:
             exact = measured(tables, q, y)
             seen = exact if sensor is None else sensor(time, exact)
-            valves.commands = _commands(controller(time, seen), n)
+            valves.commands = as_commands(controller(time, seen), n)
         valves.start(time)
         flows = valves.flows(time)
         if sample:
@@ -110,22 +112,26 @@ def simulate_minimal(
     return recorded(plant, np.array(rows), status, steps)
 
 
-def _instants(clock: Clock, faults: tuple[Fault, ...], valves: Valves) -> Iterator[tuple[float, bool, bool]]:
-    """Times at which something happens, s, whether the run is recorded there and whether the controller is called."""
+def fixed_instants(clock: Clock, faults: tuple[Fault, ...]) -> list[tuple[float, bool, bool]]:
+    """Times in s known beforehand, whether the run is recorded there, and whether the controller is called."""
     samples, controls = clock.ticks(clock.sample_rate), clock.ticks(clock.control_rate)
     events = np.array([t for f in faults for t in (f.start, f.end) if 0.0 < t < clock.duration])
     fixed = np.unique(np.concatenate([samples, controls, events]))
     fixed = fixed[np.append(True, np.diff(fixed) > _SAME)]
     sampled = _among(fixed, samples)
-    controlled = _among(fixed, controls[:-1] if controls[-1] >= clock.duration - _SAME else controls)
+    controlled = _among(fixed, controls) & (fixed < clock.duration - _SAME)
+    return list(zip(fixed.tolist(), sampled.tolist(), controlled.tolist(), strict=True))
+
+
+def _instants(clock: Clock, faults: tuple[Fault, ...], valves: Valves) -> Iterator[tuple[float, bool, bool]]:
+    """As :func:`fixed_instants`, and those at which a valve switches."""
     time = 0.0
-    for place, instant in enumerate(fixed.tolist()):
-        # A valve that switches before the next fixed instant.
-        while place and (switch := valves.next_switch(time)) < instant - _SAME:
+    for instant, sample, control in fixed_instants(clock, faults):
+        while instant > 0.0 and (switch := valves.next_switch(time)) < instant - _SAME:
             time = switch
             yield time, False, False
         time = instant
-        yield instant, bool(sampled[place]), bool(controlled[place])
+        yield instant, sample, control
 
 
 def _among(times: FloatArray, chosen: FloatArray) -> np.ndarray:
@@ -134,6 +140,6 @@ def _among(times: FloatArray, chosen: FloatArray) -> np.ndarray:
     return np.minimum(np.abs(padded[place] - times), np.abs(padded[place - 1] - times)) <= _SAME
 
 
-def _commands(given: object, n: int) -> FloatArray:
+def as_commands(given: object, n: int) -> FloatArray:
     commands = as_finite("the controller's commands", given, (n,))  # type: ignore[arg-type]
     return frozen(np.clip(commands, -1.0, 1.0))

@@ -7,7 +7,7 @@ pushed back by a spring and a damper, with the potential k d²/2 of the depth d 
 
 with the corners of |.| rounded off over 0.01 rad (|.| is smaller there, by at most as much). e_x and e_z are the
 gradients of the angles, x' = Ry e_x and w, the part of the arm's own z axis across Y divided by cos² θx. At θx = 90°
-the unit locks and w is infinite: within 0.6° of it the moment is held at its value there. Of the two triples of angles
+the unit locks and w is infinite: within 6° of it the moment is held at its value there. Of the two triples of angles
 of an orientation the one with the smaller depth counts, as for :meth:`exo_pin.design.shoulder.Shoulder.allows`.
 """
 
@@ -24,7 +24,7 @@ __all__ = ["stop_moment"]
 #: Radius by which the corners of the diamond are rounded off, rad: at a sharp one the moment would jump.
 _CORNER = 0.01
 #: Least cos² of the angle of the universal joint.
-_LOCK = 1e-4
+_LOCK = 1e-2
 
 
 @kernel

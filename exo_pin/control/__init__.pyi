@@ -1,3 +1,10 @@
+from .calibration.calibrate import calibrate as calibrate
+from .calibration.pose_choice import PoseInformation as PoseInformation
+from .calibration.pose_choice import SuggestedPoses as SuggestedPoses
+from .calibration.pose_choice import pose_information as pose_information
+from .calibration.pose_choice import suggest_poses as suggest_poses
+from .calibration.result import Calibration as Calibration
+from .calibration.undetermined import Undetermined as Undetermined
 from .trajectories.angle_path import AnglePath as AnglePath
 from .trajectories.orientation_spline import OrientationSpline as OrientationSpline
 from .trajectories.orientation_spline import read_reference as read_reference

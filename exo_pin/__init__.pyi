@@ -1,4 +1,6 @@
 from .chain.closed_chain import ClosedChain as ClosedChain
+from .control.calibration.calibrate import calibrate as calibrate
+from .control.calibration.result import Calibration as Calibration
 from .core.conventions import shoulder_angles as shoulder_angles
 from .core.conventions import shoulder_rotation as shoulder_rotation
 from .core.conventions import thesis_angles as thesis_angles
@@ -23,6 +25,7 @@ from .core.errors import OutsideRangeOfMotion as OutsideRangeOfMotion
 from .core.errors import SimulationStopped as SimulationStopped
 from .core.errors import SingularConfiguration as SingularConfiguration
 from .core.errors import SolverFailed as SolverFailed
+from .core.errors import SuspectMeasurements as SuspectMeasurements
 from .core.errors import UndeterminedMotion as UndeterminedMotion
 from .core.errors import UndrivenMotion as UndrivenMotion
 from .core.errors import UnknownName as UnknownName

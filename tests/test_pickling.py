@@ -28,7 +28,7 @@ WAYS = {
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
 }
-PROTOCOLS = {"ForceLimited", "PressureActuator"}
+PROTOCOLS = {"ForceLimited", "PressureActuator", "Reference"}
 
 
 @pytest.fixture(scope="module")

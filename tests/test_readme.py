@@ -74,6 +74,12 @@ def test_code_on_other_programs_runs(monkeypatch, capsys, tmp_path):
     assert len(again.closures) == 3
 
 
+def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):
+    names = run_code_of("trajectories.md", monkeypatch, tmp_path)
+    assert "[45.  0.  0.] [0.31415927 0.         0.        ]" in capsys.readouterr().out
+    assert len(names["answer"].movement.times) == 151
+
+
 def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     names = run_code_of("closed_chains.md", monkeypatch, tmp_path)
     chain, q = names["chain"], names["q"]

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput, UnknownName
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, frozen
+from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
 from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
 from .measurement_noise import MeasurementNoise
 from .motion_and_load import FASTEST, Motion
@@ -107,8 +108,7 @@ class Movement(Record):
         poses = as_rotation("orientations", orientations)
         _check_samples(t, poses)
         stated = _stated(smoothing, sensor_noise, len(t))
-        q = poses.as_quat()
-        q[1:] *= np.cumprod(np.sign(np.einsum("ij,ij->i", q[1:], q[:-1])))[:, None]
+        q = continuous_quaternions(poses)
         # Scaled to spacing 1, so that the spline's conditioning does not depend on the unit of time.
         unit = float(t[-1] - t[0]) / (len(t) - 1)
         x = (t - t[0]) / unit
@@ -116,7 +116,7 @@ class Movement(Record):
             curve = interpolate_samples(x, q, _AXES)
         else:
             curve = fit_samples(x, q, _AXES, None if stated is None else _HALF * stated)
-        u, velocity, acceleration = _derivatives(curve.values, unit)
+        u, velocity, acceleration = motion_of_quaternions(curve.values, unit)
         _check_acceleration(acceleration, curve.penalty == 0.0)
         settled = poses if curve.penalty == 0.0 else Rotation.from_quat(u)
         return cls(t, settled, Motion(velocity, acceleration), _noise_of(t, curve, unit, stated))
@@ -192,26 +192,3 @@ def _near_ends(t: FloatArray, reach: float) -> Any:
     edges = t[np.concatenate([[True], after]) | np.concatenate([after, [True]])]
     above = np.searchsorted(edges, t).clip(1, len(edges) - 1)
     return np.minimum(np.abs(t - edges[above - 1]), np.abs(edges[above] - t)) < reach
-
-
-def _derivatives(values: FloatArray, unit: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Unit quaternions, ω and η from quaternions of any length and their derivatives by t/unit."""
-    q, dq, ddq = values[0], values[1] / unit, values[2] / unit**2
-    size = np.linalg.norm(q, axis=-1, keepdims=True)
-    u = q / size
-
-    def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-        return np.asarray((a * b).sum(axis=-1, keepdims=True))
-
-    rate = dot(u, dq)
-    du = (dq - u * rate) / size
-    rate_change = dot(du, dq) + dot(u, ddq)
-    ddu = (ddq - du * rate - u * rate_change) / size - du * rate / size
-    return u, 2.0 * _vector_part(du, u), 2.0 * _vector_part(ddu, u)
-
-
-def _vector_part(p: FloatArray, u: FloatArray) -> FloatArray:
-    """vec(p ū) of quaternions xyzw."""
-    v, w = p[..., :3], p[..., 3:]
-    a, b = -u[..., :3], u[..., 3:]
-    return np.asarray(w * a + b * v + np.cross(v, a))

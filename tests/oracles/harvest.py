@@ -14,6 +14,7 @@ from moving_chains import moving
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
+from trajectory_examples import trajectory_examples
 from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
 
@@ -103,7 +104,15 @@ def harvest(folder):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
     made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
-    for example in (*muscle_examples(), *rare_examples(), *error_examples(), *made_once, *workspace_examples()):
+    control = trajectory_examples()
+    for example in (
+        *muscle_examples(),
+        *rare_examples(),
+        *error_examples(),
+        *made_once,
+        *workspace_examples(),
+        *control,
+    ):
         catcher.keep_all(example, set())
     return {kind: list(found.values()) for kind, found in catcher.caught.items()}
 

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.load_case import Motion, Movement
-from exo_pin.load_case.trajectories import _derivatives
+from exo_pin.numerics.smoothing.quaternion_curves import motion_of_quaternions
 from exo_pin.numerics.smoothing.smoothing_splines import _LEAST, _Search, interpolate_samples
 
 #: Turns about the first and the second axis: amplitudes (rad), rates (rad/s) and a constant rate about the third.
@@ -76,7 +76,7 @@ def errors_of_all_smoothings(exo, t, measured, true, trials=40):
         basis = search.basis(penalty)
         curves.append(basis.values(q, basis.factor(penalty)))
     for values in curves:
-        u, omega, eta = _derivatives(values, unit)
+        u, omega, eta = motion_of_quaternions(values, unit)
         if np.abs(eta).max() < 1e6:
             yield forces(exo, Rotation.from_quat(u), Motion(omega, eta)) - true
 

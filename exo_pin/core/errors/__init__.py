@@ -29,7 +29,7 @@ from .inputs import (
 )
 from .muscles import NotIdentifiable, OutsideRangeOfMotion, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
-from .warning_categories import ExoPinWarning, NoisyMovement, OutsideHumanRange
+from .warning_categories import ExoPinWarning, NoisyMovement, OutsideHumanRange, SuspectMeasurements
 
 __all__ = [
     "BeyondLimits",
@@ -58,6 +58,7 @@ __all__ = [
     "SimulationStopped",
     "SingularConfiguration",
     "SolverFailed",
+    "SuspectMeasurements",
     "UndeterminedMotion",
     "UndrivenMotion",
     "UnknownName",

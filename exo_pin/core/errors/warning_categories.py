@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["ExoPinWarning", "NoisyMovement", "OutsideHumanRange"]
+__all__ = ["ExoPinWarning", "NoisyMovement", "OutsideHumanRange", "SuspectMeasurements"]
 
 
 class ExoPinWarning(UserWarning):
@@ -15,3 +15,7 @@ class NoisyMovement(ExoPinWarning):
 
 class OutsideHumanRange(ExoPinWarning):
     """A pose that a human shoulder of that side does not reach, or an angle in the wrong unit."""
+
+
+class SuspectMeasurements(ExoPinWarning):
+    """Measurements look mislabelled, or given in another frame, order or unit than expected."""

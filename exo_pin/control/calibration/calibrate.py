@@ -1,0 +1,195 @@
+"""``calibrate``: from measured poses and limb lengths to the device as built and worn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, as_mapping, as_positive, as_rotation, frozen, require_method
+from .estimation import LOSSES, estimate, inflation, starting_mountings
+from .information import Information, as_prior
+from .length_model import LengthModel, as_unknowns
+from .plausibility import as_lengths, as_orientations, warn_of_mix_ups
+from .result import Calibration, MeasurementErrors
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["JOINTS", "calibrate"]
+
+#: What is unknown if nothing else is said.
+JOINTS = ("base_points", "platform_points")
+#: Larger errors are no measurement, m and rad.
+_WORST_LENGTH, _WORST_ORIENTATION = 0.1, 1.0
+
+
+def calibrate(
+    orientations: Rotation,
+    lengths: ArrayLike,
+    nominal: ShoulderExo,
+    *,
+    unknowns: str | Iterable[str] = JOINTS,
+    length_noise: float | None = None,
+    orientation_noise: float = 0.0,
+    tolerances: Mapping[str, float] | None = None,
+    torso_mounting: Rotation | None = None,
+    arm_mounting: Rotation | None = None,
+    loss: str = "linear",
+) -> Calibration:
+    """Find joint centres, length offsets, the device's centre and sensor mountings from measured poses.
+
+    Nonlinear least squares from a nominal design, with exact derivatives. The arm is assumed to turn about one fixed
+    point, the shoulder's centre, and limbs to be straight between their joint centres (no slack muscle). Errors are
+    independent: of each length with standard deviation ``length_noise``, of each orientation about each axis with
+    ``orientation_noise``. An error of an orientation moves all lengths of its pose at once and is weighted so
+    (errors in variables, to first order).
+
+    Parameters
+    ----------
+    orientations : Rotation
+        Stack of shape (...): the arm in {O_A}; or, with mountings, the arm's sensor seen from the torso's,
+        R_GTᵀ R_GS of Figure 5-9.
+    lengths : array_like
+        Shape (..., n), m: between the joint centres, or with ``length_offsets`` unknown shorter by a constant of each
+        limb, such as a muscle's length without its end fittings.
+    nominal : ShoulderExo
+        The design to start from.
+    unknowns : iterable of str
+        * ``"base_points"``, ``"platform_points"``: A_i and B_i, all three coordinates of each;
+        * ``"length_offsets"``: o_i, so that |A_i B_i| = measured length + o_i;
+        * ``"base_offset"``, ``"cuff_offset"``: where the device's centre is, seen from the shoulder's, of the base and
+          of the cuff (:class:`exo_pin.CentreOffset`);
+        * ``"torso_mounting"``, ``"arm_mounting"``: Q_T from the torso's sensor to {O_A}, and Q_S from {O_B} to the
+          arm's sensor (R_SS' of Figure 5-9): R = Q_T R_GTᵀ R_GS Q_S.
+    length_noise : float, optional
+        m. Estimated from the residuals if left out.
+    orientation_noise : float
+        rad, about each axis; it needs ``length_noise``.
+    tolerances : mapping of str to float, optional
+        Standard deviation of the nominal design before any measurement, m or rad, by name of the unknown, such as
+        ``{"base_points": 0.002}``. They need ``length_noise``.
+    torso_mounting, arm_mounting : Rotation, optional
+        Q_T and Q_S, or the values to start from if they are unknown. None is the identity; if it is unknown, all
+        24 mountings along the axes of the body are tried.
+    loss : {"linear", "huber", "cauchy"}
+        Robust losses give outliers less weight ("huber") or next to none ("cauchy").
+
+    Returns
+    -------
+    Calibration
+        With the calibrated design, ``covariance``, ``undetermined`` and residuals; it prints.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes do not fit, lengths are in another unit, or there is nothing to estimate the noise from.
+    SolverFailed
+        If least squares does not converge.
+
+    Warns
+    -----
+    SuspectMeasurements
+        If the data fit far better with the limbs in another order, or other angles.
+
+    Notes
+    -----
+    See :mod:`exo_pin.control.calibration.undetermined` for what lengths cannot determine. Source of the chain of
+    sensors: thesis 5.3, Figure 5-9.
+    """
+    require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
+    poses = as_orientations(orientations)
+    errors = _errors(length_noise, orientation_noise, loss)
+    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
+    measured = poses.as_matrix()
+    free = "length_offsets" in model.unknowns
+    start = model.evaluate(np.zeros(model.size), measured).values
+    values = as_lengths(lengths, orientations, start, free)
+    prior = prior_of(model, tolerances, errors.length_noise)
+    model = _started(model, measured, values, torso_mounting is None, arm_mounting is None)
+    warn_of_mix_ups(model, poses, values)
+    found = estimate(model, measured, values, errors.length_noise, errors.orientation_noise, prior, loss)
+    if not np.isfinite(found.scale):
+        raise InvalidInput(
+            f"{values.size} lengths leave nothing to estimate their noise from, with {model.size} unknowns: measure "
+            "more poses, or give length_noise"
+        )
+    rank = int(np.linalg.matrix_rank(found.jacobian * model.scales))
+    variance = found.scale**2 * inflation(found, loss, rank)
+    information = Information(model, found.values, measured, found.jacobian, variance, prior)
+    return Calibration(nominal, model, found, information, poses, frozen(values), errors)
+
+
+def nominal_model(
+    nominal: ShoulderExo,
+    unknowns: str | Iterable[str],
+    torso_mounting: Rotation | None = None,
+    arm_mounting: Rotation | None = None,
+) -> LengthModel:
+    """The model of a design's lengths, to start from."""
+    still, mountings = Rotation.identity(), []
+    for name, mounting in (("torso_mounting", torso_mounting), ("arm_mounting", arm_mounting)):
+        if mounting is not None and as_rotation(name, mounting).shape != ():
+            raise InvalidInput(f"expected {name} to be a single rotation, got shape {mounting.shape}")
+        mountings.append(still if mounting is None else mounting)
+    geometry = nominal.geometry
+    return LengthModel(
+        geometry.base_points,
+        geometry.platform_points,
+        np.zeros(geometry.limb_count),
+        mountings[0],
+        mountings[1],
+        as_unknowns(unknowns),
+    )
+
+
+def prior_of(model: LengthModel, tolerances: Any, length_noise: float | None) -> FloatArray:
+    """Tolerances as standard deviations of the unknowns, shape (p,)."""
+    given = as_mapping("tolerances", tolerances, "unknown to standard deviation")
+    if given and length_noise is None:
+        raise InvalidInput("expected length_noise with tolerances: it says how much the lengths weigh beside them")
+    return as_prior(model, {name: as_positive(f"tolerance of {name}", value) for name, value in given.items()})
+
+
+def _errors(length_noise: float | None, orientation_noise: float, loss: str) -> MeasurementErrors:
+    as_choice("loss", loss, LOSSES)
+    turn = as_positive("orientation_noise", orientation_noise, zero=True)
+    if turn > _WORST_ORIENTATION:
+        raise InvalidInput(
+            f"expected orientation_noise in rad, at most {_WORST_ORIENTATION:g}, got {turn:g} (degrees?)"
+        )
+    if length_noise is None:
+        if turn > 0.0:
+            raise InvalidInput("expected length_noise with orientation_noise: they weigh against each other")
+        return MeasurementErrors(None, 0.0, loss)
+    length = as_positive("length_noise", length_noise)
+    if length > _WORST_LENGTH:
+        raise InvalidInput(f"expected length_noise in m, at most {_WORST_LENGTH:g}, got {length:g} (millimetres?)")
+    return MeasurementErrors(length, turn, loss)
+
+
+def _started(
+    model: LengthModel, measured: FloatArray, lengths: FloatArray, find_torso: bool, find_arm: bool
+) -> LengthModel:
+    """The model with length offsets and mountings near those of the data."""
+    searched = [
+        name
+        for name, find in (("torso_mounting", find_torso), ("arm_mounting", find_arm))
+        if find and name in model.unknowns
+    ]
+    torso, arm, offsets = model.torso, model.arm, model.offsets
+    if searched:
+        fixed = tuple(name for name in model.unknowns if not name.endswith("mounting"))
+        torso, arm = starting_mountings(
+            LengthModel(model.base, model.platform, offsets, torso, arm, (*fixed, *searched)), measured, lengths
+        )
+    started = LengthModel(model.base, model.platform, offsets, torso, arm, model.unknowns)
+    if "length_offsets" in model.unknowns:
+        predicted = started.evaluate(np.zeros(model.size), measured).values
+        offsets = np.median(predicted - lengths, axis=0)
+        started = LengthModel(model.base, model.platform, offsets, torso, arm, model.unknowns)
+    return started

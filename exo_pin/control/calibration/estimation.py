@@ -1,0 +1,202 @@
+"""Nonlinear least squares for the unknowns, weighted for errors of lengths and orientations, robust if desired."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import SolverFailed
+from ...core.validation import FloatArray
+from .information import whitening
+from .length_model import LengthModel
+
+__all__ = ["LOSSES", "UNIT", "Estimate", "estimate", "inflation", "starting_mountings"]
+
+#: Robust losses and the residual, in standard deviations, from which they count less; 95 % efficient for normal errors.
+LOSSES = {"linear": np.inf, "huber": 1.345, "cauchy": 2.385}
+#: The weights have converged when the unknowns move by less than this part of the joints' distance from the centre.
+_STILL = 1e-10
+_MOST_ROUNDS = 200
+#: Lengths without a stated noise are weighted with this one, m.
+UNIT = 1e-3
+#: Tolerances, m, that lead to the solution nearest to the nominal design before they are dropped: what is not
+#: determined then stays near its nominal value.
+_NEAR = (0.02, 1.0, 50.0)
+#: Standard deviation of a normal distribution over the median of its absolute values.
+_MEDIAN = 1.4826
+#: Poses that choose among mountings to start from.
+_ENOUGH = 50
+
+
+class Estimate(NamedTuple):
+    """What least squares found.
+
+    Attributes
+    ----------
+    values : ndarray
+        Shape (p,).
+    residuals : ndarray
+        Shape (N n,): measured minus predicted lengths, errors independent with standard deviation 1 as far as known.
+    jacobian : ndarray
+        Shape (N n, p): derivatives of the predicted lengths in the same unit.
+    weights : ndarray
+        Shape (N n,): of the robust loss, 1 for all of the linear one.
+    scale : float
+        Standard deviation of the residuals: 1 if the noise is stated, else estimated.
+    """
+
+    values: FloatArray
+    residuals: FloatArray
+    jacobian: FloatArray
+    weights: FloatArray
+    scale: float
+
+
+def estimate(
+    model: LengthModel,
+    measured: FloatArray,
+    lengths: FloatArray,
+    length_noise: float | None,
+    orientation_noise: float,
+    prior: FloatArray,
+    loss: str,
+) -> Estimate:
+    """Minimise the weighted squares of the lengths' errors, and of the unknowns' changes over their tolerances.
+
+    Parameters
+    ----------
+    model, measured
+        As in :meth:`LengthModel.evaluate`.
+    lengths : ndarray
+        Shape (N, n), m.
+    length_noise : float or None
+        Standard deviation, m; estimated from the residuals if None.
+    orientation_noise : float
+        Standard deviation about each axis, rad.
+    prior : ndarray
+        Shape (p,), tolerances.
+    loss : str
+        Of :data:`LOSSES`. Weights and unknowns are found in turn (iteratively reweighted least squares).
+
+    Raises
+    ------
+    SolverFailed
+        If least squares or the weights do not converge.
+    """
+    noises = (UNIT if length_noise is None else length_noise, orientation_noise)
+    problem = _Problem(model, measured, lengths, noises)
+    values, weights, scale = np.zeros(model.size), np.ones(lengths.size), 1.0
+    for near in _NEAR:
+        problem.set_weights(values)
+        values = problem.solve(values, weights, np.minimum(prior, near * model.scales))
+    for _ in range(_MOST_ROUNDS):
+        problem.set_weights(values)
+        before, values = values, problem.solve(values, weights, prior)
+        residuals, jacobian = problem.residuals(values), problem.jacobian(values)
+        freedom = len(residuals) - min(np.linalg.matrix_rank(jacobian * model.scales), len(residuals))
+        scale = 1.0 if length_noise is not None else _scale(residuals, freedom, loss)
+        old, weights = weights, _weights(residuals / scale if scale > 0.0 else residuals, loss)
+        moved = float(np.abs((values - before) / model.scales).max(initial=0.0))
+        if (orientation_noise == 0.0 and loss == "linear") or (
+            moved < _STILL * model.reach and np.abs(weights - old).max() < 1e-6
+        ):
+            return Estimate(values, residuals, jacobian, weights, scale)
+    raise SolverFailed("reweighted least squares", moved, "the weights do not converge; try loss='linear'")
+
+
+def _scale(residuals: FloatArray, freedom: int, loss: str) -> float:
+    if freedom <= 0:
+        return float("nan")
+    if loss == "linear":
+        return float(np.sqrt(residuals @ residuals / freedom))
+    return float(_MEDIAN * np.median(np.abs(residuals)) * np.sqrt(len(residuals) / freedom))
+
+
+def _weights(z: FloatArray, loss: str) -> FloatArray:
+    size = np.abs(z) / LOSSES[loss]
+    if loss == "cauchy":
+        return 1.0 / (1.0 + size**2)
+    return 1.0 / np.maximum(size, 1.0)
+
+
+def inflation(found: Estimate, loss: str, unknowns: int) -> float:
+    """Variance of a robust estimate over that of least squares with the same noise (Huber 1981, section 7.6)."""
+    if loss == "linear" or found.scale == 0.0:
+        return 1.0
+    z = found.residuals / found.scale
+    pull = found.weights * z
+    if loss == "huber":
+        slope = (found.weights == 1.0).astype(float)
+    else:
+        size = (z / LOSSES[loss]) ** 2
+        slope = (1.0 - size) / (1.0 + size) ** 2
+    mean, count = float(slope.mean()), len(z)
+    correction = 1.0 + unknowns / count * float(slope.var()) / mean**2
+    return correction**2 * float(pull @ pull) / (count - unknowns) / mean**2
+
+
+class _Problem:
+    """Weighted residuals and their derivatives."""
+
+    def __init__(
+        self, model: LengthModel, measured: FloatArray, lengths: FloatArray, noises: tuple[float, float]
+    ) -> None:
+        self.model, self.measured, self.lengths, self.noises = model, measured, lengths, noises
+        self.set_weights(np.zeros(model.size))
+
+    def set_weights(self, values: FloatArray) -> None:
+        """Weigh errors as they are at these values."""
+        self.whiten = whitening(self.model.evaluate(values, self.measured), *self.noises)
+
+    def residuals(self, values: FloatArray) -> FloatArray:
+        """Measured minus predicted."""
+        short = self.lengths - self.model.evaluate(values, self.measured).values
+        return np.asarray(np.einsum("kij,kj->ki", self.whiten, short).ravel())
+
+    def jacobian(self, values: FloatArray) -> FloatArray:
+        """Derivatives of the predicted lengths."""
+        by = self.model.evaluate(values, self.measured).by_unknowns
+        return np.asarray((self.whiten @ by).reshape(-1, self.model.size))
+
+    def solve(self, start: FloatArray, weights: FloatArray, prior: FloatArray) -> FloatArray:
+        """Least squares with these weights."""
+        root = np.sqrt(weights)
+        held = np.isfinite(prior)
+        stiff = np.diag(1.0 / prior)[held]
+        found = scipy.optimize.least_squares(
+            lambda p: np.concatenate([-root * self.residuals(p), p[held] / prior[held]]),
+            start,
+            jac=lambda p: np.concatenate([root[:, None] * self.jacobian(p), stiff]),
+            x_scale=self.model.scales,
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=None,
+            max_nfev=500,
+        )
+        if found.status == 0:
+            raise SolverFailed("least squares", found.optimality, "start nearer to the device: check the design")
+        return np.asarray(found.x)
+
+
+def starting_mountings(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> tuple[Rotation, Rotation]:
+    """Mountings to start from: those given, turned so that the sensors' axes lie along other axes, if that fits better.
+
+    Sensors are often mounted with their axes along those of the body, in another order or sense.
+    """
+    chosen = np.linspace(0, len(measured) - 1, min(_ENOUGH, len(measured))).astype(int)
+    turns, still = Rotation.create_group("O"), Rotation.identity(1)
+    turns = turns[np.argsort(turns.magnitude(), kind="stable")]
+    torsos = (turns if "torso_mounting" in model.unknowns else still) * model.torso
+    arms = model.arm * (turns if "arm_mounting" in model.unknowns else still)
+    ends = np.einsum("kij,sjl,ml->ksmi", measured[chosen], arms.as_matrix(), model.platform)
+    seen = np.einsum("tij,ksmj->tskmi", torsos.as_matrix(), ends)
+    misfit = lengths[chosen] + model.offsets - np.linalg.norm(seen - model.base, axis=-1)
+    if "length_offsets" in model.unknowns:
+        misfit -= misfit.mean(axis=2, keepdims=True)
+    squares = (misfit**2).sum(axis=(2, 3))
+    # Of equally good ones the first, as given: the first turn is none at all.
+    t, s = np.unravel_index(int(np.argmin(np.round(squares / squares.max(), 9))), squares.shape)
+    return torsos[int(t)], arms[int(s)]

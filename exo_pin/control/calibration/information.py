@@ -1,0 +1,157 @@
+"""How much measured lengths say about the unknowns: covariance, singular values, undetermined directions."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import scipy
+
+from ...core.errors import InvalidInput
+from ...core.records import Record
+from ...core.validation import FloatArray, frozen
+from .length_model import LengthModel, Lengths
+from .undetermined import Undetermined, named_directions
+
+__all__ = ["Information", "whitening"]
+
+#: Singular values below this part of the largest are zero.
+_RANK = 1e-10
+#: A quantity with this part of itself, or less, in undetermined directions is determined.
+_TOUCHES = 1e-6
+#: A direction whose standard deviation is beyond this part of the joints' distance from the centre is not determined.
+_TOO_UNCERTAIN = 0.1
+
+
+def whitening(lengths: Lengths, length_noise: float, orientation_noise: float) -> FloatArray:
+    """Matrices that make the errors of one pose's lengths independent with standard deviation 1, shape (N, n, n).
+
+    An error of the measured orientation moves all lengths of its pose at once: the covariance is
+    σ_l² 1 + σ_R² G Gᵀ with G the lengths' derivatives by a turn of the arm (errors in variables, to first order).
+    """
+    G = lengths.by_orientation
+    n = G.shape[1]
+    covariance = length_noise**2 * np.eye(n) + orientation_noise**2 * (G @ np.swapaxes(G, 1, 2))
+    return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+class Information(Record):
+    """Of lengths measured in some poses, and of tolerances.
+
+    Parameters
+    ----------
+    model : LengthModel
+        The unknowns.
+    values : ndarray
+        Shape (p,), where the derivatives are taken.
+    measured : ndarray
+        Shape (N, 3, 3), orientations as measured.
+    jacobian : ndarray
+        Shape (N n, p): derivatives of the lengths, errors independent with standard deviation 1.
+    variance : float
+        Of these errors, if it is not 1.
+    prior : ndarray
+        Shape (p,): standard deviation of each unknown before any measurement; infinite if there is no tolerance.
+    """
+
+    def __init__(
+        self,
+        model: LengthModel,
+        values: FloatArray,
+        measured: FloatArray,
+        jacobian: FloatArray,
+        variance: float,
+        prior: FloatArray,
+    ) -> None:
+        self.model, self.values, self.measured = model, values, measured
+        self.variance = float(variance)
+        scaled = _triangle(jacobian * model.scales)
+        _, sizes, directions = np.linalg.svd(scaled)
+        #: Of the Jacobian, shape (p,), largest first: standard deviations of the lengths per m of a joint.
+        self.singular_values = frozen(np.concatenate([sizes, np.zeros(model.size - len(sizes))]))
+        self._directions = directions.T
+        # Measurements without any error determine exactly what they determine.
+        self._known = scaled
+        if variance > 0.0:
+            self._known = np.concatenate([scaled / np.sqrt(variance), np.diag(model.scales / prior)])
+
+    @property
+    def rank(self) -> int:
+        """Number of directions that the data determine."""
+        return int((self.singular_values > _RANK * max(float(self.singular_values[0]), 1e-300)).sum())
+
+    @functools.cached_property
+    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
+        """Standard deviation along each of p orthonormal directions of the scaled unknowns, tolerances included."""
+        _, sizes, directions = np.linalg.svd(_triangle(self._known))
+        sizes = np.concatenate([sizes, np.zeros(self.model.size - len(sizes))])
+        zero = sizes <= _RANK * sizes[0]
+        deviations = np.full(len(sizes), np.inf)
+        deviations[~zero] = 0.0 if self.variance == 0.0 else 1.0 / sizes[~zero]
+        return deviations, directions.T
+
+    def spread(self, rows: FloatArray) -> FloatArray:
+        """Covariance of linear functions of the unknowns.
+
+        Parameters
+        ----------
+        rows : ndarray
+            Shape (k, p).
+
+        Returns
+        -------
+        ndarray
+            Shape (k, k). A function that is not determined has an infinite variance, and NaN with all others.
+        """
+        deviations, directions = self._spectrum
+        open_ = ~np.isfinite(deviations)
+        along = (rows * self.model.scales) @ directions
+        size = np.linalg.norm(along, axis=1)
+        lost = np.linalg.norm(along[:, open_], axis=1) > _TOUCHES * np.maximum(size, 1e-300)
+        half = along[:, ~open_] * deviations[~open_]
+        covariance = half @ half.T
+        covariance[lost, :] = covariance[:, lost] = np.nan
+        covariance[lost, lost] = np.inf
+        return frozen(covariance)
+
+    @functools.cached_property
+    def covariance(self) -> FloatArray:
+        """Shape (p, p), m² and rad²; infinite variance and NaN where an unknown is not determined."""
+        return self.spread(np.eye(self.model.size))
+
+    @functools.cached_property
+    def standard_deviations(self) -> FloatArray:
+        """Shape (p,), m and rad; infinite where an unknown is not determined."""
+        return frozen(np.sqrt(np.diag(self.covariance)))
+
+    @functools.cached_property
+    def undetermined(self) -> tuple[Undetermined, ...]:
+        """What the measurements alone do not determine, or not to a tenth of the joints' distance from the centre."""
+        sizes = self.singular_values
+        deviations = np.full(len(sizes), np.inf)
+        deviations[: self.rank] = np.sqrt(self.variance) / sizes[: self.rank]
+        lost = deviations > _TOO_UNCERTAIN * self.model.reach
+        return named_directions(self.model, self.values, self.measured, self._directions[:, lost], deviations[lost])
+
+    @property
+    def typical_deviation(self) -> float:
+        """Geometric mean of the standard deviations along p independent directions, m; infinite if one is.
+
+        Measurements that make it least are D-optimal.
+        """
+        return float(np.exp(np.log(np.maximum(self._spectrum[0], 1e-300)).mean()))
+
+
+def _triangle(matrix: FloatArray) -> FloatArray:
+    """Upper triangular matrix with the same singular values and directions of unknowns."""
+    return np.asarray(scipy.linalg.qr(matrix, mode="r")[0])[: matrix.shape[1]]
+
+
+def as_prior(model: LengthModel, tolerances: dict[str, float]) -> FloatArray:
+    """Standard deviation of each unknown before any measurement, shape (p,), infinite without a tolerance."""
+    prior = np.full(model.size, np.inf)
+    for name, tolerance in tolerances.items():
+        if name not in model.places:
+            raise InvalidInput(f"tolerance of {name}, which is none of the unknowns: {', '.join(model.unknowns)}")
+        prior[model.places[name]] = tolerance
+    return frozen(prior)

@@ -1,0 +1,199 @@
+"""Measured lengths as a function of the unknowns, with exact derivatives.
+
+A sensor pair measures S = R_GTᵀ R_GS, the arm's sensor seen from the torso's (Figure 5-9). The arm's orientation is
+R = Q_T S Q_S, with Q_T from the torso's sensor to {O_A} and Q_S from {O_B} to the arm's sensor. Of limb i
+
+    a_i = A_i + ε_base        b_i = R (B_i + ε_cuff)        measured length = |b_i - a_i| - o_i
+
+with A_i and B_i in the device's own frames, ε the offsets of the device's centre from the shoulder's (base frame and
+arm frame) and o_i the length that the sensor leaves out: the end fittings of a muscle, the zero of an encoder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, frozen
+
+__all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns"]
+
+#: What can be unknown. The unit is m, but rad of the mountings.
+GROUPS = (
+    "base_points",
+    "platform_points",
+    "length_offsets",
+    "base_offset",
+    "cuff_offset",
+    "torso_mounting",
+    "arm_mounting",
+)
+#: Written before the components of each.
+_SYMBOLS = {
+    "base_points": "A",
+    "platform_points": "B",
+    "length_offsets": "length offset",
+    "base_offset": "base offset",
+    "cuff_offset": "cuff offset",
+    "torso_mounting": "torso mounting",
+    "arm_mounting": "arm mounting",
+}
+
+
+class Lengths(NamedTuple):
+    """Measured lengths that a model predicts in N poses, n limbs, p unknowns.
+
+    Attributes
+    ----------
+    values : ndarray
+        Shape (N, n), m.
+    by_unknowns : ndarray
+        Shape (N, n, p): derivatives by the unknowns.
+    by_orientation : ndarray
+        Shape (N, n, 3), m/rad: derivatives by a turn of the arm about the axes of {O_A}.
+    """
+
+    values: FloatArray
+    by_unknowns: FloatArray
+    by_orientation: FloatArray
+
+
+def as_unknowns(names: str | Iterable[str]) -> tuple[str, ...]:
+    """Groups of unknowns in the order of :data:`GROUPS`.
+
+    Raises
+    ------
+    InvalidInput
+        If there is none, or one is unknown (:class:`exo_pin.UnknownName`).
+    """
+    given = (names,) if isinstance(names, str) else names
+    if not isinstance(given, Iterable):
+        raise InvalidInput(f"expected unknowns as names, got {names!r:.60}")
+    found = {as_choice("unknown", name, GROUPS) for name in given}
+    if not found:
+        raise InvalidInput(f"expected one unknown or more of {', '.join(GROUPS)}, got none")
+    return tuple(name for name in GROUPS if name in found)
+
+
+class LengthModel:
+    """The equations above for one design; the vector of unknowns holds changes from its values.
+
+    Parameters
+    ----------
+    base, platform : ndarray
+        Shape (n, 3), m: A_i and B_i to start from.
+    offsets : ndarray
+        Shape (n,), m: o_i to start from.
+    torso, arm : Rotation
+        Q_T and Q_S to start from.
+    unknowns : tuple of str
+        Of :data:`GROUPS`, in their order.
+    """
+
+    def __init__(
+        self,
+        base: FloatArray,
+        platform: FloatArray,
+        offsets: FloatArray,
+        torso: Rotation,
+        arm: Rotation,
+        unknowns: tuple[str, ...],
+    ) -> None:
+        self.base, self.platform, self.offsets = base, platform, offsets
+        self.torso, self.arm, self.unknowns = torso, arm, unknowns
+        n = len(base)
+        self.limb_count = n
+        sizes = {"base_points": 3 * n, "platform_points": 3 * n, "length_offsets": n}
+        #: Where each group stands in the vector of unknowns.
+        self.places: dict[str, slice] = {}
+        start = 0
+        for name in unknowns:
+            self.places[name] = slice(start, start + sizes.get(name, 3))
+            start += sizes.get(name, 3)
+        #: Number of unknowns p.
+        self.size = start
+        names, units = [], []
+        for name in unknowns:
+            names += _components(name, n)
+            units += ["rad" if name.endswith("mounting") else "m"] * sizes.get(name, 3)
+        #: Name of each unknown, such as ``"A_2 x"``, and its unit.
+        self.names, self.units = tuple(names), tuple(units)
+        reach = float(np.linalg.norm(np.concatenate([base, platform]), axis=1).mean())
+        #: Mean distance of the joints from the centre, m: a turn by 1 rad moves them by this much.
+        self.reach = reach
+        #: Changes of the unknowns that move joints by about the same length.
+        self.scales = frozen(np.array([1.0 / reach if unit == "rad" else 1.0 for unit in units]))
+
+    def group(self, name: str, values: FloatArray, shape: tuple[int, ...] = (3,)) -> FloatArray:
+        """Values of one group in a vector of unknowns, zero if it is not unknown."""
+        return values[self.places[name]].reshape(shape) if name in self.places else np.zeros(shape)
+
+    def joints(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """A_i + ε_base and B_i + ε_cuff, shape (n, 3) each: joints seen from the shoulder's centre."""
+        shape = self.base.shape
+        a = self.base + self.group("base_points", values, shape) + self.group("base_offset", values)
+        b = self.platform + self.group("platform_points", values, shape) + self.group("cuff_offset", values)
+        return a, b
+
+    def mountings(self, values: FloatArray) -> tuple[Rotation, Rotation]:
+        """Q_T and Q_S."""
+        torso = Rotation.from_rotvec(self.group("torso_mounting", values)) * self.torso
+        return torso, self.arm * Rotation.from_rotvec(self.group("arm_mounting", values))
+
+    def length_offsets(self, values: FloatArray) -> FloatArray:
+        """o_i, shape (n,)."""
+        return self.offsets + self.group("length_offsets", values, (self.limb_count,))
+
+    def evaluate(self, values: FloatArray, measured: FloatArray) -> Lengths:
+        """Lengths and their derivatives.
+
+        Parameters
+        ----------
+        values : ndarray
+            Shape (p,), the unknowns.
+        measured : ndarray
+            Shape (N, 3, 3), S of each pose.
+        """
+        a, b = self.joints(values)
+        torso, arm = self.mountings(values)
+        R = torso.as_matrix() @ measured @ arm.as_matrix()
+        ends = np.einsum("kij,nj->kni", R, b)
+        lines = ends - a
+        lengths = np.linalg.norm(lines, axis=-1)
+        directions = lines / lengths[..., None]
+        # Of the platform's joint in {O_B}, and of a turn in {O_A} and {O_B}.
+        in_arm = np.einsum("kji,knj->kni", R, directions)
+        turned = np.cross(ends, directions)
+        N, n = lengths.shape
+        out = np.zeros((N, n, self.size))
+        for name, place in self.places.items():
+            block = out[:, :, place]
+            if name in ("base_points", "platform_points"):
+                own = -directions if name == "base_points" else in_arm
+                for i in range(n):
+                    block[:, i, 3 * i : 3 * i + 3] = own[:, i]
+            elif name == "length_offsets":
+                block[:, np.arange(n), np.arange(n)] = -1.0
+            elif name == "base_offset":
+                block[:] = -directions
+            elif name == "cuff_offset":
+                block[:] = in_arm
+            elif name == "torso_mounting":
+                # exp(θ + dθ) = exp(J_l dθ) exp(θ), J_l(θ) = J_r(-θ).
+                block[:] = turned @ pin.Jexp3(-self.group(name, values))
+            else:
+                block[:] = np.cross(b, in_arm) @ pin.Jexp3(self.group(name, values))
+        return Lengths(lengths - self.length_offsets(values), out, turned)
+
+
+def _components(name: str, count: int) -> list[str]:
+    symbol = _SYMBOLS[name]
+    if name == "length_offsets":
+        return [f"{symbol} {i + 1}" for i in range(count)]
+    limbs = [f"{symbol}_{i + 1}" for i in range(count)] if name.endswith("points") else [symbol]
+    return [f"{limb} {axis}" for limb in limbs for axis in "xyz"]

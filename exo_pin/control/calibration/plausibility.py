@@ -1,0 +1,143 @@
+"""Measurements that are mislabelled, or in another unit, frame or order of angles than expected."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import scipy
+from scipy.spatial.transform import Rotation
+
+from ...core.conventions import mirrored, thesis_angles, thesis_rotation
+from ...core.errors import InvalidInput, SuspectMeasurements
+from ...core.validation import FloatArray, as_finite, as_rotation
+from .length_model import LengthModel
+
+__all__ = ["as_lengths", "as_orientations", "warn_of_mix_ups"]
+
+#: Lengths beyond this, m, were given in another unit.
+_LONGEST = 5.0
+#: Ratios of measured to nominal lengths that a unit explains.
+_UNITS = {"millimetres": 1000.0, "centimetres": 100.0, "inches": 1.0 / 0.0254}
+#: Lengths that differ from the nominal ones by no more than this, m (root of the mean square), look right.
+_NEAR = 0.005
+#: Another reading must leave this part of the differences or less.
+_CLEARLY_BETTER = 0.35
+
+
+def as_orientations(orientations: Rotation) -> Rotation:
+    """A flat stack of measured orientations, shape (N,)."""
+    poses = as_rotation("orientations", orientations)
+    if poses.shape == ():
+        raise InvalidInput("expected a stack of orientations, one a measured pose, got a single one")
+    return Rotation.from_quat(poses.as_quat().reshape(-1, 4))
+
+
+def as_lengths(lengths: object, orientations: Rotation, nominal: FloatArray, free_offsets: bool) -> FloatArray:
+    """Measured lengths, shape (N, n), m, one row a pose and one column a limb.
+
+    Parameters
+    ----------
+    lengths : array_like
+        As given.
+    orientations : Rotation
+        As given, shape (...).
+    nominal : ndarray
+        Shape (N, n), lengths of the nominal design, m.
+    free_offsets : bool
+        Whether a constant may be missing from each limb's lengths.
+
+    Raises
+    ------
+    InvalidInput
+        If the shapes do not fit, a length is not above zero, or all are in another unit.
+    """
+    count = nominal.shape[1]
+    given = as_finite("lengths", lengths, (None,) * len(orientations.shape) + (count,))  # type: ignore[arg-type]
+    if given.shape[:-1] != orientations.shape:
+        raise InvalidInput(
+            f"expected lengths of shape {(*orientations.shape, count)}, one row an orientation and one column a limb, "
+            f"got {given.shape}"
+        )
+    values = given.reshape(-1, count)
+    # Against the nominal lengths, or against how much they change.
+    own, expected = (np.ptp(x, axis=0).mean() if free_offsets else np.median(x) for x in (values, nominal))
+    for unit, factor in _UNITS.items():
+        if expected > 0.0 and 0.6 < own / (expected * factor) < 1.6:
+            raise InvalidInput(
+                f"expected lengths in m, about {expected:.3g}, got {own:.4g}: these look like {unit}, divide by "
+                f"{factor:.5g}"
+            )
+    if values.max() > _LONGEST:
+        raise InvalidInput(f"expected lengths in m, at most {_LONGEST:g}, got {values.max():g} (millimetres?)")
+    if values.min() <= 0.0 and not free_offsets:
+        raise InvalidInput(f"expected lengths above zero, got {values.min():g}; make length_offsets unknown for others")
+    return values
+
+
+def warn_of_mix_ups(model: LengthModel, orientations: Rotation, lengths: FloatArray, stacklevel: int = 3) -> None:
+    """Warn (:class:`SuspectMeasurements`) if another reading of the data fits the nominal design far better.
+
+    The readings are: limbs in another order, orientations inverted, of the other side of the body, or made from angles
+    of the other order. A constant per limb is left out of the comparison. Where mountings are unknown, only the order
+    of the limbs is judged.
+    """
+    fits = _Misfits(model, lengths)
+    predicted = fits.predicted(orientations)
+    squares = fits.pairs(predicted)
+    base = float(np.sqrt(np.diag(squares).mean()))
+    if base <= _NEAR:
+        return
+    best, cause = _CLEARLY_BETTER * base, ""
+    order = scipy.optimize.linear_sum_assignment(squares)[1]
+    swapped = float(np.sqrt(squares[np.arange(len(order)), order].mean()))
+    if swapped < best:
+        moved = [f"column {j + 1} is limb {i + 1}" for i, j in enumerate(order.tolist()) if i != j]
+        best, cause = swapped, f"the limbs are in another order: {', '.join(moved)}"
+    if not {"torso_mounting", "arm_mounting"} & set(model.unknowns):
+        for reading, other in _readings(orientations).items():
+            left = float(np.sqrt(np.diag(fits.pairs(fits.predicted(other))).mean()))
+            if left < best:
+                best, cause = left, reading
+    if cause:
+        warnings.warn(
+            f"changes of the lengths differ from those of the nominal design by {1e3 * base:.3g} mm, but only by "
+            f"{1e3 * best:.3g} mm if {cause}",
+            SuspectMeasurements,
+            stacklevel=stacklevel,
+        )
+
+
+def _readings(orientations: Rotation) -> dict[str, Rotation]:
+    """What the orientations may be instead."""
+    theta = thesis_angles(orientations)
+    flexion, abduction, turned = orientations.as_euler("YXZ", suppress_warnings=True).T
+    return {
+        "the orientations are inverted: they must take {O_B} to {O_A}": orientations.inv(),
+        "the orientations are of the other side of the body: load the design with that side": mirrored(orientations),
+        "angles in the order Y-X-Z (shoulder_rotation) were read as X-Y-Z (thesis_rotation)": Rotation.from_euler(
+            "YXZ", theta[:, [1, 0, 2]]
+        ),
+        "angles in the order X-Y-Z (thesis_rotation) were read as Y-X-Z (shoulder_rotation)": thesis_rotation(
+            abduction, flexion, turned
+        ),
+    }
+
+
+class _Misfits:
+    """Mean squares of differences between measured and predicted changes of lengths."""
+
+    def __init__(self, model: LengthModel, lengths: FloatArray) -> None:
+        self.model = model
+        self.measured = lengths - lengths.mean(axis=0)
+
+    def predicted(self, orientations: Rotation) -> FloatArray:
+        """Shape (N, n), of the nominal design."""
+        torso, arm = self.model.torso, self.model.arm
+        R = torso.as_matrix() @ orientations.as_matrix() @ arm.as_matrix()
+        lengths = np.linalg.norm(np.einsum("kij,nj->kni", R, self.model.platform) - self.model.base, axis=-1)
+        return np.asarray(lengths - lengths.mean(axis=0))
+
+    def pairs(self, predicted: FloatArray) -> FloatArray:
+        """Of limb i's prediction and column j, shape (n, n)."""
+        return np.asarray(((predicted[:, :, None] - self.measured[:, None, :]) ** 2).mean(axis=0))

@@ -1,0 +1,252 @@
+"""Which poses to measure: how much a set of them says, and sets that say most."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.records import Record
+from ...core.validation import FloatArray, as_choice, as_positive, frozen, require_method
+from ...load_case.ranges_of_motion import ADL_BOX
+from .calibrate import JOINTS, nominal_model, prior_of
+from .information import Information, whitening
+from .length_model import LengthModel, Lengths
+from .plausibility import as_orientations
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["PoseInformation", "SuggestedPoses", "pose_information", "suggest_poses"]
+
+#: Candidates by themselves: the grid of daily life, degrees.
+_GRID = 15.0
+#: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.
+_LOOSE = 0.05
+#: A pose is exchanged if the criterion gains this part of itself.
+_GAIN = 1e-9
+#: What can be made least.
+CRITERIA = ("variance", "determinant")
+_MOST_PASSES = 20
+
+
+class PoseInformation(Record):
+    """What measurements in some poses would determine, before any is made.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the unknowns.
+    information : Information
+        With singular values, covariance and undetermined directions.
+    """
+
+    def __init__(self, names: tuple[str, ...], information: Information) -> None:
+        self.names, self.information = names, information
+
+    @property
+    def singular_values(self) -> FloatArray:
+        """Shape (p,), largest first: standard deviations of the lengths per m of a joint, along p directions."""
+        return self.information.singular_values
+
+    @property
+    def standard_deviations(self) -> FloatArray:
+        """Shape (p,): expected of each unknown, m and rad; infinite where it is not determined."""
+        return self.information.standard_deviations
+
+    @property
+    def typical_deviation(self) -> float:
+        """Geometric mean of the standard deviations along p independent directions, m."""
+        return self.information.typical_deviation
+
+    def __str__(self) -> str:
+        lost, worst = self.information.undetermined, float(self.standard_deviations.max())
+        poses = len(self.information.measured)
+        if lost:
+            lines = [f"{poses} poses do not determine {len(lost)} of {len(self.names)} directions:"]
+            return "\n".join(lines + [f"  {direction}" for direction in lost])
+        return (
+            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} mm or mrad, "
+            f"{1e3 * self.typical_deviation:.2g} mm in the geometric mean"
+        )
+
+
+class SuggestedPoses(NamedTuple):
+    """Poses to measure.
+
+    Attributes
+    ----------
+    orientations : Rotation
+        Stack of shape (count,), in the order of the candidates.
+    chosen : ndarray
+        Shape (count,), indices of the candidates (flattened).
+    expected : PoseInformation
+        What measurements there would determine.
+    """
+
+    orientations: Rotation
+    chosen: NDArray[np.intp]
+    expected: PoseInformation
+
+
+def pose_information(
+    orientations: Rotation,
+    nominal: ShoulderExo,
+    *,
+    unknowns: str | Iterable[str] = JOINTS,
+    length_noise: float,
+    orientation_noise: float = 0.0,
+    tolerances: Mapping[str, float] | None = None,
+    torso_mounting: Rotation | None = None,
+    arm_mounting: Rotation | None = None,
+) -> PoseInformation:
+    """How much lengths measured in these poses would say about the unknowns.
+
+    Arguments as in :func:`exo_pin.calibrate`; ``orientations`` are as the sensors would measure them.
+
+    Returns
+    -------
+    PoseInformation
+    """
+    model, prior, whiten, lengths = _expected(
+        orientations, nominal, unknowns, (length_noise, orientation_noise), tolerances, torso_mounting, arm_mounting
+    )
+    measured = as_orientations(orientations).as_matrix()
+    jacobian = (whiten @ lengths.by_unknowns).reshape(-1, model.size)
+    return PoseInformation(model.names, Information(model, np.zeros(model.size), measured, jacobian, 1.0, prior))
+
+
+def suggest_poses(
+    nominal: ShoulderExo,
+    count: int,
+    candidates: Rotation | None = None,
+    *,
+    unknowns: str | Iterable[str] = JOINTS,
+    length_noise: float,
+    orientation_noise: float = 0.0,
+    tolerances: Mapping[str, float] | None = None,
+    criterion: str = "variance",
+) -> SuggestedPoses:
+    """Choose the poses whose measurement determines the unknowns best.
+
+    Poses are added one by one, the best first, and then exchanged for others as long as that helps. No pose is chosen
+    twice. Where something cannot be determined in principle, it is left aside.
+
+    Parameters
+    ----------
+    nominal : ShoulderExo
+        The design.
+    count : int
+        Number of poses.
+    candidates : Rotation, optional
+        Stack of shape (...), poses that can be taken. If left out, a grid of 15° over the box of daily life
+        (Table 2-1) on the design's side, as far as its shoulder allows; strokes of limbs are not regarded.
+    unknowns, length_noise, orientation_noise, tolerances
+        As in :func:`exo_pin.calibrate`.
+    criterion : {"variance", "determinant"}
+        What is made least: the sum of the variances of all unknowns, a turn counted by how far it moves the joints
+        (A-optimal), or the determinant of the covariance (D-optimal).
+
+    Returns
+    -------
+    SuggestedPoses
+
+    Raises
+    ------
+    InvalidInput
+        If there are fewer candidates than poses.
+    """
+    require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
+    poses = _grid(nominal) if candidates is None else as_orientations(candidates)
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= len(poses):
+        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {count!r}")
+    noises = (length_noise, orientation_noise)
+    model, prior, whiten, lengths = _expected(poses, nominal, unknowns, noises, tolerances)
+    rows = (whiten @ lengths.by_unknowns) * model.scales
+    search = _Search(rows, _start(model, prior), as_choice("criterion", criterion, CRITERIA))
+    chosen = frozen(np.sort(search.exchanged(search.first(int(count)))))
+    expected = pose_information(
+        poses[chosen],
+        nominal,
+        unknowns=unknowns,
+        length_noise=length_noise,
+        orientation_noise=orientation_noise,
+        tolerances=tolerances,
+    )
+    return SuggestedPoses(poses[chosen], chosen, expected)
+
+
+def _expected(
+    orientations: Rotation,
+    nominal: ShoulderExo,
+    unknowns: str | Iterable[str],
+    noises: tuple[float, float],
+    tolerances: Mapping[str, float] | None,
+    torso_mounting: Rotation | None = None,
+    arm_mounting: Rotation | None = None,
+) -> tuple[LengthModel, FloatArray, FloatArray, Lengths]:
+    require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
+    length = as_positive("length_noise", noises[0])
+    turn = as_positive("orientation_noise", noises[1], zero=True)
+    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
+    prior = prior_of(model, tolerances, length)
+    lengths = model.evaluate(np.zeros(model.size), as_orientations(orientations).as_matrix())
+    return model, prior, whitening(lengths, length, turn), lengths
+
+
+def _grid(nominal: ShoulderExo) -> Rotation:
+    poses = as_orientations(ADL_BOX.poses(_GRID, nominal.side))
+    return poses[nominal.mechanism.shoulder.allows(poses, nominal.side)]
+
+
+def _start(model: LengthModel, prior: FloatArray) -> FloatArray:
+    """Information before any pose, in the scaled unknowns."""
+    return np.diag((model.scales / np.minimum(prior, _LOOSE * model.scales)) ** 2)
+
+
+class _Search:
+    """Poses by gain, from their rows of the Jacobian, shape (N, n, p), and the information before any."""
+
+    def __init__(self, rows: FloatArray, start: FloatArray, criterion: str) -> None:
+        self.rows, self.start, self.criterion = rows, start, criterion
+
+    def gains(self, information: FloatArray) -> FloatArray:
+        """How much each pose would improve the criterion, shape (N,)."""
+        spread = np.linalg.inv(information)
+        half = self.rows @ spread
+        grown = np.eye(self.rows.shape[1]) + half @ np.swapaxes(self.rows, 1, 2)
+        if self.criterion == "determinant":
+            return np.asarray(np.linalg.slogdet(grown)[1])
+        # (M + FᵀF)⁻¹ = M⁻¹ - M⁻¹ Fᵀ (1 + F M⁻¹ Fᵀ)⁻¹ F M⁻¹.
+        return np.asarray(np.trace(np.linalg.solve(grown, half @ np.swapaxes(half, 1, 2)), axis1=1, axis2=2))
+
+    def first(self, count: int) -> list[int]:
+        """The best pose, the best one beside it, and so on."""
+        information, chosen = self.start, list[int]()
+        for _ in range(count):
+            gains = self.gains(information)
+            gains[chosen] = -np.inf
+            chosen.append(int(gains.argmax()))
+            information = information + self.rows[chosen[-1]].T @ self.rows[chosen[-1]]
+        return chosen
+
+    def exchanged(self, chosen: list[int]) -> list[int]:
+        """Exchange each pose for the best in its place, until none is better (Fedorov's algorithm)."""
+        for _ in range(_MOST_PASSES):
+            improved = False
+            for place in range(len(chosen)):
+                others = chosen[:place] + chosen[place + 1 :]
+                information = self.start + np.einsum("kip,kiq->pq", self.rows[others], self.rows[others])
+                gains = self.gains(information)
+                now = gains[chosen[place]]
+                gains[others] = -np.inf
+                best = int(gains.argmax())
+                if gains[best] > now * (1.0 + _GAIN):
+                    chosen[place], improved = best, True
+            if not improved:
+                break
+        return chosen

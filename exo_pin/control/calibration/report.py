@@ -1,0 +1,99 @@
+"""A calibration as text."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...core.validation import FloatArray
+
+if TYPE_CHECKING:
+    from .result import Calibration
+
+__all__ = ["report"]
+
+#: Undetermined directions and outliers that are listed; the others are counted.
+_LISTED = 8
+
+
+def report(found: Calibration) -> str:
+    """Verdict, residuals, unknowns with their standard deviations, what is undetermined, outliers."""
+    lines = [found.verdict, "", *_fit(found), "", *_unknowns(found)]
+    if found.undetermined:
+        lines += ["", "Not determined by these measurements:"]
+        if found.lengths.size < found.model.size:
+            lines.append(f"  ({found.lengths.size} lengths for {found.model.size} unknowns: measure more poses)")
+        lines += [f"  {direction}" for direction in found.undetermined[:_LISTED]]
+        lines += _rest(len(found.undetermined))
+    outliers = found.outliers
+    if len(outliers):
+        lines += ["", f"{len(outliers)} residuals beyond four standard deviations:"]
+        lines += [
+            f"  pose {k}, limb {i + 1}: {1e3 * found.residuals[k, i]:+.2f} mm" for k, i in outliers[:_LISTED].tolist()
+        ]
+        lines += _rest(len(outliers))
+    return "\n".join(lines)
+
+
+def _rest(count: int) -> list[str]:
+    return [f"  and {count - _LISTED} more"] if count > _LISTED else []
+
+
+def _fit(found: Calibration) -> list[str]:
+    residuals = found.residuals
+    size = 1e3 * float(np.sqrt((residuals**2).mean()))
+    source = "found" if found.errors.length_noise is None else "stated"
+    lines = [
+        f"poses and limbs      {len(residuals)} x {residuals.shape[1]}, {found.degrees_of_freedom} degrees of freedom",
+        f"residuals            {size:.3g} mm (root of the mean square), largest {1e3 * np.abs(residuals).max():.3g} mm",
+        f"noise of a length    {1e3 * found.length_noise:.3g} mm ({source})",
+    ]
+    if np.isfinite(found.probability):
+        lines.append(f"probability          {found.probability:.2g} (chi-square, of residuals as large or larger)")
+    return lines
+
+
+def _unknowns(found: Calibration) -> list[str]:
+    model, deviations = found.model, found.standard_deviations
+    lines = [f"{'unknown':22}{'nominal':>24}{'found':>24}{'standard deviation':>24}"]
+    a, b = (model.base, model.platform)
+    for name, points in (("base_points", a), ("platform_points", b)):
+        if name in model.places:
+            change = model.group(name, found.values, points.shape)
+            own = deviations[model.places[name]].reshape(points.shape)
+            symbol = "A" if name == "base_points" else "B"
+            for i, point in enumerate(points):
+                lines.append(_row(f"{symbol}_{i + 1}, mm", 1e3 * point, 1e3 * (point + change[i]), 1e3 * own[i]))
+    if "length_offsets" in model.places:
+        for i, offset in enumerate(found.length_offsets):
+            own = deviations[model.places["length_offsets"]]
+            lines.append(_row(f"length offset {i + 1}, mm", None, 1e3 * offset[None], 1e3 * own[i : i + 1]))
+    for name in ("base_offset", "cuff_offset"):
+        if name in model.places:
+            offset, own = found.values[model.places[name]], deviations[model.places[name]]
+            lines.append(_row(f"{name.replace('_', ' ')}, mm", None, 1e3 * offset, 1e3 * own))
+    for name in ("torso_mounting", "arm_mounting"):
+        if name in model.places:
+            turn = np.degrees(getattr(found, name).as_rotvec())
+            own = np.degrees(deviations[model.places[name]])
+            lines.append(_row(f"{name.replace('_', ' ')}, deg", None, turn, own))
+    return lines + _centre(found)
+
+
+def _centre(found: Calibration) -> list[str]:
+    lines = []
+    for ring, name in zip(found.rings, ("base", "cuff"), strict=True):
+        own = np.sqrt(np.diag(ring.covariance))[:3]
+        if own.any() and f"{name}_offset" not in found.model.places:
+            lines.append(_row(f"centre by {name}, mm", None, 1e3 * ring.translation, 1e3 * own))
+    return lines
+
+
+def _row(name: str, nominal: FloatArray | None, found: FloatArray, deviation: FloatArray) -> str:
+    columns = ["" if nominal is None else _numbers(nominal, 1), _numbers(found, 1), _numbers(deviation, 2)]
+    return f"{name:22}" + "".join(f"{column:>24}" for column in columns)
+
+
+def _numbers(values: FloatArray, digits: int) -> str:
+    return " ".join(f"{value:7.{digits}f}" for value in np.atleast_1d(values))

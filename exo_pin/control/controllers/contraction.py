@@ -1,0 +1,125 @@
+"""Contraction ratios (5-4): of a pose, and wanted over time from orientations or from limb lengths.
+
+    ratio_i = (l_0i - (l_i - e_i)) / l_0i
+
+with l_0i the nominal length of the muscle and e_i its end fittings, which (5-4) leaves out: it is only right if l_i
+there means the muscle and not the limb (errata 27).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput, MissingData
+from ...core.validation import FloatArray, as_finite
+from ...design import Mechanism
+
+__all__ = ["Contractions", "lengths_over_time", "wanted_by_lengths", "wanted_by_orientation"]
+
+
+class Contractions:
+    """Contraction ratios of the muscles of a design.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Every limb with a stroke and its end fitting.
+
+    Attributes
+    ----------
+    nominal, fittings : ndarray
+        l_0 and e, shape (n,), m.
+
+    Raises
+    ------
+    MissingData
+        If a stroke or an end fitting is not known.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        strokes = [limb.stroke for limb in mechanism.limbs]
+        lacking = [i for i, stroke in enumerate(strokes, 1) if stroke is None or stroke.end_fitting is None]
+        if lacking:
+            names = [f"stroke with end_fitting of limb {i}" for i in lacking]
+            raise MissingData(names, "a contraction ratio", mechanism.name)
+        self._base = np.array(mechanism.geometry.base_points)
+        self._platform = np.array(mechanism.geometry.platform_points)
+        self.nominal = np.array([stroke.nominal_length for stroke in strokes if stroke is not None])
+        self.fittings = np.array([stroke.end_fitting for stroke in strokes if stroke is not None], dtype=float)
+
+    def lengths(self, orientation: Rotation) -> FloatArray:
+        """Limb lengths, shape (..., n), m, of poses of shape (...)."""
+        turned = self._platform @ np.swapaxes(orientation.as_matrix(), -1, -2)
+        return np.asarray(np.linalg.norm(turned - self._base, axis=-1))
+
+    def ratios(self, lengths: ArrayLike) -> FloatArray:
+        """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched."""
+        l = as_finite("lengths", lengths, (len(self.nominal),), stack=True)  # noqa: E741
+        return np.asarray((self.nominal + self.fittings - l) / self.nominal)
+
+
+#: Wanted contraction ratios, shape (n,), at a time in s.
+Wanted = Callable[[float], FloatArray]
+
+
+def wanted_by_orientation(contractions: Contractions, reference: Callable[[float], Any]) -> Wanted:
+    """Ratios of a reference of orientations, by inverse kinematics.
+
+    Parameters
+    ----------
+    contractions : Contractions
+        Of the design.
+    reference : callable
+        ``reference(t)`` has an ``orientation``, as :class:`exo_pin.control.Reference`.
+    """
+
+    def wanted(t: float) -> FloatArray:
+        return contractions.ratios(contractions.lengths(reference(t).orientation))
+
+    return wanted
+
+
+def wanted_by_lengths(contractions: Contractions, lengths: Callable[[float], ArrayLike]) -> Wanted:
+    """Ratios of a reference of limb lengths, ``lengths(t)`` of shape (n,) in m.
+
+    Three lengths may fit several orientations, and four or more may fit none: such a reference says what the muscles
+    shall do, not the arm.
+    """
+
+    def wanted(t: float) -> FloatArray:
+        return contractions.ratios(lengths(t))
+
+    return wanted
+
+
+def lengths_over_time(times: ArrayLike, lengths: ArrayLike) -> Callable[[float], FloatArray]:
+    """Limb lengths between samples, linear; constant before the first and after the last.
+
+    Parameters
+    ----------
+    times : array_like
+        Shape (N,), s, rising.
+    lengths : array_like
+        Shape (N, n), m.
+
+    Raises
+    ------
+    InvalidInput
+        If shapes do not fit, a time does not rise, or a length is not above zero.
+    """
+    t = as_finite("times", times, (None,))
+    table = as_finite("lengths", lengths, (len(t), None))
+    if len(t) == 0 or (np.diff(t) <= 0.0).any():
+        raise InvalidInput("expected times in s that rise from sample to sample")
+    if (table <= 0.0).any():
+        raise InvalidInput(f"expected lengths in m above zero, got {table.min():g}")
+
+    def at(time: float) -> FloatArray:
+        return np.array([np.interp(time, t, column) for column in table.T])
+
+    return at

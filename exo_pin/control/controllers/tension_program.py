@@ -1,0 +1,110 @@
+"""Tensions for a wanted motion: nearest moment within what the muscles can pull, then least shoulder force.
+
+The limbs pull the arm with the moment -Jᵀ f about O, J the Jacobian of their lengths. With the load that arm and motion
+put on them, the wanted tensions obey Jᵀ f = m. Muscles only pull, and not without limit, so two programs follow each
+other, both exact and compiled:
+
+1. minimise |Jᵀ f - m| over f_min <= f <= f_max. The moment that is left is unique.
+2. of all f with that moment, if there are several, minimise |F_s|, F_s = Σ f_i s_i - F, with F what the arm's weight
+   and motion put on shoulder and limbs together. Limbs carry no side force (bare muscles).
+
+With three muscles there is a choice in the second step only in singular poses; with a fourth there is one throughout.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import MissingData
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...load_case import Motion
+from ...load_case.pose_stacks import as_query, carried, require_massless
+from ...numerics.active_set import least_forces
+from ...numerics.least_force_of_sums import least_sum_force
+from ...wrist.kinematics.inverse import inverse_kinematics
+
+__all__ = ["Tensions", "tensions_for_motion"]
+
+#: Singular value of Jᵀ, relative to the largest, below which a direction of f counts as moving nothing.
+_RANK = 1e-9
+#: The second program's limit of unknowns.
+_MOST_SUMS = 3
+
+
+class Tensions(NamedTuple):
+    """Answer of :func:`tensions_for_motion`, one pose.
+
+    Attributes
+    ----------
+    tensions : ndarray
+        f, shape (n,), N.
+    missing_moment : ndarray
+        m - Jᵀ f, shape (3,), N m, base frame: what the muscles cannot do; zero where they can.
+    shoulder_force : ndarray
+        F_s, shape (3,), N, base frame, if the arm moved as wanted.
+    """
+
+    tensions: FloatArray
+    missing_moment: FloatArray
+    shoulder_force: FloatArray
+
+
+def tensions_for_motion(
+    mechanism: Mechanism,
+    orientation: Rotation,
+    motion: Motion | None,
+    greatest: FloatArray,
+    least: FloatArray | None = None,
+) -> Tensions:
+    """Tensions within limits that move the arm as wanted, or as nearly as they can.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With an arm; massless limbs.
+    orientation : Rotation
+        Pose, single.
+    motion : Motion or None
+        Angular velocity and wanted angular acceleration, base frame; None for rest.
+    greatest, least : ndarray
+        f_max and f_min, shape (n,), N; f_min is zero if left out.
+
+    Returns
+    -------
+    Tensions
+
+    Raises
+    ------
+    MissingData
+        If the mechanism has no arm.
+    InvalidInput
+        If a limb has mass; InfeasibleBounds if a lower limit stands above its upper one.
+    """
+    require_massless(mechanism)
+    if mechanism.arm is None:
+        raise MissingData(["arm"], "a tension program", mechanism.name)
+    query = as_query(orientation, motion)
+    force, moment = (part[0] for part in carried(mechanism.arm, mechanism.gravity, query, query.force, query.moment))
+    limbs = inverse_kinematics(mechanism.geometry, orientation)
+    arms = np.cross(limbs.platform_points, limbs.directions).T
+    lower = np.zeros(len(greatest)) if least is None else least
+    f = least_forces(-moment[None], arms[None], lower[None], greatest[None]).variables[0]
+    free = _unmoving(arms)
+    if 0 < free.shape[1] <= _MOST_SUMS:
+        pull = np.ascontiguousarray(limbs.directions.T)
+        sums = np.empty(free.shape[1])
+        axes = np.ascontiguousarray(free)
+        if least_sum_force(pull @ f - force, pull @ axes, f, axes, lower, greatest, sums):
+            f = np.clip(f + axes @ sums, lower, greatest)
+    return Tensions(f, moment - arms @ f, limbs.directions.T @ f - force)
+
+
+def _unmoving(arms: FloatArray) -> FloatArray:
+    """Orthonormal sums of tensions without moment, shape (n, k)."""
+    _, values, axes = np.linalg.svd(arms)
+    rank = int((values > _RANK * values[0]).sum())
+    return np.asarray(axes[rank:].T)

@@ -1,0 +1,112 @@
+"""The controller of the prototype, Figure 5-8: contraction ratios, one PI controller a muscle.
+
+Wanted pose -> inverse kinematics -> wanted ratio (5-4); measured pose -> inverse kinematics -> ratio; their difference
+-> PI -> duty -> pulses of 20 Hz (the plant's valves). Each muscle follows its own length: nothing in it knows of
+tensions, of the singular pose, or that a muscle cannot push.
+
+What the thesis does not print, and is taken here:
+
+* The unit of the error. The gains are of the order of 0.03; with errors as ratios below 0.4 the valves would hardly
+  open. With **percent** of the nominal length an error of 10 % opens them for about a quarter of the time.
+* The unit of T_i. Taken as **seconds**. In minutes, the habit of some control programs, the integral would need more
+  than half a minute, and the error after 5 s would not be "within 5 %".
+* The duty 0 of a muscle that is longer than wanted: the valve then only vents.
+* Anti-windup: back-calculation with T_t = T_i. The thesis mentions none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, as_positive
+from ...design import Mechanism
+from .contraction import Contractions, Wanted, wanted_by_lengths, wanted_by_orientation
+from .controller import command_of_duty
+from .proportional_integral import PIGains, ProportionalIntegral
+
+__all__ = ["TABLE_5_5", "ContractionController", "table_5_5_gains"]
+
+#: Table 5-5, by nominal length in m; T_d = 0 there, so there is no derivative.
+TABLE_5_5 = {0.150: PIGains(2.3e-2, 6.62e-1), 0.250: PIGains(3.3e-2, 9.5e-1)}
+
+#: What to do without a reading of the inertial sensor.
+ON_LOSS = ("hold", "go on", "vent")
+
+
+def table_5_5_gains(nominal_lengths: Sequence[float]) -> tuple[PIGains, ...]:
+    """Gains of Table 5-5 for muscles of these nominal lengths, m; those of the nearest length printed there."""
+    return tuple(TABLE_5_5[min(TABLE_5_5, key=lambda printed: abs(printed - length))] for length in nominal_lengths)
+
+
+class ContractionController:
+    """PI control of contraction ratios; see the module.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design that the controller takes for granted; the plant may be another.
+    reference : callable, optional
+        Orientations over time, ``reference(t).orientation``.
+    lengths : callable, optional
+        Limb lengths over time instead, ``lengths(t)`` of shape (n,), m.
+    gains : sequence of PIGains, optional
+        One a muscle, duty per percent of contraction; those of Table 5-5 if left out.
+    rate : float
+        Samples a second, Hz.
+    layout : {"3/2", "fill and vent"}
+        Of the valves.
+    on_loss : {"hold", "go on", "vent"}
+        Without a reading: hold the duties, go on with the last reading as the prototype would, or vent all muscles.
+
+    Raises
+    ------
+    InvalidInput
+        If there is not exactly one reference, or not one gain a muscle.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        reference: Callable[[float], Any] | None = None,
+        lengths: Callable[[float], Any] | None = None,
+        gains: Sequence[PIGains] | None = None,
+        rate: float = 100.0,
+        layout: str = "3/2",
+        on_loss: str = "go on",
+    ) -> None:
+        if (reference is None) == (lengths is None):
+            raise InvalidInput("expected either a reference of orientations or one of lengths")
+        self.contractions = Contractions(mechanism)
+        self.wanted: Wanted = (
+            wanted_by_orientation(self.contractions, reference)
+            if reference is not None
+            else wanted_by_lengths(self.contractions, lengths)  # type: ignore[arg-type]
+        )
+        count = mechanism.limb_count
+        chosen = table_5_5_gains(self.contractions.nominal.tolist()) if gains is None else tuple(gains)
+        if len(chosen) != count:
+            raise InvalidInput(f"expected {count} gains, one a muscle, got {len(chosen)}")
+        self._pi = ProportionalIntegral(chosen, (0.0, 1.0))
+        self._interval = 1.0 / as_positive("rate", rate)
+        self._layout = layout
+        self._on_loss = as_choice("on_loss", on_loss, ON_LOSS)
+        self.reset()
+
+    def reset(self) -> None:
+        """Integrals and duties to zero: vented muscles."""
+        self._pi.reset()
+        self._duty = np.zeros(len(self.contractions.nominal))
+
+    def __call__(self, t: float, measurement: Any) -> FloatArray:
+        """Commands at a sample; see :class:`Controller`."""
+        if getattr(measurement, "lost", False) and self._on_loss != "go on":
+            if self._on_loss == "vent":
+                self.reset()
+            return command_of_duty(self._duty, self._layout)
+        ratio = self.contractions.ratios(self.contractions.lengths(measurement.orientation))
+        self._duty = self._pi.step(100.0 * (self.wanted(t) - ratio), self._interval)
+        return command_of_duty(self._duty, self._layout)

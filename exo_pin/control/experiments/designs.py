@@ -1,0 +1,115 @@
+"""Variants of a design for experiments: longer muscles, a fourth muscle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput, MissingData
+from ...core.validation import FloatArray, as_finite, as_positive
+from ...design import Limb, Mechanism, Stroke, WristGeometry
+from ..controllers.contraction import Contractions
+from ..plant.plant import Plant
+from .holdable import missing_moments
+
+__all__ = ["ADDED_ANGLE", "SHORT_FITTING", "with_fourth_muscle", "with_longer_muscles"]
+
+#: End fittings of a limb with as much muscle as its joints leave room for, m: an assumption, two short yokes.
+SHORT_FITTING = 0.025
+#: Hole of the fourth muscle, degrees from the x axis. Figure 5-6 shows one without a number; of the holes every 10° it
+#: is the one with which long muscles hold most poses of the abduction test (docs/control.md has the command).
+ADDED_ANGLE = 160.0
+
+
+def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = SHORT_FITTING) -> Mechanism:
+    """The same joints with muscles that are as long as the limbs are at most in some poses, less short end fittings.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With muscles.
+    poses : Rotation
+        Stack, {O_B} to {O_A}: where the muscles shall not be stretched.
+    fitting : float
+        m, the same for all limbs.
+
+    Notes
+    -----
+    Source: thesis Section 5.4.1, "for larger a range of motion, longer PMAs are needed".
+    """
+    short = as_positive("fitting", fitting)
+    longest = np.asarray(Contractions(mechanism).lengths(poses)).reshape(-1, mechanism.limb_count).max(axis=0)
+    if (longest <= 2.0 * short).any():
+        raise InvalidInput(f"expected a fitting much shorter than the limbs, got {short:g} m")
+    limbs = [
+        replace(limb, stroke=replace(_stroke(limb, mechanism), nominal_length=float(l - short), end_fitting=short))
+        for limb, l in zip(mechanism.limbs, longest, strict=True)
+    ]
+    return mechanism.replace(limbs=limbs, name=f"{mechanism.name}, longer muscles")
+
+
+def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> Mechanism:
+    """One more muscle, of the kind of the last one, in another hole of the circles of base and cuff.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        On circles, as (4-2), with three limbs.
+    angle_deg : float
+        Of the hole, from the x axis; degrees.
+
+    Raises
+    ------
+    MissingData
+        If the joints of the mechanism do not lie on circles.
+    """
+    added = np.radians(float(as_finite("angle_deg", angle_deg, ())))
+    rings = []
+    for points in (mechanism.geometry.base_points, mechanism.geometry.platform_points):
+        radius, height = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        if np.ptp(radius) > 1e-9 or np.ptp(height) > 1e-9:
+            raise MissingData(["circles of base and cuff"], "a fourth muscle in a hole of these", mechanism.name)
+        point = [radius[0] * np.cos(added), radius[0] * np.sin(added), height[0]]
+        rings.append(np.vstack([points, point]))
+    if np.linalg.norm(rings[0][:-1] - rings[0][-1], axis=1).min() < 1e-3:
+        raise InvalidInput(f"expected a free hole, there is a limb at {angle_deg:g}° already")
+    limbs = [*mechanism.limbs, mechanism.limbs[-1]]
+    geometry = WristGeometry(rings[0], rings[1])
+    return mechanism.replace(geometry=geometry, limbs=limbs, name=f"{mechanism.name}, fourth muscle")
+
+
+def fourth_muscle_holes(
+    mechanism: Mechanism, poses: Rotation, angles_deg: Sequence[float] | None = None, tolerance: float = 5e-3
+) -> dict[float, float]:
+    """Share of poses that long muscles hold, by the hole of the fourth one.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With three muscles on circles.
+    poses : Rotation
+        Stack of shape (N,).
+    angles_deg : sequence of float, optional
+        Of the holes; every 10° if left out.
+    tolerance : float
+        Moment, N m, that may be missing in a pose that counts as held.
+    """
+    shares = {}
+    for angle in np.arange(-180.0, 180.0, 10.0).tolist() if angles_deg is None else angles_deg:
+        try:
+            design = with_fourth_muscle(mechanism, angle)
+        except InvalidInput:
+            continue
+        plant = Plant(with_longer_muscles(design, poses))
+        missing: FloatArray = missing_moments(plant, poses)
+        shares[float(angle)] = float((missing <= tolerance).mean())
+    return shares
+
+
+def _stroke(limb: Limb, mechanism: Mechanism) -> Stroke:
+    if limb.stroke is None:
+        raise MissingData(["stroke"], "longer muscles", mechanism.name)
+    return limb.stroke

@@ -1,0 +1,163 @@
+"""An experiment: design, plant, reference, controller and faults, ready to run and to run again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.records import Record
+from ...core.validation import as_choice, as_positive
+from ...design import Mechanism
+from ..controllers.controller import as_controller
+from ..controllers.model_controller import FeedbackGains, ModelController
+from ..controllers.thesis_controller import ContractionController
+from ..plant.faults import Fault
+from ..plant.options import PlantOptions
+from ..plant.plant import Plant
+from ..plant.state import PlantState
+from ..sensors.imu import Imu
+from ..sensors.imu_sensor import ImuSensor
+from ..trajectories.reference import Reference
+from .tracking import Tracking
+
+__all__ = ["CONTROLLERS", "Experiment", "rest_state"]
+
+#: Controllers by name: the thesis's, and the one that knows the plant.
+CONTROLLERS = ("pi", "model")
+#: What brings an unpressured arm to rest for a start, N m s/rad, and for how long, s.
+_SETTLING_FRICTION, _SETTLING_TIME = 0.4, 4.0
+_VALVES_SHUT = -1.0
+
+
+def rest_state(plant: Plant) -> PlantState:
+    """Where the arm hangs with vented muscles, at rest.
+
+    Muscles that are shorter than their limbs' lengths in the hanging pose hold the arm away from it: they do not
+    stretch. Found by letting the arm fall from the hanging pose through a thick liquid.
+    """
+    slow = Plant(plant.mechanism, plant.options.replace(shoulder_viscous=_SETTLING_FRICTION), plant.load)
+    vented = np.full(plant.count, _VALVES_SHUT)
+    end = slow.simulate(lambda t, measurement: vented, _SETTLING_TIME, control_rate=10.0)
+    return plant.state(end.rotations[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment(Record):
+    """A design under a controller that follows a reference.
+
+    Attributes
+    ----------
+    name, title : str
+        Short name, and what it is.
+    mechanism : Mechanism
+        The design, with an arm and muscles.
+    reference : Reference
+        Where the arm shall be.
+    controller : {"pi", "model"} or callable
+        The thesis's (:class:`exo_pin.control.ContractionController`), the one that knows the plant
+        (:class:`exo_pin.control.ModelController`), or any function ``(t, measurement) -> commands``.
+    options : PlantOptions
+        Air, friction, shoulder unit.
+    duration : float or None
+        s; that of the reference if None.
+    imu : Imu or None
+        The inertial sensor with its errors; None for exact measurements.
+    faults : tuple of Fault
+        Of muscles and valves.
+    rate : float
+        Of the controller, Hz.
+    feedback : FeedbackGains or None
+        Of the controller "model".
+    source : str
+        Where it comes from, and what is assumed.
+    """
+
+    name: str
+    title: str
+    mechanism: Mechanism
+    reference: Reference
+    controller: str | Callable[[float, Any], Any] = "pi"
+    options: PlantOptions = field(default_factory=PlantOptions)
+    duration: float | None = None
+    imu: Imu | None = None
+    faults: tuple[Fault, ...] = ()
+    rate: float = 100.0
+    feedback: FeedbackGains | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.mechanism, Mechanism):
+            raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(self.mechanism).__name__}")
+        if not isinstance(self.reference, Reference):
+            raise InvalidInput(f"expected reference as a trajectory, got {self.reference!r:.60}")
+        if isinstance(self.controller, str):
+            as_choice("controller", self.controller, CONTROLLERS)
+        elif not callable(self.controller):
+            raise InvalidInput(f"expected controller as a name or a function, got {self.controller!r:.60}")
+        for name, kind in (("options", PlantOptions), ("imu", Imu)):
+            value = getattr(self, name)
+            if not isinstance(value, kind) and not (name == "imu" and value is None):
+                raise InvalidInput(f"expected {name} to be {kind.__name__}, got {type(value).__name__}")
+        if self.duration is not None:
+            object.__setattr__(self, "duration", as_positive("duration", self.duration))
+        object.__setattr__(self, "faults", (self.faults,) if isinstance(self.faults, Fault) else tuple(self.faults))
+
+    def replace(self, **changes: Any) -> Experiment:
+        """A copy with some fields changed; fields of :class:`PlantOptions` may be named, too.
+
+        Raises
+        ------
+        UnknownName
+            If a name is no field of either.
+        """
+        own, plant = {item.name for item in fields(self)}, {item.name for item in fields(PlantOptions)}
+        unknown = sorted(set(changes) - own - plant)
+        if unknown:
+            raise UnknownName("field of an experiment", unknown[0], own | plant)
+        options = changes.get("options", self.options).replace(
+            **{name: value for name, value in changes.items() if name in plant}
+        )
+        return replace(self, **{name: value for name, value in changes.items() if name in own} | {"options": options})
+
+    @property
+    def plant(self) -> Plant:
+        """The plant."""
+        return Plant(self.mechanism, self.options)
+
+    def made_controller(self, plant: Plant) -> Any:
+        """The controller for a plant, reset."""
+        if self.controller == "pi":
+            layout = plant.units[0].layout
+            made: Any = ContractionController(self.mechanism, self.reference, rate=self.rate, layout=layout)
+        elif self.controller == "model":
+            made = ModelController(plant, self.reference, self.feedback, self.rate)
+        else:
+            made = as_controller(self.controller)
+        made.reset()
+        return made
+
+    def run(self, progress: bool = False) -> Tracking:
+        """Run it from rest with vented muscles.
+
+        Parameters
+        ----------
+        progress : bool
+            Whether to show a bar.
+
+        Returns
+        -------
+        Tracking
+            Angles, lengths, pressures, tensions, shoulder force and energy; prints its verdict first.
+        """
+        plant = self.plant
+        duration = self.reference.duration if self.duration is None else self.duration
+        sensor = None if self.imu is None else ImuSensor(self.imu, self.mechanism)
+        run = plant.simulate(
+            self.made_controller(plant), duration, rest_state(plant), self.rate, self.faults,
+            sensor=sensor, progress=progress,
+        )  # fmt: skip
+        return Tracking.of(self, run)

@@ -1,0 +1,54 @@
+"""Which poses the muscles of a plant can hold at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.validation import FloatArray
+from ...load_case.pose_stacks import as_query, carried
+from ...numerics.active_set import least_forces
+from ...wrist import limb_jacobian
+from ..controllers.contraction import Contractions
+from ..controllers.pressure_kernels import static_tensions
+from ..plant.plant import Plant
+from ..plant.plant_tables import supply_of
+
+__all__ = ["HELD", "missing_moments"]
+
+#: Moment, N m, that may be missing in a pose that counts as held: what a hundredth of the prototype's arm weighs.
+HELD = 0.01
+
+
+def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
+    """Least moment about O that is missing for equilibrium, whatever the pressures from zero to the supply's.
+
+    A muscle that is pulled beyond its nominal length pulls back with its braid, also without air, so poses that stretch
+    a muscle miss more.
+
+    Parameters
+    ----------
+    plant : Plant
+        Friction and stops do not count.
+    poses : Rotation
+        Stack of shape (N,).
+
+    Returns
+    -------
+    ndarray
+        Shape (N,), N m; zero where the pose can be held.
+    """
+    mechanism, tables = plant.mechanism, plant.tables
+    query = as_query(poses)
+    arm = mechanism.require_arm("a pose to hold")
+    moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
+    lengths = Contractions(mechanism).lengths(poses)
+    least, greatest = np.empty_like(lengths), np.empty_like(lengths)
+    highest = supply_of(mechanism, plant.options).pressure
+    for row, low, high in zip(lengths, least, greatest, strict=True):
+        static_tensions(tables.law, tables.muscles, row, 0.0, low)
+        static_tensions(tables.law, tables.muscles, row, highest, high)
+    arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
+    return np.asarray(
+        np.linalg.norm(least_forces(-moment, arms, least, np.maximum(greatest, least)).forces, axis=-1)
+    )

@@ -1,0 +1,106 @@
+"""Which parameters of a plant the source does not print, and where their values come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...design import Mechanism
+from ...muscle.valve.supply import ValveUnit
+from .options import PlantOptions
+
+__all__ = ["Assumption", "assumptions_of"]
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """A parameter that is an estimate.
+
+    Attributes
+    ----------
+    name : str
+        Field of :class:`PlantOptions`, or key of the mechanism.
+    value : str
+        With its unit.
+    basis : str
+        Where the value comes from.
+    """
+
+    name: str
+    value: str
+    basis: str
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value}: {self.basis}"
+
+
+def assumptions_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Assumption, ...]:
+    """Every estimated parameter of a plant, those of the design first."""
+    design = [
+        Assumption(f"limbs[{i}].stroke.end_fitting", f"{1e3 * limb.stroke.end_fitting:g} mm",
+                   "not printed; from the muscle lengths that Section 5.4 remarks on, which disagree by some mm")
+        for i, limb in enumerate(mechanism.limbs)
+        if limb.stroke is not None
+        if limb.stroke.end_fitting is not None
+        if f"limbs[{i}].stroke.end_fitting" in mechanism.estimated
+    ]  # fmt: skip
+    return (*design, *_air(mechanism, options), *_mechanics(options))
+
+
+def _air(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
+    pressures = [limb.actuator.supply_pressure for limb in mechanism.limbs if limb.actuator is not None]
+    greatest = max((p for p in pressures if p is not None), default=0.0)
+    supply = greatest if options.supply is None else options.supply.pressure
+    source = "the highest safe pressure of the muscles (Appendix A); the prototype's supply is not printed"
+    unit = options.valves if isinstance(options.valves, ValveUnit) else options.valves[0]
+    flow = ", ".join(
+        f"{name} C = {1e8 * valve.conductance:g} dm³/(s bar), b = {valve.critical_ratio:g}"
+        for name, valve in (("fill", unit.fill), ("vent", unit.vent), ("restrictor", unit.restrictor))
+        if valve is not None
+    )
+    return [
+        Assumption("supply", f"{supply / 1e5:g} bar", source if options.supply is None else "given"),
+        Assumption("valves", flow,
+                   "not printed; a small solenoid valve, and a restrictor through which a muscle of 250 mm "
+                   "fills in about a second, several times faster than the experiments of Section 5.4"),
+        Assumption("valves.layout", unit.layout,
+                   'printed as "three way two port", which is no valve; 3/2-way is meant'),
+        Assumption("polytropic_exponent", f"{options.polytropic_exponent:g}",
+                   "no model of the air is printed; isothermal, as the muscles' walls are thin and the motions take "
+                   "seconds"),
+        Assumption("dead_volume", f"{1e6 * options.dead_volume:g} cm³", "half a metre of tube with a bore of 2.5 mm"),
+        Assumption("volume of the muscles", "V = L (b² - L²)/(4 π n²)",
+                   "(3-2) to (3-4), with thread and turns fitted to Tables 3-1 and 3-2 (fitted-chou-hannaford)"),
+    ]  # fmt: skip
+
+
+def _mechanics(options: PlantOptions) -> list[Assumption]:
+    friction = "none" if options.muscle_friction is None else repr(options.muscle_friction)
+    spring = "none" if options.series_spring is None else f"{options.series_spring:g} N/m"
+    damping = "none" if options.muscle_damping is None else repr(options.muscle_damping)
+    found = [
+        Assumption("force law", "that of the 300 mm muscle at equal strain",
+                   "Table 3-3c; no other length was measured"),
+        Assumption("braid_stiffness", f"{options.braid_stiffness:g} N/m for 300 mm",
+                   "least squares through zero of the six stretched states of Table A-1, without air"),
+        Assumption("muscle_damping", damping, "(3-30), of the 300 mm muscle: no scaling with length is known"),
+        Assumption("muscle_friction", friction, "(3-16) is for a hung weight and a 300 mm muscle; off unless given"),
+        Assumption("shoulder_viscous", f"{options.shoulder_viscous:g} N m s/rad", "not printed; off unless given"),
+        Assumption("shoulder_coulomb", f"{options.shoulder_coulomb:g} N m", "not printed; off unless given"),
+        Assumption("series_spring", spring, "Section 6.2 proposes one without a figure"),
+    ]  # fmt: skip
+    if options.muscle_friction is not None:
+        found.append(
+            Assumption("presliding", f"{1e3 * options.presliding:g} mm", "estimate, below 0.1 % of the length")
+        )
+    if options.shoulder_coulomb > 0.0:
+        found.append(
+            Assumption("shoulder_presliding", f"{options.shoulder_presliding:g} rad", "estimate, a tenth of a degree")
+        )
+    if not options.second_flange:
+        found.append(
+            Assumption("stop_stiffness, stop_damping",
+                       f"{options.stop_stiffness:g} N m/rad, {options.stop_damping:g} N m s/rad",
+                       "not printed; the moment of the weight, 1.2 N m, turns the unit by less than one degree beyond "
+                       "its end")
+        )  # fmt: skip
+    return found

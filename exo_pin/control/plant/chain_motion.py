@@ -1,0 +1,269 @@
+"""The plant as the closed chain: Pinocchio's tree and loops, with the air integrated alongside.
+
+Over a short interval the motion is found by waveform relaxation: with pressures given in time, the chain moves under
+the muscles' tensions (:meth:`exo_pin.ClosedChain.simulate`); with the lengths of the limbs given in time, the air
+follows; and so on until the pressures do not change any more. The first pressures are those of the motion in minimal
+coordinates, but the result does not depend on them. An interval in which this does not converge is halved.
+
+The shoulder's friction is the chain's: viscous, and Coulomb's in each axis of the arm by itself, with true sticking.
+Limbs may have mass.
+
+Source: E. Lelarasmee, A. Ruehli, A. Sangiovanni-Vincentelli, The waveform relaxation method for time-domain analysis of
+large scale integrated circuits, IEEE Trans. Computer-Aided Design 1 (1982) 131.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import SolverFailed
+from ...core.validation import FloatArray
+from ...muscle.valve.flow import ATMOSPHERE
+from ...wrist_chain.equilibrium import EquilibriumModel
+from .equations import SHOULDER, air_rates
+from .integrator import advance
+from .muscle_kernels import tension
+from .stop_kernels import stop_moment
+
+if TYPE_CHECKING:
+    from .plant import Plant
+
+__all__ = ["ChainMotion", "Piece"]
+
+#: Least intervals of a piece at whose ends lengths are passed on, longest of them, s.
+_NODES, _SPACING = 3, 1.5e-3
+#: Iterations, and shortest interval, s.
+_ITERATIONS, _SHORTEST = 8, 1e-4
+#: Change of a pressure, over the relative tolerance, at which the iteration ends, Pa.
+_PRESSURE = 1e5
+#: Moment of a stop that only a trial step has, N m.
+_STRONGEST = 1e6
+#: The root's own coordinates in v.
+_ROOT = slice(0, 3)
+
+
+class Piece(NamedTuple):
+    """A time in which no valve switches: its ends, s, and the flows, as the equations read them."""
+
+    start: float
+    end: float
+    flows: FloatArray
+
+
+class ChainMotion:
+    """The chain of a plant at one instant, which can be moved on.
+
+    Parameters
+    ----------
+    plant : Plant
+    orientation : Rotation
+        Single.
+    angular_velocity : ndarray
+        Shape (3,), rad/s, base frame.
+    y : ndarray
+        State of the equations; its pressures and integrals are used.
+    rtol : float
+        Relative tolerance.
+
+    Attributes
+    ----------
+    q, v : ndarray
+        Of the chain.
+    y : ndarray
+        Pressures, friction of the muscles and integrals.
+    work, dissipated, opening : float
+        Work of tensions, load and stops on the chain and what its joints dissipated since the start, J; residual of the
+        loops, m and rad.
+    """
+
+    def __init__(
+        self, plant: Plant, orientation: Rotation, angular_velocity: FloatArray, y: FloatArray, rtol: float
+    ) -> None:
+        self.tables, self.rtol = plant.tables, rtol
+        model = EquilibriumModel(plant.mechanism)
+        joint = dict(zip(SHOULDER, plant.tables.shoulder.tolist(), strict=True))
+        tree = model.model
+        tree.damping[_ROOT] = joint["viscous"]
+        tree.lowerDryFrictionLimit[_ROOT], tree.upperDryFrictionLimit[_ROOT] = -joint["coulomb"], joint["coulomb"]
+        self.chain = model.chain
+        n = plant.count
+        names = [f"limb_{i + 1}_slide" for i in range(n)]
+        self._slides_q = np.array([tree.idx_qs[tree.getJointId(name)] for name in names])
+        self._slides_v = np.array([tree.idx_vs[tree.getJointId(name)] for name in names])
+        #: Places of the state that belong to the air: all but the arm and the shoulder's friction.
+        self._air = np.r_[6 : 6 + 2 * n, 9 + 2 * n : len(y)]
+        R = orientation.as_matrix()
+        self.q = model.configuration(R, orientation.as_quat())
+        lengths = np.linalg.norm(plant.tables.platform @ R.T - plant.tables.base, axis=1)
+        self._neutral = lengths - self.q[self._slides_q]
+        rate = np.zeros(tree.nv)
+        rate[_ROOT] = R.T @ angular_velocity
+        self.v = self.chain.dependent_motion(self.q, ["root_joint"], rate[_ROOT], np.zeros(3))[0]
+        self.y, self.work, self.dissipated, self.opening = y.copy(), 0.0, 0.0, 0.0
+        self._force = plant.tables.force
+        #: Which muscles are whole, 1 or 0 each.
+        self.intact = np.ones(n)
+
+    @property
+    def rotation(self) -> FloatArray:
+        """Of the arm, shape (3, 3)."""
+        return np.asarray(Rotation.from_quat(self.q[:4]).as_matrix())
+
+    @property
+    def angular_velocity(self) -> FloatArray:
+        """Of the arm, base frame, shape (3,)."""
+        return np.asarray(self.rotation @ self.v[_ROOT])
+
+    def kinematics(self) -> tuple[FloatArray, FloatArray]:
+        """Quaternion and state of the equations, with ω and ξ = 0."""
+        y = self.y.copy()
+        y[:3], y[3:6] = 0.0, self.angular_velocity
+        return self.q[:4].copy(), y
+
+    def advance(self, pieces: list[Piece]) -> None:
+        """Move on through some pieces of time.
+
+        Raises
+        ------
+        SolverFailed
+            If pressures and motion do not converge in the shortest interval.
+        ExoPinError
+            As :meth:`exo_pin.ClosedChain.simulate`.
+        """
+        if pieces and not self._converged(pieces):
+            start, end = pieces[0].start, pieces[-1].end
+            if end - start < _SHORTEST:
+                raise SolverFailed("waveform relaxation", end - start, "pressures and motion do not converge")
+            middle = 0.5 * (start + end)
+            self.advance([Piece(p.start, min(p.end, middle), p.flows) for p in pieces if p.start < middle])
+            self.advance([Piece(max(p.start, middle), p.end, p.flows) for p in pieces if p.end > middle])
+
+    def _converged(self, pieces: list[Piece]) -> bool:
+        """Move on through an interval and return True, or return False and stay."""
+        nodes = _nodes(pieces)
+        count = len(self._slides_q)
+        air = self._air_along(pieces, nodes, *self._guess(pieces, nodes))
+        before = np.array([air.at(t)[:count] for t in nodes.tolist()])
+        for _ in range(_ITERATIONS):
+            moved = self.chain.simulate(
+                self.q, self.v, nodes, self._efforts(air), external=self._external, rtol=self.rtol,
+                atol=0.01 * self.rtol,
+            )  # fmt: skip
+            lengths = self._neutral + moved.q[:, self._slides_q]
+            air = self._air_along(pieces, nodes, lengths, moved.v[:, self._slides_v])
+            after = np.array([air.at(t)[:count] for t in nodes.tolist()])
+            if np.abs(after - before).max() <= _PRESSURE * self.rtol:
+                self.q, self.v = moved.q[-1].copy(), moved.v[-1].copy()
+                self.y[self._air] = air.at(float(nodes[-1]))
+                self.work += float(moved.work[-1])
+                self.dissipated += float(moved.dissipated[-1])
+                self.opening = max(self.opening, float(moved.opening.max()))
+                return True
+            before = after
+        return False
+
+    def _guess(self, pieces: list[Piece], nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lengths of the limbs and their rates at the nodes, in minimal coordinates."""
+        q, y = self.kinematics()
+        tables, atol, step = self.tables, np.full(len(y), 1e-8), 1e-4
+        atol[6 : 6 + len(self._slides_q)] = 1e-2
+        found = [self._limbs(q, y)]
+        for start, end in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True):
+            flows = next(p.flows for p in pieces if p.start <= start < p.end)
+            _, _, step, _ = advance(tables, flows, q, y, end - start, step, 1e-6, atol)
+            found.append(self._limbs(q, y))
+        lengths, speeds = zip(*found, strict=True)
+        return np.array(lengths), np.array(speeds)
+
+    def _limbs(self, q: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        b = self.tables.platform @ Rotation.from_quat(q).as_matrix().T
+        span = b - self.tables.base
+        lengths = np.linalg.norm(span, axis=1)
+        return lengths, np.einsum("ij,ij->i", np.cross(b, span / lengths[:, None]), np.broadcast_to(y[3:6], b.shape))
+
+    def _air_along(self, pieces: list[Piece], nodes: FloatArray, lengths: FloatArray, speeds: FloatArray) -> _Air:
+        """The air while the limbs have lengths and rates, shape (nodes, n)."""
+        curve = CubicHermiteSpline(nodes, lengths, speeds)
+        slope = curve.derivative()
+        y, out, air = self.y.copy(), np.zeros(len(self.y)), self._air
+        scale = np.full(len(air), 1e-2)
+        n = len(self._slides_q)
+        scale[:n] = scale[2 * n] = 1e3
+        solutions, state = [], self.y[air].copy()
+        for piece in pieces:
+
+            def rate(t: float, x: FloatArray, flows: FloatArray = piece.flows) -> FloatArray:
+                y[air] = x
+                air_rates(self.tables, flows, curve(t), slope(t), y, out)
+                return out[air]
+
+            found = solve_ivp(
+                rate, (piece.start, piece.end), state, method="DOP853", rtol=0.1 * self.rtol,
+                atol=0.1 * self.rtol * scale, dense_output=True,
+            )  # fmt: skip
+            if not found.success:
+                raise SolverFailed("air in the muscles", float("inf"), found.message)
+            solutions.append(found.sol)
+            state = found.y[:, -1].copy()
+        return _Air([piece.start for piece in pieces], solutions)
+
+    def _efforts(self, air: _Air) -> Any:
+        """Efforts of the chain in time: a tension pulls its slide back."""
+        n = len(self._slides_q)
+        law, rows = self.tables.law, self.tables.muscles
+
+        def efforts(t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+            state, tau, intact = air.at(t), np.zeros(len(v)), self.intact
+            for i in range(n):
+                length, speed = self._neutral[i] + q[self._slides_q[i]], v[self._slides_v[i]]
+                pull = tension(
+                    law, rows[i], i, float(length), float(speed), float(state[i]) - ATMOSPHERE, float(state[n + i])
+                )[0]
+                tau[self._slides_v[i]] = -intact[i] * pull
+            return tau
+
+        return efforts
+
+    def _external(self, t: float, q: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
+        """Load and stops of the shoulder on the arm, about O, world axes."""
+        R = Rotation.from_quat(q[:4]).as_matrix()
+        moment = np.cross(R @ self.tables.point, self._force)
+        joint = self.tables.shoulder
+        if joint[3] > 0.0:
+            w = R @ v[_ROOT]
+            rows = tuple(tuple(row) for row in R.tolist())
+            stop = stop_moment(rows, tuple(w.tolist()), *joint[4:9].tolist())[0]
+            # In a trial step that the integrator will refuse the depth may be anything.
+            moment = moment + np.clip(stop, -_STRONGEST, _STRONGEST)
+        return {"arm": np.concatenate([self._force, moment])}
+
+    def loads(self) -> tuple[FloatArray, dict[str, FloatArray]]:
+        """Efforts and external wrenches at this instant."""
+        still = _Air([0.0], [lambda t: self.y[self._air]])
+        return self._efforts(still)(0.0, self.q, self.v), self._external(0.0, self.q, self.v)
+
+
+class _Air:
+    """State of the air in time, piece by piece."""
+
+    def __init__(self, starts: list[float], solutions: list[Any]) -> None:
+        self._starts, self._solutions = starts, solutions
+
+    def at(self, t: float) -> FloatArray:
+        """At a time, s."""
+        return np.asarray(self._solutions[max(bisect_right(self._starts, t) - 1, 0)](t))
+
+
+def _nodes(pieces: list[Piece]) -> FloatArray:
+    """Times at which lengths are passed on: the ends of the pieces, and some between."""
+    parts = []
+    for piece in pieces:
+        count = max(_NODES, int(np.ceil((piece.end - piece.start) / _SPACING)))
+        parts.append(np.linspace(piece.start, piece.end, count + 1)[:-1])
+    return np.append(np.concatenate(parts), pieces[-1].end)

@@ -1,0 +1,114 @@
+"""The plant in time as the closed chain, from instant to instant."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...core.errors import ExoPinError
+from ...core.progress import track
+from ...core.validation import FloatArray, as_positive, frozen
+from ...muscle.valve.flow import ATMOSPHERE
+from ...numerics.vectors import matrix
+from .chain_motion import ChainMotion, Piece
+from .equations import state_size
+from .faults import Fault
+from .run import Run, recorded
+from .schedule import Valves
+from .simulation import Clock, as_commands, fixed_instants, measured
+from .state import Controller, PlantState, Sensor
+from .stop_kernels import stop_moment
+
+if TYPE_CHECKING:
+    from .plant import Plant
+
+__all__ = ["simulate_chain"]
+
+_SAME = 1e-9
+
+
+def simulate_chain(
+    plant: Plant,
+    controller: Controller,
+    clock: Clock,
+    start: PlantState,
+    faults: tuple[Fault, ...],
+    sensor: Sensor | None,
+    rtol: float,
+    progress: bool,
+) -> Run:
+    """See :meth:`exo_pin.control.plant.plant.Plant.simulate`, method "chain"."""
+    tables, n = plant.tables, plant.count
+    y = np.zeros(state_size(n))
+    y[6 : 6 + n], y[9 + 2 * n] = start.pressures + ATMOSPHERE, tables.air[1]
+    motion = ChainMotion(plant, start.orientation, start.angular_velocity, y, as_positive("rtol", rtol))
+    valves, rows, chain_rows, status, before = Valves(plant.units, faults), [], [], "completed", 0.0
+    intact = np.ones(n)
+    for time, sample, control in track(fixed_instants(clock, faults), "simulating", progress):
+        try:
+            motion.advance(_pieces(valves, before, time) if time > 0.0 else [])
+        except ExoPinError as error:
+            status = f"stopped after {before:.6g} s: {error}"
+            break
+        before = time
+        q, y = motion.kinematics()
+        if control:
+            exact = measured(tables, q, y)
+            valves.commands = as_commands(controller(time, exact if sensor is None else sensor(time, exact)), n)
+        valves.start(time)
+        intact = valves.flows(time)[:, 6]
+        motion.intact = intact
+        if sample:
+            rows.append(np.concatenate([[time], q, y, valves.commands, intact]))
+            chain_rows.append(_chain_row(motion))
+    return _completed(recorded(plant, np.array(rows), status, 0), np.array(chain_rows))
+
+
+def _pieces(valves: Valves, start: float, end: float) -> list[Piece]:
+    """The time between two instants, cut where valves switch."""
+    pieces, time = [], start
+    while True:
+        flows = valves.flows(time)
+        switch = min(valves.next_switch(time), end)
+        if end - switch < _SAME:
+            return [*pieces, Piece(time, end, flows)]
+        pieces.append(Piece(time, switch, flows))
+        valves.start(switch)
+        time = switch
+
+
+def _chain_row(motion: ChainMotion) -> FloatArray:
+    """Of the chain at one instant: acceleration and friction moment of the arm (base frame), energies, work, residual."""
+    chain, q, v, R = motion.chain, motion.q, motion.v, motion.rotation
+    efforts, external = motion.loads()
+    found = chain.forward_dynamics(q, v, efforts, external=external)
+    friction = found.friction[:3] - chain.model.damping[:3] * v[:3]
+    rest = chain.simulate(q, v, [0.0], efforts)
+    w, joint = tuple(motion.angular_velocity.tolist()), motion.tables.shoulder
+    stops = stop_moment(matrix(R), w, *joint[4:9].tolist())[2] if joint[3] > 0.0 else 0.0
+    lifted = stops - motion.tables.force @ (R @ motion.tables.point)
+    energies = [rest.kinetic_energy[0], rest.energy[0] - rest.kinetic_energy[0] + lifted]
+    return np.concatenate(
+        [R @ found.a[:3], R @ friction, energies, [motion.work, motion.dissipated, motion.opening, lifted]]
+    )
+
+
+def _completed(run: Run, chain: FloatArray) -> Run:
+    """A run with what its chain says in place of the closed forms.
+
+    The energy's balance is the chain's own: gain of energy less the work of tensions, load and stops, and dissipation.
+    """
+    kinetic, potential, work, dissipated, opening, lifted = chain[:, 6:].T
+    # What load and stops stored is part of the potential, what stops took part of the loss.
+    held = run.muscle_work.sum(axis=1) - work + dissipated - (lifted - lifted[0])
+    parts = {
+        "angular_acceleration": chain[:, :3],
+        "friction_moment": chain[:, 3:6],
+        "kinetic_energy": kinetic,
+        "potential_energy": potential,
+        "shoulder_loss": held,
+        "loop_residual": opening,
+    }
+    return replace(run, **{name: frozen(np.array(value)) for name, value in parts.items()})

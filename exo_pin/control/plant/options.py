@@ -1,0 +1,125 @@
+"""What the plant is made of besides the design: estimates with their sources, and options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.validation import as_finite, as_positive
+from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
+from ...muscle.valve.flow import Valve
+from ...muscle.valve.supply import Supply, ValveUnit
+
+__all__ = ["PlantOptions"]
+
+
+def _unit() -> ValveUnit:
+    return ValveUnit(Valve(1e-9, 0.3), Valve(1e-9, 0.3), restrictor=Valve(2e-10, 0.5))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantOptions:
+    """Air, friction and shoulder unit of a plant.
+
+    Every default that the thesis does not print is an estimate, and :attr:`Plant.assumptions` lists it.
+
+    Parameters
+    ----------
+    supply : Supply or None
+        None for a supply that holds the pressure of the actuators of the design.
+    valves : ValveUnit or sequence of ValveUnit
+        One for all muscles, or one a muscle.
+    polytropic_exponent : float
+        κ of the air in muscles and manifold, from 1 (isothermal) to 1.4 (adiabatic).
+    dead_volume : float
+        Of the tube between valve and muscle, m³.
+    braid_stiffness : float
+        Stiffness of a muscle that is pulled beyond its nominal length, N/m of a muscle of 0.3 m; shorter ones are
+        stiffer in proportion.
+    muscle_damping : Damping or None
+        (3-21); None for none.
+    muscle_friction : FrictionLaw or None
+        Coulomb friction: :class:`ConstantFriction`, or :class:`LoadDependentFriction`, (3-16) with the pull in place of
+        the hung weight. None for none.
+    presliding : float
+        Displacement over which a muscle's friction builds up, m.
+    shoulder_viscous : float
+        Moment of viscous friction in the shoulder over angular velocity, N m s/rad.
+    shoulder_coulomb : float
+        Moment of dry friction in the shoulder, N m.
+    shoulder_presliding : float
+        Turn over which it builds up, rad.
+    second_flange : bool
+        Whether the shoulder unit has the flange bearing of Section 5.4.3, so that its range has no end.
+    stop_stiffness, stop_damping : float
+        Of the ends of the shoulder unit's range, N m/rad and N m s/rad.
+    series_spring : float or None
+        Stiffness of a spring in series with each muscle (Section 6.2), N/m; None for none.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not in its range, or a part has a wrong type.
+
+    Notes
+    -----
+    Source: thesis Sections 5.2.1, 5.4.1, 5.4.3, 6.2; Table 5-6; (3-16), (3-21); Table A-1.
+    """
+
+    supply: Supply | None = None
+    valves: ValveUnit | Sequence[ValveUnit] = field(default_factory=_unit)
+    polytropic_exponent: float = 1.0
+    dead_volume: float = 2.5e-6
+    braid_stiffness: float = 2960.0
+    muscle_damping: Damping | None = field(default_factory=lambda: Damping.from_bar(-1.0, 0.802))
+    muscle_friction: FrictionLaw | None = None
+    presliding: float = 2e-4
+    shoulder_viscous: float = 0.0
+    shoulder_coulomb: float = 0.0
+    shoulder_presliding: float = 2e-3
+    second_flange: bool = False
+    stop_stiffness: float = 100.0
+    stop_damping: float = 1.0
+    series_spring: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.supply is not None and not isinstance(self.supply, Supply):
+            raise InvalidInput(f"expected supply to be a Supply or None, got {type(self.supply).__name__}")
+        units = (self.valves,) if isinstance(self.valves, ValveUnit) else tuple(self.valves)
+        if not units or not all(isinstance(unit, ValveUnit) for unit in units):
+            raise InvalidInput("expected valves to be a ValveUnit, or a sequence of one a muscle")
+        if not isinstance(self.valves, ValveUnit):
+            object.__setattr__(self, "valves", units)
+        kappa = float(as_finite("polytropic_exponent", self.polytropic_exponent, ()))
+        if not 1.0 <= kappa <= 1.4:
+            raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")
+        for name in ("dead_volume", "braid_stiffness", "presliding", "shoulder_presliding", "stop_stiffness"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        for name in ("shoulder_viscous", "shoulder_coulomb", "stop_damping"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        if self.series_spring is not None:
+            object.__setattr__(self, "series_spring", as_positive("series_spring", self.series_spring))
+        if self.muscle_damping is not None and not isinstance(self.muscle_damping, Damping):
+            raise InvalidInput(f"expected muscle_damping to be a Damping, got {type(self.muscle_damping).__name__}")
+        known = (ConstantFriction, LoadDependentFriction)
+        if self.muscle_friction is not None and not isinstance(self.muscle_friction, known):
+            raise InvalidInput(
+                "expected muscle_friction to be a ConstantFriction or a LoadDependentFriction, got "
+                f"{type(self.muscle_friction).__name__}"
+            )
+
+    def replace(self, **changes: Any) -> PlantOptions:
+        """Return a copy with some fields changed.
+
+        Raises
+        ------
+        UnknownName
+            If a name is no field.
+        """
+        known = {item.name for item in fields(self)}
+        for name in changes:
+            if name not in known:
+                raise UnknownName("field", name, known)
+        return replace(self, **changes)

@@ -1,0 +1,180 @@
+"""What a simulation of the plant yields."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.records import Record
+from ...core.validation import FloatArray, frozen
+from ...load_case import Load, Motion
+from ...muscle.valve.flow import ATMOSPHERE
+from ...reaction.query import reaction
+from ...reaction.result import Reaction
+from ...wrist_chain.equilibrium import EquilibriumModel
+from .equations import observe
+
+if TYPE_CHECKING:
+    from .plant import Plant
+
+__all__ = ["Run", "recorded"]
+
+
+@dataclass(frozen=True, eq=False)
+class Run(Record):
+    """A motion of the plant, at N instants, with n muscles.
+
+    Attributes
+    ----------
+    plant : Plant
+    times : ndarray
+        Shape (N,), s.
+    rotations : Rotation
+        Stack of shape (N,), {O_B} to {O_A}.
+    angular_velocity, angular_acceleration : ndarray
+        Shape (N, 3), base frame, rad/s and rad/s².
+    pressures : ndarray
+        Shape (N, n), gauge, Pa.
+    supply_pressure : ndarray
+        Shape (N,), of the manifold, gauge, Pa.
+    commands : ndarray
+        Shape (N, n), last command of the controller to each valve, -1 to 1.
+    lengths, length_rates : ndarray
+        Shape (N, n), of the limbs between joint centres, m and m/s.
+    tensions : ndarray
+        Shape (N, n), N, zero or more.
+    bladder_contractions : ndarray
+        Shape (N, n), m: how much shorter than nominal each muscle is; that of a slack muscle, which hangs in a bow,
+        is less than its limb's.
+    friction_moment, stop_moment : ndarray
+        Shape (N, 3), N m, of the shoulder's friction and of the ends of its range on the arm, base frame.
+    kinetic_energy, potential_energy : ndarray
+        Shape (N,), J; the potential is that of weight, load and stops, zero at O.
+    muscle_work : ndarray
+        Shape (N, n), work of the tensions on the arm since the start, J.
+    expansion_work : ndarray
+        Shape (N, n), work of the air (above the atmosphere) on the bladders since the start, J. What the tensions did
+        not get went into bladder and braid, and is the difference between the law of forces and that of volumes.
+    muscle_loss : ndarray
+        Shape (N, n), energy that damping and friction within the muscles took since the start, J; it is no part of
+        ``muscle_work``.
+    shoulder_loss : ndarray
+        Shape (N,), energy that friction and stops of the shoulder took since the start, J.
+    air_used, air_vented : ndarray
+        Shape (N,), air from the supply and air to the atmosphere since the start, kg.
+    loop_residual : ndarray
+        Shape (N,), largest residual of the loops, m and rad; zero in minimal coordinates, where there are none.
+    status : str
+        "completed", or when and why the motion stopped.
+    steps : int
+        Of the integrator.
+    """
+
+    plant: Plant
+    times: FloatArray
+    rotations: Rotation
+    angular_velocity: FloatArray
+    angular_acceleration: FloatArray
+    pressures: FloatArray
+    supply_pressure: FloatArray
+    commands: FloatArray
+    lengths: FloatArray
+    length_rates: FloatArray
+    tensions: FloatArray
+    bladder_contractions: FloatArray
+    friction_moment: FloatArray
+    stop_moment: FloatArray
+    kinetic_energy: FloatArray
+    potential_energy: FloatArray
+    muscle_work: FloatArray
+    expansion_work: FloatArray
+    muscle_loss: FloatArray
+    shoulder_loss: FloatArray
+    air_used: FloatArray
+    air_vented: FloatArray
+    loop_residual: FloatArray
+    status: str
+    steps: int
+
+    @property
+    def contraction_ratios(self) -> FloatArray:
+        """(L_0 - muscle length)/L_0 from the limbs' lengths, (5-4), shape (N, n)."""
+        nominal, fitting = self.plant.tables.muscles[:, 0], self.plant.tables.muscles[:, 1]
+        return np.asarray((nominal + fitting - self.lengths) / nominal)
+
+    @property
+    def slack(self) -> np.ndarray:
+        """Whether a limb carries nothing, shape (N, n), bool."""
+        return self.tensions <= 0.0
+
+    @property
+    def energy_residual(self) -> FloatArray:
+        """Gain of energy less work and loss since the start, shape (N,), J: the integration's own error."""
+        energy = self.kinetic_energy + self.potential_energy
+        return np.asarray(energy - energy[0] - self.muscle_work.sum(axis=1) + self.shoulder_loss)
+
+    @property
+    def motion(self) -> Motion:
+        """Angular velocity and acceleration, for a query at the same orientations."""
+        return Motion(self.angular_velocity, self.angular_acceleration)
+
+    def load(self) -> Load:
+        """Load on the arm besides weight and limbs: the given force, and the moments of friction and stops."""
+        given = self.plant.load
+        force, at = (np.zeros(3), np.zeros(3)) if given is None else (np.asarray(given.force), np.asarray(given.at))
+        return Load(force, self.friction_moment + self.stop_moment, at)
+
+    def reaction(self, split: str = "spherical", **options: Any) -> Reaction:
+        """The reaction query along the run: what limbs and shoulder carry in this motion, at every instant.
+
+        Parameters
+        ----------
+        split : str
+            As for :meth:`exo_pin.ShoulderExo.reaction`.
+        **options
+            As there, without motion and load, which are those of the run.
+
+        Returns
+        -------
+        Reaction
+            Of shape (N,). With three limbs its actuator forces are the run's tensions; with more they are the least
+            ones that make the same motion, unless ``actuator_bounds`` say otherwise.
+        """
+        model = EquilibriumModel(self.plant.mechanism)
+        return reaction(model, self.rotations, self.motion, self.load(), split=split, **options)
+
+    @property
+    def shoulder_force(self) -> FloatArray:
+        """F_s of the run's own tensions and bare muscles, shape (N, 3), N, base frame, of the shoulder on the arm.
+
+        The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical").
+        """
+        tables = self.plant.tables
+        C = self.rotations.apply(tables.centre)
+        w, e = self.angular_velocity, self.angular_acceleration
+        acceleration = np.cross(e, C) + np.cross(w, np.cross(w, C))
+        span = self.rotations.as_matrix() @ tables.platform.T
+        directions = (span.transpose(0, 2, 1) - tables.base) / self.lengths[..., None]
+        pull = np.einsum("ki,kij->kj", self.tensions, directions)
+        return np.asarray(tables.mass * (acceleration - tables.gravity) - tables.force + pull)
+
+
+def recorded(plant: Plant, rows: FloatArray, status: str, steps: int) -> Run:
+    """The record of a motion from rows of time, quaternion, state, commands and which muscles are whole."""
+    n = plant.count
+    count, size = len(rows), rows.shape[1] - 5 - 2 * n
+    Q, Y = rows[:, 1:5].copy(), rows[:, 5 : 5 + size].copy()
+    motion, limbs, energy = np.zeros((count, 9)), np.zeros((count, n, 4)), np.zeros((count, 2))
+    observe(Q, Y, rows[:, -n:].copy(), plant.tables, motion, limbs, energy)
+    sums = Y[:, 10 + 2 * n :]
+    parts = (
+        Y[:, 3:6], motion[:, :3], Y[:, 6 : 6 + n] - ATMOSPHERE, Y[:, 9 + 2 * n] - ATMOSPHERE, rows[:, -2 * n : -n],
+        limbs[..., 0], limbs[..., 1], limbs[..., 2], limbs[..., 3], motion[:, 3:6], motion[:, 6:9],
+        energy[:, 0], energy[:, 1], sums[:, :n], sums[:, n : 2 * n], sums[:, 2 * n : 3 * n],
+        sums[:, 3 * n], sums[:, 3 * n + 1], sums[:, 3 * n + 2], np.zeros(count),
+    )  # fmt: skip
+    kept = [frozen(np.array(part)) for part in parts]
+    return Run(plant, frozen(rows[:, 0].copy()), Rotation.from_quat(Q), *kept, status, steps)

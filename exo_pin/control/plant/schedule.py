@@ -1,0 +1,110 @@
+"""Valves in time: which paths are open when, at exact switching times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...core.validation import FloatArray
+from ...muscle.valve.supply import ValveUnit
+from .equations import FLOWS
+from .faults import Fault
+
+__all__ = ["Valves"]
+
+#: Two instants nearer than this, s, are one.
+_SAME = 1e-9
+
+
+@dataclass
+class Valves:
+    """The valves of n muscles, driven by commands.
+
+    Attributes
+    ----------
+    units : tuple of ValveUnit
+        One a muscle.
+    faults : tuple of Fault
+    commands : ndarray
+        Shape (n,), the last commands, -1 to 1.
+    """
+
+    units: tuple[ValveUnit, ...]
+    faults: tuple[Fault, ...] = ()
+    commands: FloatArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        count = len(self.units)
+        self.commands = np.full(count, -1.0)
+        self._period = np.full(count, -1)
+        self._shares = np.zeros((count, 2))
+
+    def events(self, fault_ends: float) -> list[float]:
+        """Times at which faults begin or end, up to a time, s."""
+        times = {time for fault in self.faults for time in (fault.start, fault.end)}
+        return sorted(time for time in times if 0.0 < time < fault_ends)
+
+    def _command(self, i: int, time: float) -> float:
+        for fault in self.faults:
+            if fault.muscle == i and fault.kind == "stuck valve" and fault.acts(time + _SAME):
+                return fault.command
+        return float(self.commands[i])
+
+    def start(self, time: float) -> None:
+        """Take over the commands where a period of the pulses begins at ``time``, or pulses do not matter."""
+        for i, unit in enumerate(self.units):
+            period = int(np.floor((time + _SAME) * unit.frequency))
+            stuck = any(f.muscle == i and f.kind == "stuck valve" and f.acts(time + _SAME) for f in self.faults)
+            if unit.modulation == "averaged" or period != self._period[i] or stuck:
+                self._shares[i] = unit.shares(self._command(i, time))
+            self._period[i] = period
+
+    def next_switch(self, time: float) -> float:
+        """The next instant after ``time`` at which a valve opens or closes or a period begins, s."""
+        following = np.inf
+        for i, unit in enumerate(self.units):
+            if unit.modulation == "averaged":
+                continue
+            begin = self._period[i] / unit.frequency
+            for place in (self._switch(i), 1.0):
+                instant = begin + place / unit.frequency
+                if instant > time + _SAME:
+                    following = min(following, instant)
+                    break
+        return following
+
+    def _switch(self, i: int) -> float:
+        """Share of the period at which the valve that opened at its start closes."""
+        fill, vent = self._shares[i]
+        return float(fill if fill > 0.0 else vent)
+
+    def flows(self, time: float) -> FloatArray:
+        """What is open just after ``time``, shape (n, len(FLOWS)), as the equations read it."""
+        table = np.zeros((len(self.units), len(FLOWS)))
+        for i, unit in enumerate(self.units):
+            fill, vent = unit.paths
+            table[i, :4] = fill.conductance, fill.critical_ratio, vent.conductance, vent.critical_ratio
+            table[i, [0, 2]] *= self._open(i, time)
+            table[i, 6] = 1.0
+        for fault in self.faults:
+            if fault.acts(time + _SAME):
+                hole = fault.hole
+                if hole is not None:
+                    table[fault.muscle, 4:6] = hole.conductance, hole.critical_ratio
+                if fault.kind == "torn":
+                    table[fault.muscle, 6] = 0.0
+        return table
+
+    def _open(self, i: int, time: float) -> tuple[float, float]:
+        """How far fill and vent path are open, 0 to 1 each."""
+        unit = self.units[i]
+        fill, vent = self._shares[i]
+        if unit.modulation == "averaged":
+            return float(fill), float(vent)
+        place = (time + _SAME) * unit.frequency - self._period[i]
+        before = place < self._switch(i)
+        if unit.layout == "3/2":
+            filling = fill > 0.0 and (before or fill >= 1.0)
+            return float(filling), float(not filling)
+        return float(fill > 0.0 and before), float(vent > 0.0 and before)

@@ -1,0 +1,86 @@
+"""Where the plant comes to rest with constant pressures: the stable equilibrium that a damped motion leads to."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import SolverFailed
+from ...core.validation import FloatArray
+from ...muscle.valve.flow import ATMOSPHERE
+from .equations import AIR, FLOWS, SHOULDER, Tables, rates, state_size
+from .integrator import DONE, advance
+
+__all__ = ["settled"]
+
+#: Viscous moment over angular velocity while it settles, N m s/rad: an arm of 1 kg then creeps.
+_DAMPING = 0.5
+#: Time that it gets in all, s, in pieces, and the moment that is left, N m.
+_PATIENCE, _PIECE, _LEFT = 120.0, 0.5, 1e-12
+#: Step of the difference quotients, rad, and moment from which they are used, N m.
+_DIFFERENCE, _NEAR = 1e-6, 1e-3
+
+
+def settled(tables: Tables, pressures: FloatArray, near: Rotation) -> Rotation:
+    """Orientation at rest, from ``near``, with gauge pressures in Pa; friction is left out.
+
+    Raises
+    ------
+    SolverFailed
+        If it does not come to rest.
+    """
+    n = len(tables.base)
+    air, shoulder = tables.air.copy(), tables.shoulder.copy()
+    air[AIR.index("exponent")] = 0.0  # the pressures stay
+    shoulder[SHOULDER.index("viscous")] = _DAMPING
+    shoulder[SHOULDER.index("coulomb")] = 0.0
+    muscles = tables.muscles.copy()
+    muscles[:, 7:12] = 0.0
+    still = tables._replace(air=air, shoulder=shoulder, muscles=muscles)
+    flows = np.zeros((n, len(FLOWS)))
+    flows[:, FLOWS.index("intact")] = 1.0
+    q, y = near.as_quat(), np.zeros(state_size(n))
+    y[6 : 6 + n], y[9 + 2 * n] = pressures + ATMOSPHERE, air[AIR.index("supply")]
+    atol, step, time = np.full(len(y), 1e-6), 1e-4, 0.0
+    atol[6 : 6 + n] = 1.0
+    while time < _PATIENCE:
+        ended, _, step, _ = advance(still, flows, q, y, _PIECE, step, 1e-6, atol)
+        if ended != DONE:
+            break
+        time += _PIECE
+        if np.linalg.norm(_moment(still, flows, q, y)) < _NEAR and np.linalg.norm(y[3:6]) < _NEAR:
+            found = _balanced(still, flows, q, y)
+            if found is not None:
+                return Rotation.from_quat(found)
+    raise SolverFailed("rest of the plant", float(np.linalg.norm(_moment(still, flows, q, y))), "it goes on moving")
+
+
+def _moment(
+    tables: Tables, flows: FloatArray, q: FloatArray, y: FloatArray, turn: FloatArray | None = None
+) -> FloatArray:
+    """Moment on the arm at rest, base frame, N m, at an orientation turned by a rotation vector."""
+    at, out = y.copy(), np.zeros(len(y))
+    at[:3] = 0.0 if turn is None else turn
+    at[3:6] = 0.0
+    rates(tables, flows, q, at, out)
+    R = (Rotation.from_rotvec(at[:3]) * Rotation.from_quat(q)).as_matrix()
+    return np.asarray(R @ tables.inertia @ R.T @ out[3:6])
+
+
+def _balanced(tables: Tables, flows: FloatArray, q: FloatArray, y: FloatArray) -> FloatArray | None:
+    """Newton's method to where the moment vanishes; None if it does not, or the equilibrium is not stable."""
+    place = q.copy()
+    for _ in range(30):
+        here = _moment(tables, flows, place, y)
+        columns = [
+            _moment(tables, flows, place, y, _DIFFERENCE * axis) - _moment(tables, flows, place, y, -_DIFFERENCE * axis)
+            for axis in np.eye(3)
+        ]
+        slope = np.array(columns).T / (2.0 * _DIFFERENCE)
+        if np.linalg.norm(here) < _LEFT:
+            stable = np.linalg.eigvalsh(0.5 * (slope + slope.T)).max() < 0.0
+            return place if stable else None
+        shift = np.linalg.lstsq(slope, -here, rcond=1e-12)[0]
+        shift *= min(1.0, 0.05 / max(float(np.linalg.norm(shift)), 1e-300))
+        place = (Rotation.from_rotvec(shift) * Rotation.from_quat(place)).as_quat()
+    return None

@@ -1,0 +1,1 @@
+"""Sensors between plant and controller, with their errors."""

@@ -1,0 +1,179 @@
+"""The inertial sensor on the arm and what it adds to the truth.
+
+A reading is R_GS, from the sensor's own frame S to the ground G; :class:`exo_pin.wrist.velocity.sensors.OrientationChain`
+is the calibration block of Figure 5-9 that makes the pose of the arm of it, R_TS' = R_GTᵀ R_GS R_SS'. A simulated reading
+is R_GS = R_d R_GT R R_SS'ᵀ R_n of the true pose R, with the drift R_d, a turn of the ground frame that grows steadily,
+and the noise R_n, white, a small turn about random axes of the sensor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector
+from ...wrist.velocity.sensors import OrientationChain
+
+__all__ = ["PRINTED_DRIFT", "Imu", "ImuReading", "ImuSignal"]
+
+#: Drift of the sensor of Section 5.2.1: 1° to 2° in half a minute; the middle, rad/s.
+PRINTED_DRIFT = float(np.radians(1.5)) / 30.0
+
+
+@dataclass(frozen=True)
+class Imu:
+    """What the sensor adds to the truth. The same seed gives the same errors.
+
+    Attributes
+    ----------
+    torso : Rotation
+        R_GT, takes {O_A} to the ground; single. The controller has it from a calibration.
+    mount : Rotation
+        R_SS', takes {O_B} to the sensor's axes, single: how the sensor really sits.
+    chain : OrientationChain or None
+        What the controller takes for it, from a calibration with its own errors; None for the truth.
+    noise : float
+        Standard deviation of an orientation about each axis, rad, white from sample to sample.
+    velocity_noise : float
+        Standard deviation of each component of the angular velocity, rad/s, white.
+    drift : float
+        Rate at which orientations turn away, rad/s; :data:`PRINTED_DRIFT` for the sensor of the prototype.
+    drift_axis : array_like or None
+        Axis of the drift in the ground frame, shape (3,); None for the vertical, the one that gravity does not
+        correct.
+    delay : float
+        Age of a reading when the controller gets it, s.
+    lost : tuple of (float, float)
+        Intervals from, to, s, without readings.
+    seed : int
+        Of the noise.
+    """
+
+    torso: Rotation = field(default_factory=Rotation.identity)
+    mount: Rotation = field(default_factory=Rotation.identity)
+    chain: OrientationChain | None = None
+    noise: float = 0.0
+    velocity_noise: float = 0.0
+    drift: float = 0.0
+    drift_axis: ArrayLike | None = None
+    delay: float = 0.0
+    lost: tuple[tuple[float, float], ...] = ()
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("torso", "mount"):
+            if as_rotation(name, getattr(self, name)).shape != ():
+                raise InvalidInput(f"expected {name} to be a single rotation")
+        if self.chain is not None and not isinstance(self.chain, OrientationChain):
+            raise InvalidInput(f"expected chain to be an OrientationChain, got {type(self.chain).__name__}")
+        for name in ("noise", "velocity_noise", "delay"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        object.__setattr__(self, "drift", float(as_finite("drift", self.drift, ())))
+        axis = (0.0, 0.0, 1.0) if self.drift_axis is None else self.drift_axis
+        object.__setattr__(self, "drift_axis", tuple(as_unit_vector("drift_axis", axis).tolist()))
+        intervals = []
+        for interval in self.lost:
+            if np.shape(interval) != (2,) or np.isnan(interval).any() or not interval[0] < interval[1]:
+                raise InvalidInput(f"expected lost as intervals (from, to) in s, got {interval!r:.80}")
+            intervals.append((float(interval[0]), float(interval[1])))
+        object.__setattr__(self, "lost", tuple(intervals))
+
+    @property
+    def calibration(self) -> OrientationChain:
+        """What the controller makes poses with; its torso's reading is R_GT itself."""
+        return OrientationChain(self.mount, Rotation.identity()) if self.chain is None else self.chain
+
+    def reading(self, pose: Rotation) -> Rotation:
+        """R_GS of a pose without errors, single or a stack."""
+        return self.torso * pose * self.mount.inv()
+
+    def is_lost(self, time: float) -> bool:
+        """Whether there is no reading at a time, s."""
+        return any(start <= time < end for start, end in self.lost)
+
+
+@dataclass(frozen=True)
+class ImuReading:
+    """What the controller gets.
+
+    Attributes
+    ----------
+    orientation : Rotation
+        {O_B} to {O_A}, single, as calibrated.
+    angular_velocity : ndarray
+        Shape (3,), rad/s, base frame.
+    lost : bool
+        Whether this is an old reading, because there is none now.
+    """
+
+    orientation: Rotation
+    angular_velocity: FloatArray
+    lost: bool
+
+
+class ImuSignal:
+    """Readings of a sensor, sample after sample; a delayed reading lies between samples on the shortest turn."""
+
+    def __init__(self, imu: Imu) -> None:
+        if not isinstance(imu, Imu):
+            raise InvalidInput(f"expected an Imu, got {type(imu).__name__}")
+        self.imu = imu
+        self.reset()
+
+    def reset(self) -> None:
+        """Start again, with the same noise."""
+        self._random = np.random.default_rng(self.imu.seed)
+        self._past: list[tuple[float, Rotation, FloatArray]] = []
+        self._last: ImuReading | None = None
+
+    def read(self, time: float, pose: Rotation, angular_velocity: FloatArray) -> ImuReading:
+        """The reading at a time.
+
+        Parameters
+        ----------
+        time : float
+            s, later than that of the call before.
+        pose : Rotation
+            The true pose, single.
+        angular_velocity : ndarray
+            The true one, shape (3,), rad/s, base frame.
+
+        Returns
+        -------
+        ImuReading
+            While the sensor is lost, the last one before; if there is none, that of the start.
+        """
+        imu = self.imu
+        self._past.append((time, pose, np.asarray(angular_velocity, dtype=float)))
+        # Drawn in every sample, so that a loss does not change the noise of later ones.
+        turn, rate = self._random.standard_normal(3), self._random.standard_normal(3)
+        when = time - imu.delay
+        if self._last is not None and imu.is_lost(when):
+            self._last = ImuReading(self._last.orientation, self._last.angular_velocity, True)
+            return self._last
+        past, velocity = self._at(when)
+        drift = Rotation.from_rotvec(imu.drift * max(when, 0.0) * np.asarray(imu.drift_axis))
+        true = imu.reading(past)
+        reading = drift * true * Rotation.from_rotvec(imu.noise * turn)
+        # The gyroscope measures in its own axes.
+        in_sensor = true.inv().apply(imu.torso.apply(velocity)) + imu.velocity_noise * rate
+        orientation = imu.calibration.orientation(reading, imu.torso)
+        in_torso = (orientation * imu.calibration.arm_mount.inv()).apply(in_sensor)
+        self._last = ImuReading(orientation, in_torso, imu.is_lost(when))
+        return self._last
+
+    def _at(self, when: float) -> tuple[Rotation, FloatArray]:
+        """Pose and angular velocity at a time gone by; before the first sample those of the first."""
+        while len(self._past) > 1 and self._past[1][0] <= when:
+            self._past.pop(0)
+        (before, pose, velocity), *later = self._past
+        if not later or when <= before:
+            return pose, velocity
+        after, next_pose, next_velocity = later[0]
+        share = (when - before) / (after - before)
+        step = (next_pose * pose.inv()).as_rotvec()
+        return Rotation.from_rotvec(share * step) * pose, velocity + share * (next_velocity - velocity)

@@ -1,0 +1,1 @@
+"""Reference trajectories: orientation, angular velocity and angular acceleration at any time."""

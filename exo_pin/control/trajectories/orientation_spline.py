@@ -1,0 +1,128 @@
+"""Smooth curves through given orientations, and references from CSV files."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_finite, as_rotation, frozen
+from ...load_case import Movement, read_movement
+from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
+from .reference import Trajectory
+
+__all__ = ["OrientationSpline", "read_reference"]
+
+#: Two waypoints farther apart than this, rad, do not determine which way the arm turns between them.
+_FARTHEST = np.radians(120.0)
+#: Waypoints nearer in time than this, s, are one.
+_SHORTEST = 1e-6
+#: A curve of quaternions with a length outside this range has swung too far between its waypoints, on the unit sphere.
+_LENGTHS = (0.5, 1.5)
+
+
+class OrientationSpline(Trajectory):
+    """A curve through orientations, with continuous ω and η.
+
+    The unit quaternions, continuous in sign, are interpolated by a spline in four dimensions, which is brought to
+    unit length. A rotation of base or arm frame turns these four dimensions, so the curve depends on no choice of
+    frame and no Euler angle takes part. From rest to rest the degree is 5, with ω = η = 0 at both ends; ω and η are
+    continuous, and so are two more derivatives. Otherwise the degree is 7 (5 with fewer than 12 waypoints, 3 with
+    fewer than six) and the ends are free.
+
+    Parameters
+    ----------
+    times : array_like
+        Shape (N,), s, rising. The trajectory starts at time 0, whatever the first of them is.
+    orientations : Rotation
+        Stack of shape (N,), neighbours at most 120° apart.
+    rest : bool
+        Whether the arm is at rest at both ends. With False at least four orientations are needed.
+    title : str
+        What it is.
+
+    Raises
+    ------
+    InvalidInput
+        If times do not rise, there are too few waypoints, two are more than 120° apart, or the curve swings so far
+        between waypoints that it is none of a movement.
+    """
+
+    def __init__(self, times: ArrayLike, orientations: Rotation, rest: bool = True, title: str = "") -> None:
+        t, poses = as_finite("times", times, (None,)), as_rotation("orientations", orientations)
+        _check_waypoints(t, poses, rest)
+        self.title, self.rest = title, bool(rest)
+        #: Times of the waypoints, from 0, shape (N,), s.
+        self.times = frozen(t - t[0])
+        #: The waypoints.
+        self.orientations = poses
+        self.duration = float(self.times[-1])
+        # Scaled to mean spacing 1, so that the spline's conditioning does not depend on the unit of time.
+        self._unit = self.duration / (len(t) - 1)
+        x, q = self.times / self._unit, continuous_quaternions(poses)
+        if rest:
+            still = [(1, np.zeros(4)), (2, np.zeros(4))]
+            self._curve: Any = scipy.interpolate.make_interp_spline(x, q, k=5, bc_type=(still, still))
+        else:
+            degree = 7 if len(t) >= 12 else 5 if len(t) >= 6 else 3
+            self._curve = scipy.interpolate.make_interp_spline(x, q, k=degree)
+        between = np.linspace(x[:-1], x[1:], 9).ravel()
+        length = np.linalg.norm(self._curve(between), axis=1)
+        if length.min() < _LENGTHS[0] or length.max() > _LENGTHS[1]:
+            raise InvalidInput("the curve swings too far between its waypoints: give more of them, or more even times")
+
+    @classmethod
+    def of_movement(cls, movement: Movement, title: str = "measured movement") -> OrientationSpline:
+        """A reference through the orientations of a movement, smoothed if they were."""
+        if not isinstance(movement, Movement):
+            raise InvalidInput(f"expected movement to be a Movement, got {type(movement).__name__}")
+        return cls(movement.times, movement.orientations, rest=False, title=title)
+
+    def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        x = t / self._unit
+        return motion_of_quaternions(np.stack([self._curve(x, order) for order in range(3)]), self._unit)
+
+
+def _check_waypoints(t: FloatArray, poses: Rotation, rest: bool) -> None:
+    fewest = 2 if rest else 4
+    if poses.shape != t.shape or len(t) < fewest:
+        raise InvalidInput(f"expected one time for each of {fewest} or more orientations, got {t.shape}, {poses.shape}")
+    if not (np.diff(t) > _SHORTEST).all():
+        raise InvalidInput("expected times in s that rise from waypoint to waypoint")
+    steps = (poses[1:] * poses[:-1].inv()).magnitude()
+    if steps.max() > _FARTHEST:
+        raise InvalidInput(
+            f"expected waypoints at most 120 degrees apart, got {np.degrees(steps.max()):.0f} after waypoint "
+            f"{int(steps.argmax())}: give one between them"
+        )
+
+
+def read_reference(
+    path: str | PathLike[str],
+    side: str = "left",
+    smoothing: str | None = "gcv",
+    sensor_noise: float | None = None,
+) -> OrientationSpline:
+    """Read a reference from a CSV file of orientations.
+
+    Parameters
+    ----------
+    path : path-like
+        Columns and other arguments as in :func:`exo_pin.read_movement`.
+    side : {"left", "right"}
+        Side of the body that clinical angles are of.
+    smoothing : {"gcv", None}
+        How to smooth the samples; None interpolates them.
+    sensor_noise : float, optional
+        Standard deviation of the samples about each axis, rad, if it is known.
+
+    Returns
+    -------
+    OrientationSpline
+    """
+    return OrientationSpline.of_movement(read_movement(path, side, smoothing, sensor_noise), f"from {path}")

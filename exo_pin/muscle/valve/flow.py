@@ -1,0 +1,153 @@
+"""Mass flow of air through a valve after ISO 6358, and valves in series.
+
+With the upstream absolute pressure p_1, the downstream p_2, the upstream temperature T_1 and r = p_2/p_1,
+
+    ṁ = C p_1 ρ_0 sqrt(T_0/T_1)                                      r <= b, choked
+    ṁ = C p_1 ρ_0 sqrt(T_0/T_1) (1 - ((r - b)/(1 - b))²)^m           r > b, subsonic, m = 1/2
+
+with the sonic conductance C, the critical pressure ratio b and the reference air (ANR) of ρ_0 = 1.185 kg/m³ at
+T_0 = 293.15 K and 100 kPa. At r = 1 the slope of the subsonic formula is infinite, which no real valve has: above
+r = 0.999 the flow is laminar, proportional to the pressure difference, as block libraries for pneumatics do it
+(0.995 to 0.999). Air in valve and muscle is at T_0 (**assumption**: tubes and bladder are thin).
+
+Source: ISO 6358-1:2013; the law itself: F. E. Sanville, A new method of specifying the flow capacity of pneumatic fluid
+power valves, 2nd Int. Fluid Power Symposium, BHRA, 1971.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.compiled import kernel
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_finite, as_positive
+
+__all__ = [
+    "ATMOSPHERE",
+    "GAS_CONSTANT",
+    "LAMINAR_RATIO",
+    "REFERENCE_DENSITY",
+    "REFERENCE_TEMPERATURE",
+    "Valve",
+    "mass_flow",
+]
+
+#: Standard atmosphere, Pa: what gauge pressure is counted from.
+ATMOSPHERE = 101325.0
+#: The reference air of ISO 6358 (ISO 8778): kg/m³ at 100 kPa, 20 °C and 65 % humidity; its temperature, K.
+REFERENCE_DENSITY, REFERENCE_TEMPERATURE = 1.185, 293.15
+#: Gas constant of that air, J/(kg K): p_0/(ρ_0 T_0).
+GAS_CONSTANT = 1e5 / (REFERENCE_DENSITY * REFERENCE_TEMPERATURE)
+#: Pressure ratio above which the flow is laminar.
+LAMINAR_RATIO = 0.999
+
+
+@kernel
+def mass_flow(upstream: float, downstream: float, conductance: float, critical_ratio: float) -> float:
+    """Mass flow in kg/s between two absolute pressures in Pa, positive from the first to the second.
+
+    Source: ISO 6358-1, in air of its reference temperature.
+    """
+    high, low, sign = upstream, downstream, 1.0
+    if downstream > upstream:
+        high, low, sign = downstream, upstream, -1.0
+    if high <= 0.0 or conductance == 0.0:
+        return 0.0
+    choked = sign * conductance * high * REFERENCE_DENSITY
+    ratio = low / high
+    if ratio <= critical_ratio:
+        return choked
+    if ratio < LAMINAR_RATIO:
+        part = (ratio - critical_ratio) / (1.0 - critical_ratio)
+        return choked * (1.0 - part * part) ** 0.5
+    part = (LAMINAR_RATIO - critical_ratio) / (1.0 - critical_ratio)
+    return choked * (1.0 - part * part) ** 0.5 * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
+
+
+@dataclass(frozen=True)
+class Valve:
+    """An open valve, a restrictor or a leak: anything through which air flows.
+
+    Parameters
+    ----------
+    conductance : float
+        Sonic conductance C, m³/(s Pa) of reference air. Data sheets print dm³/(s bar): 1 of these is 1e-8.
+    critical_ratio : float
+        Critical pressure ratio b, zero or more and below 0.999; about 0.5 for an orifice and 0.2 to 0.4 for small
+        solenoid valves.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not in its range.
+
+    Examples
+    --------
+    >>> valve = Valve(1e-9, 0.3)
+    >>> round(valve.flow(5e5, 1e5) * 1e3, 4)  # choked: C p_1 ρ_0, in g/s
+    0.5925
+    """
+
+    conductance: float
+    critical_ratio: float = 0.5
+
+    def __post_init__(self) -> None:
+        size = as_positive("conductance", self.conductance, zero=True)
+        if size > 1e-5:
+            raise InvalidInput(
+                f"expected conductance in m³/(s Pa), got {size:g}; a data sheet's dm³/(s bar) times 1e-8"
+            )
+        ratio = as_positive("critical_ratio", self.critical_ratio, zero=True)
+        if ratio >= LAMINAR_RATIO:
+            raise InvalidInput(f"expected critical_ratio below {LAMINAR_RATIO:g}, got {ratio:g}")
+        object.__setattr__(self, "conductance", size)
+        object.__setattr__(self, "critical_ratio", ratio)
+
+    def flow(self, upstream: ArrayLike, downstream: ArrayLike) -> FloatArray:
+        """Mass flow.
+
+        Parameters
+        ----------
+        upstream, downstream : array_like
+            Shapes that broadcast to (...), **absolute** pressures in Pa, zero or more.
+
+        Returns
+        -------
+        ndarray
+            Shape (...), kg/s, positive from ``upstream`` to ``downstream``, negative the other way.
+
+        Raises
+        ------
+        InvalidInput
+            If a pressure is negative or not finite, or the shapes do not broadcast.
+        """
+        first = as_finite("upstream", upstream, (), stack=True)
+        second = as_finite("downstream", downstream, (), stack=True)
+        if min(first.min(initial=0.0), second.min(initial=0.0)) < 0.0:
+            raise InvalidInput("expected absolute pressures in Pa, zero or more, got a negative one")
+        try:
+            a, b = np.broadcast_arrays(first, second)
+        except ValueError:
+            raise InvalidInput(f"expected pressures that broadcast, got {first.shape} and {second.shape}") from None
+        pairs = np.stack([a.ravel(), b.ravel()], axis=1).tolist()
+        return np.array([mass_flow(p, q, self.conductance, self.critical_ratio) for p, q in pairs]).reshape(a.shape)
+
+    def in_series(self, *others: Valve) -> Valve:
+        """One valve in place of this and others behind it.
+
+        The rule for series of components with ISO 6358 data, 1/C³ = Σ 1/C_i³ and b = 1 - C² Σ (1 - b_i)/C_i². It is an
+        approximation: the exact flow, with the pressure between two valves solved for, is up to 10 % away from it
+        where their conductances are alike, and within 3 % where one is at most a third of the other.
+        """
+        parts: tuple[Any, ...] = (self, *others)
+        if not all(isinstance(part, Valve) for part in parts):
+            raise InvalidInput(f"expected valves, got {[type(part).__name__ for part in parts]}")
+        if min(part.conductance for part in parts) == 0.0:
+            return Valve(0.0, self.critical_ratio)
+        total = sum(part.conductance**-3 for part in parts) ** (-1.0 / 3.0)
+        ratio = 1.0 - total**2 * sum((1.0 - part.critical_ratio) / part.conductance**2 for part in parts)
+        return Valve(total, max(ratio, 0.0))

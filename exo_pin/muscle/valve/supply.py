@@ -1,0 +1,126 @@
+"""Where the air comes from, and the valves of a muscle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from ...core.errors import InvalidInput
+from ...core.validation import as_choice, as_positive
+from .flow import ATMOSPHERE, Valve
+
+__all__ = ["LAYOUTS", "MODULATIONS", "Supply", "ValveLayout", "ValveUnit"]
+
+ValveLayout = Literal["3/2", "fill and vent"]
+Modulation = Literal["switched", "averaged"]
+
+#: How a muscle's valves are laid out.
+LAYOUTS = ("3/2", "fill and vent")
+#: How they are driven.
+MODULATIONS = ("switched", "averaged")
+
+
+@dataclass(frozen=True)
+class Supply:
+    """Compressed air behind the valves: a regulator, and the manifold that feeds them.
+
+    Parameters
+    ----------
+    pressure : float
+        Gauge pressure of the regulator, Pa.
+    regulator : Valve or None
+        What limits its flow; None for a supply that holds its pressure whatever is drawn.
+    volume : float or None
+        Of the manifold between regulator and valves, m³; needed with ``regulator``.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is not in its range, or a regulator comes without a volume.
+    """
+
+    pressure: float
+    regulator: Valve | None = None
+    volume: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pressure", as_positive("pressure", self.pressure))
+        if self.pressure > 2e6:
+            raise InvalidInput(f"expected pressure as gauge pressure in Pa, below 20 bar, got {self.pressure:g}")
+        if self.regulator is not None and not isinstance(self.regulator, Valve):
+            raise InvalidInput(f"expected regulator to be a Valve, got {type(self.regulator).__name__}")
+        if self.volume is not None:
+            object.__setattr__(self, "volume", as_positive("volume", self.volume))
+        if (self.regulator is None) != (self.volume is None):
+            raise InvalidInput("expected regulator and volume together: the flow through one fills the other")
+
+    @property
+    def absolute(self) -> float:
+        """Absolute pressure of the regulator, Pa."""
+        return self.pressure + ATMOSPHERE
+
+
+@dataclass(frozen=True)
+class ValveUnit:
+    """The solenoid valves of one muscle and how they are pulsed.
+
+    A **command** u from -1 to 1 is what a controller sends. With the layout "3/2", one valve that joins the muscle
+    either with the supply (on) or with the atmosphere (off), it fills for the share (1 + u)/2 of the time and vents
+    for the rest: u = -1 vents, u = 1 fills, and a pressure is held by pulsing. With "fill and vent", two valves that
+    can both be closed, it fills for the share u if u > 0, vents for the share -u if u < 0, and holds at u = 0.
+
+    Parameters
+    ----------
+    fill, vent : Valve
+        Flow path from the supply to the muscle and from there to the atmosphere, without the restrictor.
+    restrictor : Valve or None
+        In series with both, at the muscle's inlet; None for none.
+    layout : {"3/2", "fill and vent"}
+    modulation : {"switched", "averaged"}
+        "switched" opens and closes each valve at its exact times in every period of the pulses; "averaged" passes the
+        share of the flow all the time, as a very fast pulsing would.
+    frequency : float
+        Of the pulses, Hz. The command is taken over at the start of each period.
+
+    Raises
+    ------
+    InvalidInput
+        If a part has a wrong type or range.
+
+    Notes
+    -----
+    Source: thesis Section 5.2.1: a manifold with four branches, in each a solenoid valve, printed as "three way two
+    port", and a restriction valve; pulses of 20 Hz. Read here as a 3/2-way valve.
+    """
+
+    fill: Valve
+    vent: Valve
+    restrictor: Valve | None = None
+    layout: ValveLayout = "3/2"
+    modulation: Modulation = "switched"
+    frequency: float = 20.0
+    _paths: tuple[Valve, Valve] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("fill", "vent"):
+            if not isinstance(getattr(self, name), Valve):
+                raise InvalidInput(f"expected {name} to be a Valve, got {type(getattr(self, name)).__name__}")
+        if self.restrictor is not None and not isinstance(self.restrictor, Valve):
+            raise InvalidInput(f"expected restrictor to be a Valve or None, got {type(self.restrictor).__name__}")
+        as_choice("layout", self.layout, LAYOUTS)
+        as_choice("modulation", self.modulation, MODULATIONS)
+        object.__setattr__(self, "frequency", as_positive("frequency", self.frequency))
+        behind = () if self.restrictor is None else (self.restrictor,)
+        object.__setattr__(self, "_paths", (self.fill.in_series(*behind), self.vent.in_series(*behind)))
+
+    @property
+    def paths(self) -> tuple[Valve, Valve]:
+        """Fill and vent path, each with the restrictor."""
+        return self._paths
+
+    def shares(self, command: float) -> tuple[float, float]:
+        """Shares of the time for which a command fills and vents, 0 to 1 each; a command beyond ±1 counts as ±1."""
+        u = min(max(float(command), -1.0), 1.0)
+        if self.layout == "3/2":
+            return 0.5 * (1.0 + u), 0.5 * (1.0 - u)
+        return max(u, 0.0), max(-u, 0.0)

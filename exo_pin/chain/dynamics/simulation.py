@@ -125,7 +125,7 @@ def simulate(
         Whether joint limits are rigid stops.
     restitution : float
         Newton's restitution at stops, from 0, no bounce, to 1, no loss. Impacts slower than 1e-5 characteristic
-        lengths or rad a second do not bounce.
+        lengths or rad a second, or within a microsecond of the joint's last one, do not bounce.
     events : callable or sequence of callable
         Functions of time, q and v; where one changes its sign the instant is recorded. As for SciPy's ``solve_ivp``, an
         attribute ``terminal = True`` of the function ends the motion there, and ``direction`` above or below zero

@@ -171,18 +171,15 @@ def contact_forces(
         If the optimality conditions hold to no better than 1e-9.
     """
     index, column = contacts.place, motion.column[contacts.place]
-    R = motion.response
-    rows = R[index] / column[:, None]
-    found = bounded_complementarity(
-        rows @ rows.T, motion.a[index] / column, contacts.low * column, contacts.high * column
-    )
+    rows, start = motion.of(index)
+    found = bounded_complementarity(rows @ rows.T, start, contacts.low * column, contacts.high * column)
     if not found.bounded:
-        pressed = (contacts.side != 0) & ((contacts.side * motion.a[index] < 0.0) | (found.force != 0.0))
+        pressed = (contacts.side != 0) & ((contacts.side * start < 0.0) | (found.force != 0.0))
         raise MotionBlocked(joint_names(state, index[pressed]))
     # Exactly on the bounds where it is active.
     at_low, at_high = found.force == contacts.low * column, found.force == contacts.high * column
     force = np.where(at_low, contacts.low, np.where(at_high, contacts.high, found.force / column))
-    a = motion.a + R @ (rows.T @ found.force)
+    a = motion.a + motion.response @ (rows.T @ found.force)
     a[index] = found.rate * column
     friction, stops, unique = sliding.copy(), np.zeros_like(sliding), np.ones(len(sliding), dtype=np.bool_)
     rests = contacts.side == 0
@@ -190,7 +187,7 @@ def contact_forces(
     np.add.at(stops, index[~rests], force[~rests])
     unique[index[~found.unique]] = False
     # Exactly zero, but for contacts on a bound of their force that would not move without it either.
-    still = np.abs(found.rate) <= _STILL * float(np.abs(motion.a[index] / column).max(initial=0.0))
+    still = np.abs(found.rate) <= _STILL * float(np.abs(start).max(initial=0.0))
     return ContactForces(a, force, still, frozen(friction), frozen(stops), frozen(unique), found.residual)
 
 
@@ -206,26 +203,22 @@ def impact(
     v: FloatArray,
     stops: tuple[NDArray[np.int64], NDArray[np.int64]],
     restitution: float,
-    slow: float,
 ) -> FloatArray:
     """Velocity after impacts, shape (nv,), for the coordinates at their stops and their sides.
 
-    If the fastest hits its stop with less than ``slow``, characteristic lengths and rad a second, none bounces. All
-    have the same restitution, for which Moreau's rule never gains energy.
+    All have the same restitution, for which Moreau's rule never gains energy.
 
     Raises
     ------
     SolverFailed
         As for :func:`contact_forces`.
     """
-    (index, side), R = stops, motion.response
-    column = motion.column[index]
-    rows = R[index] / column[:, None]
-    before = v[index] / column
-    bounce = restitution if (side * before < -slow).any() else 0.0
+    index, side = stops
+    rows, _ = motion.of(index)
+    before = v[index] / motion.column[index]
     low, high = np.where(side > 0, 0.0, -np.inf), np.where(side > 0, np.inf, 0.0)
-    found = bounded_complementarity(rows @ rows.T, before + bounce * before, low, high)
+    found = bounded_complementarity(rows @ rows.T, before + restitution * before, low, high)
     if not found.bounded:
         raise SolverFailed("the impact", np.inf, "every velocity of the loops moves a joint into its stop")
-    after = v + R @ (rows.T @ found.force)
+    after = v + motion.response @ (rows.T @ found.force)
     return np.asarray(after)

@@ -82,6 +82,7 @@ class EventIntegration:
         """
         rates, steps, step, short, crowd = self.rates, 0, None, 0, [float(when[0])]
         time, end = float(when[0]), float(when[-1])
+        self._impacts: dict[int, float] = {}
         instant, mode, found = self._settled(time, instant)
         states = [instant]
         for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
@@ -121,7 +122,7 @@ class EventIntegration:
 
     def _settled(self, time: float, instant: Instant) -> tuple[Instant, Mode, list[MotionEvent]]:
         try:
-            settled_instant, mode, found = settled(self.rates, time, instant, self.stops)
+            settled_instant, mode, found = settled(self.rates, time, instant, self.stops, self._impacts)
         except (MotionBlocked, SolverFailed) as error:
             raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), str(error)) from error
         self._floor = np.minimum(self.stops.gaps(self.rates.state, settled_instant.q)[0], 0.0) - _DEPTH

@@ -96,11 +96,9 @@ class Mode(Record):
             return acceleration(self.state, q, v, applied), none, none, False
         moving_loops(self.state, q, v)
         motion = projected_motion(self.state, q, v, applied)
-        R, column = motion.response, motion.column[index]
-        rows = R[index] / column[:, None]
-        start = motion.a[index] / column
+        (rows, start), column = motion.of(index), motion.column[index]
         scaled = _held_forces(rows, start)
-        a = motion.a + R @ (rows.T @ scaled)
+        a = motion.a + motion.response @ (rows.T @ scaled)
         left = float(np.abs(start + rows @ (rows.T @ scaled)).max())
         size = max(float(np.abs(motion.a / motion.column).max()), float(np.abs(start).max()))
         return a, scaled / column, rows, left > _MOVED * max(size, _MOVED)
@@ -151,8 +149,7 @@ def at_rest(state: ChainState, q: FloatArray, v: FloatArray, index: NDArray[np.i
     if not len(index) or not v[index].any():
         return v
     motion = response_at(state, q)
-    R, column = motion.response, motion.column[index]
-    rows = R[index] / column[:, None]
-    after = v + R @ (rows.T @ _held_forces(rows, v[index] / column))
+    rows, _ = motion.of(index)
+    after = v + motion.response @ (rows.T @ _held_forces(rows, v[index] / motion.column[index]))
     after[index] = 0.0
     return np.asarray(after)

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ....core.errors import MasslessMotion
 from ....core.records import reduced_tuple
@@ -20,6 +20,9 @@ from ...structure.inertia import MASSLESS, heaviest, inertia_matrix, massless_jo
 from ..equations_of_motion import open_tree
 
 __all__ = ["Applied", "ProjectedMotion", "projected_motion", "response_at", "stabilising"]
+
+#: A coordinate moves in no motion if its rows in an orthonormal basis are below this.
+_LOCKED = 1e-9
 
 
 class Applied(NamedTuple):
@@ -77,6 +80,19 @@ class ProjectedMotion(NamedTuple):
     def response(self) -> FloatArray:
         """R, shape (nv, k): generalised forces f change a by R Rᵀ f."""
         return np.asarray(self.column[:, None] * (self.basis @ (self.ways / np.sqrt(self.sizes))))
+
+    def of(self, index: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+        """Rows of the response and accelerations of some coordinates, shapes (n, k) and (n,), in lengths of one.
+
+        A coordinate that the loops lock has a row of zeros, not of rounding, which forces would be divided by; its
+        acceleration is zero where it is rounding, and else what the velocity makes it, as at a dead centre.
+        """
+        column = self.column[index]
+        rows, start = self.response[index] / column[:, None], self.a[index] / column
+        locked = np.linalg.norm(self.basis[index], axis=1) <= _LOCKED
+        rows[locked] = 0.0
+        start[locked & (np.abs(start) <= _LOCKED * np.abs(self.a / self.column).max(initial=0.0))] = 0.0
+        return rows, start
 
 
 def projected_motion(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> ProjectedMotion:

@@ -20,10 +20,11 @@ from .joint_friction import REST, friction_of, joint_names
 from .modes import Mode, at_rest
 from .projected_motion import projected_motion, response_at
 
-__all__ = ["SLOW", "MotionEvent", "StopRules", "settled"]
+__all__ = ["MotionEvent", "StopRules", "settled"]
 
-#: Speed below which a stop is not bounced from, characteristic lengths and rad a second: bounces become ever shorter.
-SLOW = 1e-5
+#: A stop is not bounced from below this speed, characteristic lengths and rad a second, or after a flight shorter than
+#: this, s: bounces become ever shorter, and falling through the depth at which an impact is noticed would renew them.
+SLOW, BRIEF = 1e-5, 1e-6
 
 
 class MotionEvent(NamedTuple):
@@ -66,8 +67,12 @@ class StopRules(Record):
         return room / state.topology.column[index], index, np.repeat([1, -1], [count, count])
 
 
-def settled(rates: Rates, time: float, instant: Instant, stops: StopRules) -> tuple[Instant, Mode, list[MotionEvent]]:
+def settled(
+    rates: Rates, time: float, instant: Instant, stops: StopRules, impacts: dict[int, float]
+) -> tuple[Instant, Mode, list[MotionEvent]]:
     """The state and mode after impacts at a time, and what happened; ``rates`` has the mode before, or None.
+
+    ``impacts`` are the times of the last impacts, s, by index in v; those of this time are added.
 
     Raises
     ------
@@ -84,10 +89,14 @@ def settled(rates: Rates, time: float, instant: Instant, stops: StopRules) -> tu
     touching = (gaps <= AT_STOP) | rested
     index, side = index[touching], side[touching]
     found: list[MotionEvent] = []
-    hit = side * v[index] / column[index] < -REST
+    speed = -side * v[index] / column[index]
+    hit = speed > REST
     if hit.any():
         found.append(MotionEvent(time, "impact", tuple(joint_names(state, index[hit]))))
-        v = impact(response_at(state, q), v, (index, side), stops.restitution, SLOW)
+        flown = np.array([time - impacts.get(k, -np.inf) for k in index.tolist()])
+        bounces = (speed > SLOW) & (flown > BRIEF)
+        v = impact(response_at(state, q), v, (index, side), stops.restitution if bounces.any() else 0.0)
+        impacts |= dict.fromkeys(index[hit].tolist(), time)
     v = np.where(np.abs(v) <= REST * column * 1e-3, 0.0, v) if hit.any() else v
     rubbing = friction_of(state, v)
     rests = side * v[index] / column[index] <= REST

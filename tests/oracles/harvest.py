@@ -228,6 +228,7 @@ def _persons(folder):
     person.centre_path()
     exo.joint_contact(POSE, person, "least_effort", actuator_bounds="pull")
     person.on_side("right").with_changes(strength=0.1).joint_contact(POSE, outside="mark")
+    exo.view(person=person).show(POSE)
 
 
 def _pictures(folder):

@@ -5,6 +5,8 @@ from .answer_plots import study_figure as study_figure
 from .charts import force_history as force_history
 from .charts import method_bars as method_bars
 from .charts import tension_history as tension_history
+from .contact_plots import contact_over_box as contact_over_box
+from .contact_plots import contact_over_elevation as contact_over_elevation
 from .design_drawing import design_drawing as design_drawing
 from .force_plots import draw_mechanism as draw_mechanism
 from .force_plots import overview as overview

@@ -1,5 +1,6 @@
 """What a browser shows: known points have the colours they should have, and the numbers stand on the page."""
 
+import base64
 import io
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 import exo_pin as ep
 from exo_pin.core.errors import BrowserNotFound, MissingExtra
+from exo_pin.person.limb.skeleton import bone_meshes
 from exo_pin.view import Browser, Scene, find_browser
 from exo_pin.view.colours import BLUE, GREEN, ORANGE, RED
 
@@ -205,6 +207,48 @@ def test_recording_plays_by_itself_and_its_numbers_follow(browser, tmp_path):
         text = browser.evaluate("document.getElementById('big').innerText")
         assert f"{recording.reaction.magnitude[frame]:.1f} N" in text
     assert "1.00 s" in browser.evaluate("document.getElementById('clock').textContent")
+
+
+def test_wearers_bones_and_muscles_move_and_change_colour(browser):
+    """Without arrows and device in the way: bones are bright, muscles have the colour of their activation."""
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+    wearer, device = ep.Person(1.75, 75, "male"), ep.load("four-cables")
+    scene = device.view(person=wearer, metres_per_newton=1e-7)
+    scene.camera(EYE, TARGET, VIEW)
+    scene._stage.viewer["exo"].set_property("visible", False)
+    poses, times = device.pose([10.0, 50.0], [20.0, 60.0], 0.0), [0.0, 1.0]
+    # Part of the load, so that muscles work.
+    recording = scene.record(poses, times, load=ep.Load([0.0, 0.0, -20.0], at=(0.0, 0.0, -0.3)))
+    browser.open_html(recording.html())
+    frames = recording._frames
+    moving, coloured = frames["moving"], frames["coloured"]
+    transforms = np.frombuffer(base64.b64decode(frames["transforms"]), "<f4").reshape(2, len(moving), 4, 4)
+    colours = np.frombuffer(base64.b64decode(frames["colours"]), "<f4").reshape(2, len(coloured), 4)
+    assert len(coloured) >= 10
+    vertices = bone_meshes("left")["trunk"][0]
+    images = []
+    for frame in range(2):
+        browser.evaluate(f"showFrame({frame})")
+        image = shot(browser)
+        images.append(image)
+        trunk = transforms[frame, moving.index("/meshcat/wearer/bones/trunk")].T
+        skull = vertices @ trunk[:3, :3].T + trunk[:3, 3]
+        skull = skull[skull[:, 2] > skull[:, 2].max() - 0.08]
+        nearest = skull[np.argmin(np.linalg.norm(skull - EYE, axis=1))]
+        red, green, blue = pixel(image, nearest)
+        assert red > 0.5
+        assert red >= green >= blue
+        # The middles of the muscles' parts that something else does not hide.
+        seen = total = 0
+        for k, path in enumerate(coloured):
+            parts = [i for i, name in enumerate(moving) if name.startswith(f"{path}/")]
+            for i in parts:
+                matrix = transforms[frame, i].T
+                got = pixel(image, matrix[:3, 3] + 0.5 * matrix[:3, 2])
+                seen += chroma(got) @ chroma(colours[frame, k, :3]) > 0.97 and np.ptp(got) > 0.05
+                total += 1
+        assert seen > 0.6 * total
+    assert np.abs(images[0] - images[1]).max() > 0.3
 
 
 BOXES = """(() => {

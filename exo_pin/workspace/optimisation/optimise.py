@@ -133,7 +133,10 @@ def optimise(
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
     study = StoredStudy(storage, name, wanted, _description(merit, seed, run_length, refine))
     start = space.point(space.of_design()) if refine else None
-    runs = _search(study, merit, wanted, seed, budget, run_length, start, progress)
+    made = _made_runs(study, merit, wanted, seed, budget, run_length, start)
+    for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
+        pass
+    runs = list(study.runs())
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
     return _reported(exo, merit, runs, wanted, finer_step)
@@ -169,22 +172,6 @@ def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict
         "start": space.of_design() if refine else "random",
     }
     return text if merit.contact is None else {**text, "contact": merit.contact.description()}
-
-
-def _search(
-    study: StoredStudy,
-    merit: Merit,
-    objectives: tuple[str, ...],
-    seed: int,
-    budget: int,
-    length: int,
-    start: FloatArray | None,
-    progress: bool,
-) -> list[Run]:
-    rows = _made_runs(study, merit, objectives, seed, budget, length, start)
-    for _ in track(rows, "runs", progress, -(-max(0, budget - study.evaluations()) // length)):
-        pass
-    return list(study.runs())
 
 
 def _made_runs(

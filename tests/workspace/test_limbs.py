@@ -124,3 +124,13 @@ def test_places_need_a_body_and_a_share():
         limb_places(ep.Actuator("cable"), ARM, Criteria())
     with pytest.raises(InvalidInput, match="share"):
         limb_places(ep.Actuator("cable"), ARM, Criteria(body=BODY), share=1.5)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("far", "passing", "held"), [(0.4, 0, 0.0), (0.5, 11, 0.286)])
+def test_no_muscles_in_line_on_a_frame_of_half_a_metre(far, passing, held):
+    """The figures of docs/workspace.md: 65,536 places of a limb."""
+    arm = ep.load("four-cables").arm
+    found = limb_places(ep.Actuator("pneumatic muscle"), arm, Criteria(body=BODY), (0.12, far), count=65_536)
+    assert len(found.shares) == passing
+    assert found.held == pytest.approx(held, abs=5e-4)

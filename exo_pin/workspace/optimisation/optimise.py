@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
@@ -147,15 +148,20 @@ def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criter
     if person is None:
         raise MissingData(["person (who wears the design)"], "the objective 'contact_force'", exo.name)
     require_massless(exo.mechanism)
+    return ContactObjective(person, poses, functools.partial(_least_contact, type(exo)), criteria)
 
-    def contact(
-        mechanism: Mechanism, orientations: Rotation, wearer: Person, bounds: tuple[FloatArray, FloatArray]
-    ) -> FloatArray:
-        design = type(exo).from_mechanism(mechanism)
-        found = design.joint_contact(orientations, wearer, "least_contact", actuator_bounds=bounds, outside="mark")
-        return np.asarray(found.magnitude)
 
-    return ContactObjective(person, poses, contact, criteria)
+def _least_contact(
+    kind: type[ShoulderExo],
+    mechanism: Mechanism,
+    orientations: Rotation,
+    wearer: Person,
+    bounds: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Magnitudes of the contact force, shape (N,), N, as :class:`ContactObjective` wants them."""
+    design = kind.from_mechanism(mechanism)
+    found = design.joint_contact(orientations, wearer, "least_contact", actuator_bounds=bounds, outside="mark")
+    return np.asarray(found.magnitude)
 
 
 def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict[str, Any]:

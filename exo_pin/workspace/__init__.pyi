@@ -2,6 +2,9 @@ from .body_shape import BodyShape as BodyShape
 from .criteria import CRITERIA as CRITERIA
 from .criteria import UNITS as UNITS
 from .criteria import Criteria as Criteria
+from .limb_places import LimbPlaces as LimbPlaces
+from .limb_places import limb_places as limb_places
+from .limb_table import limb_table as limb_table
 from .optimisation.design_variables import free_joints as free_joints
 from .optimisation.optimise import optimise as optimise
 from .optimisation.recheck import recheck as recheck

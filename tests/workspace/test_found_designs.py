@@ -5,10 +5,14 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core.errors import SolverFailed
+from exo_pin.design import stroke_margin
 from exo_pin.load_case.ranges_of_motion import RangeOfMotion
+from exo_pin.muscle import Muscle, muscle_model
 from exo_pin.workspace import BodyShape, Criteria, recheck
 from exo_pin.workspace.optimisation import lifting_lines
 
+BODY = BodyShape.from_height(1.75)
+OTHERS = Criteria(largest_shoulder_force=150.0, body=BODY, least_gap=0.01)
 LIMITS = Criteria(least_tension=5.0, largest_shoulder_force=120.0, body=BodyShape.from_height(1.75), least_gap=0.012)
 
 
@@ -67,3 +71,85 @@ def test_recheck_refuses_what_pinocchio_does_not_confirm(cables):
     heavier = cables.replace(arm=cables.arm + ep.Arm(0.1, [0.0, 0.0, -0.5], np.zeros((3, 3))))
     with pytest.raises(SolverFailed, match="difference"):
         recheck(cables.mechanism, heavier.reaction, LIMITS, finer_step=12.0)
+
+
+def test_three_linear_actuators_work():
+    exo = ep.load("three-linear-actuators")
+    check = recheck(exo.mechanism, exo.reaction, OTHERS, finer_step=6.0)
+    assert check.works
+    assert check.workspace.index == pytest.approx(0.899, abs=5e-4)
+    assert check.finer_index > 0.88
+    for line in (check.flexion, check.abduction):
+        assert np.nanmax(line.magnitude) < 42.0
+        assert line.margins["forces"].min() > 5.0
+    assert check.pinocchio_difference < 1e-9
+    assert min(check.persons.values()) > 0.92
+    assert min(check.offsets.values()) > 0.84
+    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
+    inside = check.workspace.tensions[check.workspace.inside]
+    assert (inside.min(), inside.max()) == pytest.approx((-328.1, 289.6), abs=0.1)
+    # Every actuator is one that its family can be, and no joint is further from the shoulder than the frame reaches.
+    for limb in exo.limbs:
+        stroke = limb.stroke
+        short, long = (
+            stroke.end_fitting + ratio * stroke.nominal_length for ratio in (stroke.shortest, stroke.longest)
+        )
+        assert stroke_margin("linear", short, long) >= -1e-6
+    assert np.linalg.norm(exo.geometry.base_points, axis=1).max() <= 0.501
+
+
+@pytest.mark.parametrize("name", ["prototype", "optimised-table-5-3", "optimised-table-c-2"])
+def test_linear_actuators_leave_less_force_than_a_design_of_the_thesis_where_that_one_holds(name):
+    """Of one peak each: over the poses that both hold, with the same arm and the same actuators."""
+    ours = ep.load("three-linear-actuators")
+    limb = ep.Limb("SPS", actuator=ours.limbs[0].actuator)
+    theirs = ep.load(name).replace(arm=ours.arm, limbs=[limb] * 3)
+    known = Criteria(names=("singularity", "forces"))
+    held, found = theirs.workspace(criteria=known), ours.workspace(criteria=OTHERS)
+    both = held.inside & found.inside
+    assert both.mean() > 0.01
+    assert found.magnitude[both].max() < 0.5 * held.magnitude[both].max()
+    assert found.magnitude[found.inside].max() < held.magnitude[held.inside].max()
+
+
+def test_four_muscle_cables_work():
+    exo, limits = ep.load("four-muscle-cables"), OTHERS.replace(least_tension=5.0)
+    check = recheck(exo.mechanism, exo.reaction, limits, finer_step=6.0)
+    assert check.works
+    assert check.workspace.index == pytest.approx(0.814, abs=5e-4)
+    assert np.nanmax(check.flexion.magnitude) < 114.0
+    assert np.nanmax(check.abduction.magnitude) < 83.0
+    assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 3.6
+    assert check.pinocchio_difference < 1e-9
+    assert min(check.persons.values()) > 0.80
+    assert min(check.offsets.values()) > 0.78
+    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
+    # Each limb gets by with the travel of its muscle.
+    used = check.workspace.lengths[check.workspace.inside]
+    assert (np.ptp(used, axis=0) <= 0.275).all()
+    for limb in exo.limbs:
+        assert (limb.stroke.longest - limb.stroke.shortest) * limb.stroke.nominal_length <= 0.275 + 1e-6
+    assert np.linalg.norm(exo.geometry.base_points, axis=1).max() < 0.45
+
+
+def test_what_the_muscles_of_the_cables_have_to_pull():
+    """A muscle of 0.55 m and a tackle of 2 : 1: twice the cable's tension, at half its travel."""
+    exo, limits = ep.load("four-muscle-cables"), OTHERS.replace(least_tension=5.0)
+    found = exo.workspace(criteria=limits)
+    model = muscle_model("tang-optimised", 0.55)
+    muscle = Muscle(model=model, end_fitting=0.0, supply_pressure=4e5)
+    strongest, late, bundles = [], [], []
+    for i, limb in enumerate(exo.limbs):
+        contraction = 0.5 * (limb.stroke.nominal_length - found.lengths[found.inside][:, i])
+        assert contraction.max() <= 0.25 * 0.55 + 1e-9
+        pull = 2.0 * found.tensions[found.inside][:, i]
+        strongest.append(pull.max())
+        late.append(pull[contraction > 0.2 * 0.55].max())
+        assert pull.argmax() in np.flatnonzero((contraction > 0.15 * 0.55) & (contraction < 0.2 * 0.55)) or i > 0
+        # The law is known from 4 % of contraction on; a muscle that is longer pulls no less.
+        most = muscle.force_limits(0.55 - np.maximum(contraction, 0.051 * 0.55))[1]
+        bundles.append(int(np.ceil((pull / most).max())))
+    assert max(strongest) == pytest.approx(223.6, abs=0.5)
+    assert max(late) == pytest.approx(213.0, abs=1.0)
+    # So many of the thesis's muscles side by side, at 4 bar.
+    assert bundles == [15, 7, 9, 3]

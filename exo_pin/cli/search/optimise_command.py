@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, MissingData
 from ...design import ACTUATOR_FAMILIES, Actuator, Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...person import Person
@@ -33,7 +34,9 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--side", choices=("left", "right"), help="side of the body")
     parser.add_argument("--limbs", type=int, default=4, metavar="N", help="number of limbs (default 4)")
     parser.add_argument("--family", choices=ACTUATOR_FAMILIES, default="cable", help="of actuators (default cable)")
-    parser.add_argument("--pull", type=float, default=400.0, metavar="N", help="greatest pull (default 400)")
+    parser.add_argument(
+        "--pull", type=float, metavar="N", help="greatest pull (default 400, or that of the design to start from)"
+    )
     parser.add_argument("--push", type=float, metavar="N", help="of linear actuators (default: as --pull)")
     parser.add_argument("--travel", type=float, metavar="MM", help="greatest travel of a limb (default: of its family)")
     parser.add_argument("--force-law", metavar="NAME", help="of pneumatic muscles, instead of --pull")
@@ -95,7 +98,7 @@ def _command(options: argparse.Namespace) -> str:
     words = ["exo-pin optimise", *([options.design] if options.design else [])]
     left_out = {"run", "design", "storage", "name", "progress", "out"}
     if options.design:
-        left_out |= {"limbs", "family", "pull", "push", "travel", "force_law", "supply", "device"}
+        left_out |= {"limbs", "family", "force_law", "supply", "device"}
     elif options.force_law is None:
         left_out.add("supply")
     for name, value in vars(options).items():
@@ -112,15 +115,15 @@ def _command(options: argparse.Namespace) -> str:
 def _start(options: argparse.Namespace) -> ShoulderExo:
     """The design to start from."""
     if options.design is not None:
-        return design(options)
+        return _with_limits(design(options), options)
     if options.person is None:
         raise InvalidInput("without a design give --person HEIGHT,MASS,SEX, whose arm the limbs are to hold")
     side = options.side or "left"
-    law = options.force_law
+    law, pull = options.force_law, 400.0 if options.pull is None else options.pull
     actuator = Actuator(
         options.family,
-        None if law else options.pull,
-        (options.pull if options.push is None else options.push) if options.family == "linear" else None,
+        None if law else pull,
+        (pull if options.push is None else options.push) if options.family == "linear" else None,
         law,
         1e5 * options.supply if law else None,
         travel_limit=None if options.travel is None else 1e-3 * options.travel,
@@ -132,6 +135,21 @@ def _start(options: argparse.Namespace) -> ShoulderExo:
     for part in () if options.device is None else _moving(options.device):
         arm = arm + part
     return ShoulderExo.from_mechanism(starting_design(actuator, arm, options.limbs, side, options.name))
+
+
+def _with_limits(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
+    """The design with those limits of its actuators that the options give."""
+    given = {"pull_limit": options.pull, "push_limit": options.push}
+    given["travel_limit"] = None if options.travel is None else 1e-3 * options.travel
+    changes = {name: value for name, value in given.items() if value is not None}
+    if not changes:
+        return exo
+    limbs = []
+    for number, limb in enumerate(exo.limbs, start=1):
+        if limb.actuator is None:
+            raise MissingData([f"actuator of limb {number}"], "the limits of the options", exo.name)
+        limbs.append(replace(limb, actuator=replace(limb.actuator, **changes)))
+    return exo.replace(limbs=limbs)
 
 
 def _moving(name: str) -> tuple[Arm, ...]:

@@ -12,7 +12,7 @@ from ...core.files import write_figure
 from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
-from ...workspace import BodyShape, Criteria, Workspace, task_reach
+from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
 from ..options.command_list import help_of
 from ..options.query_options import add_design, add_person, design
 
@@ -28,6 +28,9 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--step", type=float, default=4.0, metavar="DEG", help="of the grid of poses (default 4)")
     parser.add_argument(
         "--one-by-one", action="store_true", help="also what each criterion costs when they are added one by one"
+    )
+    parser.add_argument(
+        "--limb-table", action="store_true", help="also lengths, forces, gaps and joint angles of every limb inside"
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument("--out", type=Path, metavar="FILE", help="picture of the slices: PNG, SVG or PDF")
@@ -90,6 +93,8 @@ def _workspace(options: argparse.Namespace) -> int:
     print(json.dumps(_as_json(found), indent=2) if options.json else found)
     if options.one_by_one and not options.json:
         print(f"\n{found.one_by_one()}")
+    if options.limb_table and not options.json:
+        print(f"\n{limb_table(exo.mechanism, found)}")
     _draw(options, exo, found)
     return 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
@@ -133,7 +134,10 @@ def optimise(
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
     study = StoredStudy(storage, name, wanted, _description(merit, seed, run_length, refine))
     start = space.point(space.of_design()) if refine else None
-    runs = _search(study, merit, wanted, seed, budget, run_length, start, progress)
+    made = _made_runs(study, merit, wanted, seed, budget, run_length, start)
+    for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
+        pass
+    runs = list(study.runs())
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
     return _reported(exo, merit, runs, wanted, finer_step)
@@ -144,15 +148,20 @@ def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criter
     if person is None:
         raise MissingData(["person (who wears the design)"], "the objective 'contact_force'", exo.name)
     require_massless(exo.mechanism)
+    return ContactObjective(person, poses, functools.partial(_least_contact, type(exo)), criteria)
 
-    def contact(
-        mechanism: Mechanism, orientations: Rotation, wearer: Person, bounds: tuple[FloatArray, FloatArray]
-    ) -> FloatArray:
-        design = type(exo).from_mechanism(mechanism)
-        found = design.joint_contact(orientations, wearer, "least_contact", actuator_bounds=bounds, outside="mark")
-        return np.asarray(found.magnitude)
 
-    return ContactObjective(person, poses, contact, criteria)
+def _least_contact(
+    kind: type[ShoulderExo],
+    mechanism: Mechanism,
+    orientations: Rotation,
+    wearer: Person,
+    bounds: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Magnitudes of the contact force, shape (N,), N, as :class:`ContactObjective` wants them."""
+    design = kind.from_mechanism(mechanism)
+    found = design.joint_contact(orientations, wearer, "least_contact", actuator_bounds=bounds, outside="mark")
+    return np.asarray(found.magnitude)
 
 
 def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict[str, Any]:
@@ -169,22 +178,6 @@ def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict
         "start": space.of_design() if refine else "random",
     }
     return text if merit.contact is None else {**text, "contact": merit.contact.description()}
-
-
-def _search(
-    study: StoredStudy,
-    merit: Merit,
-    objectives: tuple[str, ...],
-    seed: int,
-    budget: int,
-    length: int,
-    start: FloatArray | None,
-    progress: bool,
-) -> list[Run]:
-    rows = _made_runs(study, merit, objectives, seed, budget, length, start)
-    for _ in track(rows, "runs", progress, -(-max(0, budget - study.evaluations()) // length)):
-        pass
-    return list(study.runs())
 
 
 def _made_runs(

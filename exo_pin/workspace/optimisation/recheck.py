@@ -97,17 +97,35 @@ class Recheck(Record):
             str(self.workspace),
             "",
             f"On the grid of {self.finer_step:g}°: {100 * self.finer_index:.1f} %.",
+            *self._region(),
             *(
                 f"{name} 0 to 90°: {int(each.inside.sum())} of {each.inside.size} poses inside, shoulder force at most "
                 f"{np.nanmax(each.magnitude):.0f} N, least moment margin {np.nanmin(each.margins['forces']):.1f} N m."
                 for name, each in (("Flexion", self.flexion), ("Abduction", self.abduction))
                 if "forces" in each.margins and np.isfinite(each.magnitude).any()
             ),
-            f"Answered by Pinocchio, too: {self.pinocchio_poses} poses, |F_s| differs by at most "
-            f"{self.pinocchio_difference:.1e} N.",
+            *self._agreement(),
             *(f"{name}: {100 * share:.1f} %" for name, share in {**self.persons, **self.offsets}.items()),
         ]
         return "\n".join(lines)
+
+    def _agreement(self) -> list[str]:
+        if not self.pinocchio_poses:
+            return []
+        return [
+            f"Answered by Pinocchio, too: {self.pinocchio_poses} poses, |F_s| differs by at most "
+            f"{self.pinocchio_difference:.1e} N."
+        ]
+
+    def _region(self) -> list[str]:
+        region = self.workspace.region
+        if not region.any():
+            return []
+        nearest = np.degrees(self.workspace.region_distance)
+        return [
+            f"Largest connected region on one side of det X = 0: {100 * region.mean():.1f} % of the poses, the nearest "
+            f"{nearest:.0f}° from rest."
+        ]
 
 
 def lifting_lines(side: str, highest: float = 90.0, step: float = 5.0) -> tuple[Rotation, Rotation]:

@@ -1,0 +1,165 @@
+"""What each limb of a design has to do over the poses of its workspace: lengths, forces, clearances, joint angles."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray
+from ..design import Mechanism
+from ..reaction.holding.actuator_limits import length_limits
+from ..study import StudyTable
+from .kernels.clearance_kernels import clearance_stack
+from .result import Workspace
+
+__all__ = ["fork_tilt", "limb_table", "smallest_cone"]
+
+#: By how much a direction may be outside of a cone that counts as the smallest, as a cosine.
+_OUTSIDE = 1e-12
+#: Axes of a fork that are tried, about 4° apart on half a sphere, and directions that are worked on at once.
+_AXES, _BLOCK = 1500, 2000
+
+
+def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
+    """Lengths, forces, clearances and joint angles of every limb over the poses inside.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The design.
+    found : Workspace
+        Its workspace, with at least one pose inside.
+
+    Returns
+    -------
+    StudyTable
+        One row a limb: ``limb``, from 1; ``stroke_from_m``, ``stroke_to_m``, the lengths that its actuator takes (NaN
+        where not known), and ``used_from_m``, ``used_to_m``, those that occur inside; ``force_from_N``, ``force_to_N``,
+        of the tensions that make |F_s| least; ``gap_arm_m``, ``gap_torso_m``, ``gap_limbs_m``, least distances of its
+        surface (NaN where there is no body); ``base_cone_deg``, ``arm_cone_deg``, half the opening of the smallest cone
+        that holds all its directions at either end: what a ball joint there must allow (180 where no half space holds
+        them); ``arm_tilt_deg``, what a fork on the arm must allow that turns freely about an axis of its own
+        (:func:`fork_tilt`).
+
+    Raises
+    ------
+    InvalidInput
+        If no pose is inside.
+    """
+    rows = np.flatnonzero(found.inside.ravel())
+    if not rows.size:
+        raise InvalidInput(f"expected a workspace with poses inside, got none of {found.inside.size}")
+    R = np.ascontiguousarray(found.orientations.as_matrix().reshape(-1, 3, 3)[rows])
+    n, geometry = mechanism.limb_count, mechanism.geometry
+    lengths, tensions = found.lengths.reshape(-1, n)[rows], found.tensions.reshape(-1, n)[rows]
+    low, high = length_limits(mechanism)
+    gaps = _gaps(mechanism, found, R)
+    table = []
+    for i in range(n):
+        along = (R @ geometry.platform_points[i] - geometry.base_points[i]) / lengths[:, i, None]
+        back = -np.einsum("kji,kj->ki", R, along)
+        table.append(
+            {
+                "limb": i + 1,
+                "stroke_from_m": low[i],
+                "stroke_to_m": high[i],
+                "used_from_m": lengths[:, i].min(),
+                "used_to_m": lengths[:, i].max(),
+                "force_from_N": tensions[:, i].min(),
+                "force_to_N": tensions[:, i].max(),
+                "gap_arm_m": gaps[i, 0],
+                "gap_torso_m": gaps[i, 1],
+                "gap_limbs_m": gaps[i, 2],
+                "base_cone_deg": np.degrees(smallest_cone(along)[1]),
+                "arm_cone_deg": np.degrees(smallest_cone(back)[1]),
+                "arm_tilt_deg": np.degrees(fork_tilt(back)[1]),
+            }
+        )
+    return StudyTable(table)
+
+
+def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray) -> FloatArray:
+    """Least distances of each limb to arm, torso and other limbs, shape (n, 3), m."""
+    n, body = mechanism.limb_count, found.criteria.body
+    out = np.full((n, 3), np.nan)
+    radii = found.criteria.radii(mechanism)
+    if body is None or np.isnan(radii).any():
+        return out
+    base, platform = mechanism.geometry.base_points, mechanism.geometry.platform_points
+    gap = np.empty((len(R), 3))
+    for i in range(n):
+        others = []
+        for j in range(n):
+            pair = [i, j] if j != i else [i]
+            clearance_stack(R, base[pair], platform[pair], radii[pair], np.array(body.torso), np.array(body.arm), gap)
+            if j == i:
+                out[i, :2] = gap[:, :2].min(axis=0)
+            else:
+                others.append(gap[:, 2].min())
+        out[i, 2] = min(others)
+    return out
+
+
+def smallest_cone(directions: FloatArray) -> tuple[FloatArray, float]:
+    """Axis and half opening of the smallest cone that holds all directions.
+
+    The axis points to the point of their convex hull that is nearest to the origin, and the cosine of the half opening
+    is its distance (a least distance problem; Lawson and Hanson, Solving Least Squares Problems, chapter 23).
+    Directions join one by one, the one that is furthest outside first.
+
+    Parameters
+    ----------
+    directions : ndarray
+        Unit vectors, shape (N, 3).
+
+    Returns
+    -------
+    axis : ndarray
+        Shape (3,).
+    half : float
+        Rad; π where no half space holds all directions.
+    """
+    chosen = [int((directions @ directions.mean(axis=0)).argmin())]
+    while True:
+        some = directions[chosen]
+        weights, residual = nnls(np.vstack([some.T, np.ones(len(some))]), np.array([0.0, 0.0, 0.0, 1.0]))
+        nearest = weights @ some
+        if residual <= 1e-9 or not np.linalg.norm(nearest) > 1e-12:
+            return np.full(3, np.nan), float(np.pi)
+        axis = nearest / np.linalg.norm(nearest)
+        cosines = directions @ axis
+        furthest = int(cosines.argmin())
+        if furthest in chosen or cosines[furthest] >= (some @ axis).min() - _OUTSIDE:
+            return axis, float(np.arccos(np.clip(cosines.min(), -1.0, 1.0)))
+        chosen.append(furthest)
+
+
+def fork_tilt(directions: FloatArray) -> tuple[FloatArray, float]:
+    """Axis of a fork and the tilt that it must allow, for a limb that takes all the directions.
+
+    The fork turns freely about its axis, which is fixed in the part it sits on; the limb tilts in the fork, 0 across
+    the axis. It cannot point along the axis.
+
+    Parameters
+    ----------
+    directions : ndarray
+        Unit vectors, shape (N, 3).
+
+    Returns
+    -------
+    axis : ndarray
+        Shape (3,), of those tried the one of least tilt.
+    tilt : float
+        Rad, at most some 4° more than with the very best axis.
+    """
+    # A spiral of even density over half a sphere.
+    turns = np.arange(_AXES)
+    height, around = 1.0 - (turns + 0.5) / _AXES, turns * np.pi * (3.0 - np.sqrt(5.0))
+    level = np.sqrt(1.0 - height**2)
+    axes = np.stack([level * np.cos(around), level * np.sin(around), height], axis=-1)
+    most = np.zeros(_AXES)
+    for first in range(0, len(directions), _BLOCK):
+        most = np.maximum(most, np.abs(directions[first : first + _BLOCK] @ axes.T).max(axis=0))
+    best = int(most.argmin())
+    return axes[best], float(np.arcsin(min(1.0, most[best])))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.records import Record
+from ...core.records import Record, reduced_tuple
 from ...core.validation import FloatArray, as_choice, as_positive, frozen, require_method
 from ...load_case.ranges_of_motion import ADL_BOX
 from .calibrate import JOINTS, nominal_model, prior_of
@@ -91,6 +91,9 @@ class SuggestedPoses(NamedTuple):
     orientations: Rotation
     chosen: NDArray[np.intp]
     expected: PoseInformation
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def pose_information(

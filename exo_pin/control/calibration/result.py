@@ -163,7 +163,7 @@ class Calibration(Record):
     @property
     def residuals(self) -> FloatArray:
         """Measured minus predicted lengths, shape (N, n), m."""
-        return self.lengths - self.model.evaluate(self._found.values, self.orientations.as_matrix()).values
+        return self.lengths - self.model.lengths(self._found.values, self.orientations.as_matrix())
 
     @property
     def normalised_residuals(self) -> FloatArray:

@@ -89,6 +89,15 @@ def test_poses_about_one_axis_determine_three_of_six_coordinates_of_a_limb(limbs
     assert np.linalg.norm(found.values) < 1.1 * 0.004 * np.sqrt(6 * limbs) * 1.5
 
 
+def test_abduction_and_flexion_alone_leave_one_direction_of_each_limb():
+    # A sweep gives three numbers of a limb, two sweeps from one pose five; six are unknown.
+    half = np.linspace(0, 90, 20)
+    arm = ep.shoulder_rotation(np.append(half, 0 * half), np.append(0 * half, half), 0, degrees=True)
+    found = calibrated(JOINTS, arm)
+    check_directions(found, 3)
+    check_directions(calibrated(JOINTS, arm * ep.thesis_rotation(0, 0, np.tile([0.0, 20.0], 20), degrees=True)), 0)
+
+
 def test_noise_hides_that_poses_turn_about_one_axis_and_the_report_still_says_it():
     arm = ep.shoulder_rotation(np.linspace(0, 100, 40), 0, 0, degrees=True)
     wobble = Rotation.from_rotvec(1e-3 * np.random.default_rng(1).normal(size=(40, 3)))

@@ -130,6 +130,11 @@ class LengthModel(Record):
         #: Changes of the unknowns that move joints by about the same length.
         self.scales = frozen(np.array([1.0 / reach if unit == "rad" else 1.0 for unit in units]))
 
+    @property
+    def unit(self) -> str:
+        """Of a thousandth of an unknown, for texts."""
+        return "mm or mrad" if "rad" in self.units else "mm"
+
     def group(self, name: str, values: FloatArray, shape: tuple[int, ...] = (3,)) -> FloatArray:
         """Values of one group in a vector of unknowns, zero if it is not unknown."""
         return values[self.places[name]].reshape(shape) if name in self.places else np.zeros(shape)

@@ -70,7 +70,8 @@ class PoseInformation(Record):
             lines = [f"{poses} poses do not determine {len(lost)} of {len(self.names)} directions:"]
             return "\n".join(lines + [f"  {direction}" for direction in lost])
         return (
-            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} mm or mrad, "
+            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} "
+            f"{self.information.model.unit}, "
             f"{1e3 * self.typical_deviation:.2g} mm in the geometric mean"
         )
 

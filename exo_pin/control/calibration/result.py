@@ -205,7 +205,7 @@ class Calibration(Record):
         if lost:
             text = f"The measurements do not determine {lost} of {self.model.size} directions of the unknowns."
         else:
-            text = f"All {self.model.size} unknowns are determined, each to {1e3 * worst:.2g} mm or mrad."
+            text = f"All {self.model.size} unknowns are determined, each to {1e3 * worst:.2g} {self.model.unit}."
         if self.probability < _CONTRADICTS:
             text += " The residuals contradict the stated noise."
         return text

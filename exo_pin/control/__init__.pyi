@@ -5,6 +5,9 @@ from .calibration.pose_choice import pose_information as pose_information
 from .calibration.pose_choice import suggest_poses as suggest_poses
 from .calibration.result import Calibration as Calibration
 from .calibration.undetermined import Undetermined as Undetermined
+from .measured_run import MeasuredRun as MeasuredRun
+from .measured_run import read_run as read_run
+from .measured_run import write_run as write_run
 from .trajectories.angle_path import AnglePath as AnglePath
 from .trajectories.orientation_spline import OrientationSpline as OrientationSpline
 from .trajectories.orientation_spline import read_reference as read_reference

@@ -1,6 +1,9 @@
 from .chain.closed_chain import ClosedChain as ClosedChain
 from .control.calibration.calibrate import calibrate as calibrate
 from .control.calibration.result import Calibration as Calibration
+from .control.experiments.catalogue import experiment as experiment
+from .control.experiments.catalogue import experiments as experiments
+from .control.experiments.tracking import Tracking as Tracking
 from .core.conventions import shoulder_angles as shoulder_angles
 from .core.conventions import shoulder_rotation as shoulder_rotation
 from .core.conventions import thesis_angles as thesis_angles

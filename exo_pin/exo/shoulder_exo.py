@@ -17,6 +17,7 @@ from ..core.conventions import as_side
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism, write_mechanism
 from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
+from .control_methods import ControlQuestions
 from .force_methods import ForceQuestions
 from .kinematic_methods import KinematicQuestions
 from .person_methods import PersonQuestions
@@ -33,7 +34,9 @@ __all__ = ["ShoulderExo", "load"]
 _ASSUMED = AssumedMasses()
 
 
-class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions):
+class ShoulderExo(
+    KinematicQuestions, ForceQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions, ControlQuestions
+):
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the

@@ -49,6 +49,4 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
         static_tensions(tables.law, tables.muscles, row, 0.0, low)
         static_tensions(tables.law, tables.muscles, row, highest, high)
     arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
-    return np.asarray(
-        np.linalg.norm(least_forces(-moment, arms, least, np.maximum(greatest, least)).forces, axis=-1)
-    )
+    return np.asarray(np.linalg.norm(least_forces(-moment, arms, least, np.maximum(greatest, least)).forces, axis=-1))

@@ -4,6 +4,9 @@ from .control.calibration.result import Calibration as Calibration
 from .control.experiments.catalogue import experiment as experiment
 from .control.experiments.catalogue import experiments as experiments
 from .control.experiments.tracking import Tracking as Tracking
+from .control.plant.faults import Fault as Fault
+from .control.plant.options import PlantOptions as PlantOptions
+from .control.plant.plant import Plant as Plant
 from .core.conventions import shoulder_angles as shoulder_angles
 from .core.conventions import shoulder_rotation as shoulder_rotation
 from .core.conventions import thesis_angles as thesis_angles

@@ -16,7 +16,8 @@ positive when pulling.
 Modules: ``static`` and ``literature`` (force laws), ``validity`` (where they hold), ``measured`` (printed tables),
 ``published`` (named parameter sets), ``region``, ``identify``, ``forms``, ``selection`` (from measurements to a
 law), ``friction``, ``dynamic``, ``pressure``, ``simulate``, ``response`` (a hung mass in motion),
-``identify_dynamic``, ``actuator`` (a muscle in a limb), ``ledger`` (published numbers recomputed), ``plots``.
+``identify_dynamic``, ``actuator`` (a muscle in a limb), ``valve`` (air and its valves), ``ledger`` (published numbers
+recomputed), ``plots``.
 """
 
 import lazy_loader

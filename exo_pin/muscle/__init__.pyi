@@ -46,3 +46,6 @@ from .simulation.response import StepResponse as StepResponse
 from .simulation.settling import SettlingCurve as SettlingCurve
 from .simulation.settling import settling_against_lag as settling_against_lag
 from .simulation.step_response import simulate as simulate
+from .valve.flow import Valve as Valve
+from .valve.supply import Supply as Supply
+from .valve.supply import ValveUnit as ValveUnit

@@ -9,9 +9,9 @@ the moment that the muscles cannot give draws back (back-calculation with T_t = 
 an arm has so little inertia about its own axis that any friction there would beat a wanted acceleration.
 
 The tensions for it are those nearest to the moment within what the muscles can pull at their lengths, and among these
-the ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). The static muscle law turns them into
-pressures, a muscle that shall not pull into the pressure at which it would begin to. The valve is then pulsed with the
-share of time that holds the wanted pressure, from the flows of its two paths, plus a share proportional to the
+the ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). The static muscle law turns them
+into pressures, a muscle that shall not pull into the pressure at which it would begin to. The valve is then pulsed with
+the share of time that holds the wanted pressure, from the flows of its two paths, plus a share proportional to the
 pressure's error.
 
 Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
@@ -34,7 +34,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, mass_flow
-from ..plant.plant_tables import supply_of
+from ..plant.equations.plant_tables import supply_of
 from .contraction import Contractions
 from .pressure_kernels import pressures_for, static_tensions
 from .tension_program import Tensions, tensions_for_motion

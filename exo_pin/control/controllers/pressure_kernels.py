@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.compiled import kernel
-from ..plant.muscle_kernels import tension
+from ..plant.equations.muscle_kernels import tension
 
 __all__ = ["pressures_for", "static_tensions"]
 

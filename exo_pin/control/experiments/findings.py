@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plant.muscle_kernels import free_contraction
-from ..plant.plant_tables import supply_of
+from ..plant.equations.muscle_kernels import free_contraction
+from ..plant.equations.plant_tables import supply_of
 
 if TYPE_CHECKING:
     from .tracking import Tracking

@@ -12,7 +12,7 @@ from ...wrist import limb_jacobian
 from ..controllers.contraction import Contractions
 from ..controllers.pressure_kernels import static_tensions
 from ..plant.plant import Plant
-from ..plant.plant_tables import supply_of
+from ..plant.equations.plant_tables import supply_of
 
 __all__ = ["HELD", "missing_moments"]
 

@@ -17,7 +17,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.contraction import Contractions
-from ..plant.plant_tables import supply_of
+from ..plant.equations.plant_tables import supply_of
 from ..plant.run import Run
 from .findings import ANGLES, findings
 from .holdable import HELD, missing_moments

@@ -16,13 +16,13 @@ from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
 from .assumptions import Assumption, assumptions_of
-from .chain_simulation import simulate_chain
+from .equations.plant_tables import plant_tables
 from .faults import Fault, as_faults
 from .options import PlantOptions
-from .plant_tables import plant_tables
 from .run import Run
-from .settling import settled
-from .simulation import Clock, simulate_minimal
+from .simulation.chain_simulation import simulate_chain
+from .simulation.minimal_simulation import Clock, simulate_minimal
+from .simulation.settling import settled
 from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from ...muscle.valve.flow import ATMOSPHERE
 from ...reaction.query import reaction
 from ...reaction.result import Reaction
 from ...wrist_chain.equilibrium import EquilibriumModel
-from .equations import observe
+from .equations.observation import observe
+from .equations.plant_tables import muscles_of
 
 if TYPE_CHECKING:
     from .plant import Plant
@@ -106,6 +107,15 @@ class Run(Record):
         return np.asarray((nominal + fitting - self.lengths) / nominal)
 
     @property
+    def in_range(self) -> np.ndarray:
+        """Whether each muscle's law was identified in its state, shape (N, n), bool; elsewhere it is extrapolated."""
+        inside = np.ones(self.pressures.shape, dtype=bool)
+        for i, model in enumerate(muscles_of(self.plant.mechanism)):
+            strain, pressure = self.bladder_contractions[:, i] / model.length, self.pressures[:, i]
+            inside[:, i] = model.validity.contains(strain, pressure, None)
+        return inside
+
+    @property
     def slack(self) -> np.ndarray:
         """Whether a limb carries nothing, shape (N, n), bool."""
         return self.tensions <= 0.0
@@ -150,8 +160,12 @@ class Run(Record):
     def shoulder_force(self) -> FloatArray:
         """F_s of the run's own tensions and bare muscles, shape (N, 3), N, base frame, of the shoulder on the arm.
 
+        Where limbs have mass, that of the reaction query instead.
+
         The arm's momentum: F_s = m (a_C - g) - F + Σ T_i s_i. Limbs carry no side force (the split "spherical").
         """
+        if not self.plant.mechanism.limbs_are_massless:
+            return self.reaction().shoulder_force
         tables = self.plant.tables
         C = self.rotations.apply(tables.centre)
         w, e = self.angular_velocity, self.angular_acceleration
@@ -169,12 +183,17 @@ def recorded(plant: Plant, rows: FloatArray, status: str, steps: int) -> Run:
     Q, Y = rows[:, 1:5].copy(), rows[:, 5 : 5 + size].copy()
     motion, limbs, energy = np.zeros((count, 9)), np.zeros((count, n, 4)), np.zeros((count, 2))
     observe(Q, Y, rows[:, -n:].copy(), plant.tables, motion, limbs, energy)
+    own = {
+        "angular_velocity": Y[:, 3:6], "angular_acceleration": motion[:, :3],
+        "pressures": Y[:, 6 : 6 + n] - ATMOSPHERE, "supply_pressure": Y[:, 9 + 2 * n] - ATMOSPHERE,
+        "commands": rows[:, -2 * n : -n], "lengths": limbs[..., 0], "length_rates": limbs[..., 1],
+        "tensions": limbs[..., 2], "bladder_contractions": limbs[..., 3], "friction_moment": motion[:, 3:6],
+        "stop_moment": motion[:, 6:9], "kinetic_energy": energy[:, 0], "potential_energy": energy[:, 1],
+        "loop_residual": np.zeros(count),
+    }  # fmt: skip
     sums = Y[:, 10 + 2 * n :]
-    parts = (
-        Y[:, 3:6], motion[:, :3], Y[:, 6 : 6 + n] - ATMOSPHERE, Y[:, 9 + 2 * n] - ATMOSPHERE, rows[:, -2 * n : -n],
-        limbs[..., 0], limbs[..., 1], limbs[..., 2], limbs[..., 3], motion[:, 3:6], motion[:, 6:9],
-        energy[:, 0], energy[:, 1], sums[:, :n], sums[:, n : 2 * n], sums[:, 2 * n : 3 * n],
-        sums[:, 3 * n], sums[:, 3 * n + 1], sums[:, 3 * n + 2], np.zeros(count),
-    )  # fmt: skip
-    kept = [frozen(np.array(part)) for part in parts]
-    return Run(plant, frozen(rows[:, 0].copy()), Rotation.from_quat(Q), *kept, status, steps)
+    own |= {"muscle_work": sums[:, :n], "expansion_work": sums[:, n : 2 * n], "muscle_loss": sums[:, 2 * n : 3 * n]}
+    own |= {name: sums[:, 3 * n + k] for k, name in enumerate(("shoulder_loss", "air_used", "air_vented"))}
+    kept = {name: frozen(np.array(values)) for name, values in own.items()}
+    turns = Rotation.from_quat(Q)
+    return Run(plant=plant, times=frozen(rows[:, 0].copy()), rotations=turns, status=status, steps=steps, **kept)

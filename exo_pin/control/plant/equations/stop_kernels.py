@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...core.compiled import kernel
-from ...numerics.vectors import dot
+from ....core.compiled import kernel
+from ....numerics.vectors import dot
 
 __all__ = ["stop_moment"]
 

@@ -19,16 +19,27 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from ...core.compiled import kernel
-from ...core.validation import FloatArray
-from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
-from ...numerics.vectors import cross, dot, limb, matrix, turn, vector
+from ....core.compiled import kernel
+from ....core.validation import FloatArray
+from ....muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
+from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
 from .muscle_kernels import air_volume, tension
 from .stop_kernels import stop_moment
 
-__all__ = ["AIR", "FLOWS", "SHOULDER", "Tables", "air_rates", "observe", "rates", "state_size", "turned"]
+__all__ = [
+    "AIR",
+    "FLOWS",
+    "SHOULDER",
+    "Tables",
+    "air_rates",
+    "arm_load",
+    "moved_quaternion",
+    "rates",
+    "rows_of",
+    "state_size",
+    "tensions",
+    "turned",
+]
 
 #: Columns of :attr:`Tables.shoulder`, :attr:`Tables.air` and of the flows of a muscle.
 SHOULDER = (
@@ -37,6 +48,8 @@ SHOULDER = (
 AIR = ("exponent", "supply", "regulator", "regulator_ratio", "manifold")
 FLOWS = ("fill", "fill_ratio", "vent", "vent_ratio", "leak", "leak_ratio", "intact")
 _PRESLIDING = 12
+#: Moment of a stop that only a trial step has, N m.
+_STRONGEST = 1e6
 
 
 class Tables(NamedTuple):
@@ -97,19 +110,22 @@ def turned(x: float, y: float, z: float) -> Any:
 
 
 @kernel
-def _orientation(q: Any, y: Any) -> Any:
-    """Rows of exp(ξ) R_0."""
+def moved_quaternion(q: Any, y: Any) -> Any:
+    """Quaternion (x, y, z, w) of exp(ξ) R_0, of length 1 to rounding."""
     a = turned(y[0], y[1], y[2])
-    bx, by, bz, bw = q[0], q[1], q[2], q[3]
-    x = a[3] * bx + a[0] * bw + a[1] * bz - a[2] * by
-    yy = a[3] * by - a[0] * bz + a[1] * bw + a[2] * bx
-    z = a[3] * bz + a[0] * by - a[1] * bx + a[2] * bw
-    w = a[3] * bw - a[0] * bx - a[1] * by - a[2] * bz
     return (
-        (x * x - yy * yy - z * z + w * w, 2.0 * (x * yy - z * w), 2.0 * (x * z + yy * w)),
-        (2.0 * (x * yy + z * w), -x * x + yy * yy - z * z + w * w, 2.0 * (yy * z - x * w)),
-        (2.0 * (x * z - yy * w), 2.0 * (yy * z + x * w), -x * x - yy * yy + z * z + w * w),
+        a[3] * q[0] + a[0] * q[3] + a[1] * q[2] - a[2] * q[1],
+        a[3] * q[1] - a[0] * q[2] + a[1] * q[3] + a[2] * q[0],
+        a[3] * q[2] + a[0] * q[1] - a[1] * q[0] + a[2] * q[3],
+        a[3] * q[3] - a[0] * q[0] - a[1] * q[1] - a[2] * q[2],
     )
+
+
+@kernel
+def rows_of(q: Any, y: Any) -> Any:
+    """Rows of the matrix exp(ξ) R_0."""
+    x, yy, z, w = moved_quaternion(q, y)
+    return rotation_matrix(x, yy, z, w)
 
 
 @kernel
@@ -160,7 +176,7 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     Source: thesis (D-2), (D-6), (D-10), with the weight's moment and the true acceleration.
     """
     n = t.base.shape[0]
-    R = _orientation(q, y)
+    R = rows_of(q, y)
     w = (y[3], y[4], y[5])
     _chart_rate(y, w, out)
     C = turn(R, t.centre)
@@ -224,6 +240,29 @@ def air_rates(t: Any, flows: Any, lengths: Any, speeds: Any, y: Any, out: Any) -
 
 
 @kernel
+def tensions(t: Any, lengths: Any, speeds: Any, air: Any, out: Any) -> None:
+    """Fill the tensions, shape (n,), for absolute pressures and friction of the muscles ``air``, shape (2 n, ...)."""
+    n = t.base.shape[0]
+    for i in range(n):
+        out[i] = tension(t.law, t.muscles[i], i, lengths[i], speeds[i], air[i] - ATMOSPHERE, air[n + i])[0]
+
+
+@kernel
+def arm_load(t: Any, q: Any, v: Any, out: Any) -> None:
+    """Fill force and moment about O of load and stops, base frame, shape (6,), for ω in the arm's axes."""
+    R = rotation_matrix(q[0], q[1], q[2], q[3])
+    lever = cross(turn(R, t.point), t.force)
+    for j in range(3):
+        out[j], out[3 + j] = t.force[j], lever[j]
+    joint = t.shoulder
+    if joint[3] > 0.0:
+        stop, _, _ = stop_moment(R, turn(R, v), joint[4], joint[5], joint[6], joint[7], joint[8])
+        for j in range(3):
+            # In a trial step that the integrator will refuse the depth may be anything.
+            out[3 + j] += min(max(stop[j], -_STRONGEST), _STRONGEST)
+
+
+@kernel
 def _turn_arm(t: Any, R: Any, w: Any, M: Any, out: Any) -> None:
     """Angular acceleration from the moment about O."""
     back = ((R[0][0], R[1][0], R[2][0]), (R[0][1], R[1][1], R[2][1]), (R[0][2], R[1][2], R[2][2]))
@@ -234,41 +273,3 @@ def _turn_arm(t: Any, R: Any, w: Any, M: Any, out: Any) -> None:
     acceleration = turn(R, own)
     for j in range(3):
         out[3 + j] = acceleration[j]
-
-
-@kernel(stack=True)
-def observe(Q: Any, Y: Any, intact: Any, t: Any, motion: Any, limbs: Any, energy: Any) -> None:
-    """Fill what a run reports at N instants.
-
-    ``Q`` (N, 4) quaternions, ``Y`` (N, size) states with ξ = 0, ``intact`` (N, n). ``motion`` (N, 9): angular
-    acceleration, and the moments of friction and stops on the arm. ``limbs`` (N, n, 4): length, its rate, tension, and
-    the bladder's contraction. ``energy`` (N, 2): kinetic, potential of weight, load and stops.
-    """
-    n = t.base.shape[0]
-    flows = np.zeros((n, 7))
-    out = np.zeros(Y.shape[1])
-    for k in range(len(Q)):
-        for i in range(n):
-            flows[i, 6] = intact[k, i]
-        rates(t, flows, Q[k], Y[k], out)
-        R, w = _orientation(Q[k], Y[k]), vector(Y[:, 3:6], k)
-        joint = t.shoulder
-        stop, potential = (0.0, 0.0, 0.0), 0.0
-        if joint[3] > 0.0:
-            stop, _, potential = stop_moment(R, w, joint[4], joint[5], joint[6], joint[7], joint[8])
-        for j in range(3):
-            motion[k, j] = out[3 + j]
-            motion[k, 3 + j] = -joint[0] * w[j] - joint[1] * Y[k, 6 + 2 * n + j]
-            motion[k, 6 + j] = stop[j]
-        for i in range(n):
-            b, s, _, length, _, _ = limb(R, vector(t.base, i), vector(t.platform, i))
-            speed = dot(cross(b, s), w)
-            gauge = Y[k, 6 + i] - ATMOSPHERE
-            pull, _, bladder, _, _ = tension(t.law, t.muscles[i], i, length, speed, gauge, Y[k, 6 + n + i])
-            limbs[k, i, 0], limbs[k, i, 1] = length, speed
-            limbs[k, i, 2], limbs[k, i, 3] = intact[k, i] * pull, bladder
-        own = turn(((R[0][0], R[1][0], R[2][0]), (R[0][1], R[1][1], R[2][1]), (R[0][2], R[1][2], R[2][2])), w)
-        energy[k, 0] = 0.5 * dot(own, turn(matrix(t.inertia), own))
-        C, point = turn(R, t.centre), turn(R, t.point)
-        potential -= t.mass * (t.gravity[0] * C[0] + t.gravity[1] * C[1] + t.gravity[2] * C[2])
-        energy[k, 1] = potential - t.force[0] * point[0] - t.force[1] * point[1] - t.force[2] * point[2]

@@ -22,17 +22,14 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import SolverFailed
-from ...core.validation import FloatArray
-from ...muscle.valve.flow import ATMOSPHERE
-from ...wrist_chain.equilibrium import EquilibriumModel
-from .equations import SHOULDER, air_rates
-from .integrator import advance
-from .muscle_kernels import tension
-from .stop_kernels import stop_moment
+from ....core.errors import ExoPinError, SolverFailed
+from ....core.validation import FloatArray
+from ....wrist_chain.equilibrium import EquilibriumModel
+from ..equations.integrator import advance
+from ..equations.plant_kernels import SHOULDER, air_rates, arm_load, tensions
 
 if TYPE_CHECKING:
-    from .plant import Plant
+    from ..plant import Plant
 
 __all__ = ["ChainMotion", "Piece"]
 
@@ -41,9 +38,7 @@ _NODES, _SPACING = 3, 1.5e-3
 #: Iterations, and shortest interval, s.
 _ITERATIONS, _SHORTEST = 8, 1e-4
 #: Change of a pressure, over the relative tolerance, at which the iteration ends, Pa.
-_PRESSURE = 1e5
-#: Moment of a stop that only a trial step has, N m.
-_STRONGEST = 1e6
+_PRESSURE = 1e6
 #: The root's own coordinates in v.
 _ROOT = slice(0, 3)
 
@@ -106,7 +101,6 @@ class ChainMotion:
         rate[_ROOT] = R.T @ angular_velocity
         self.v = self.chain.dependent_motion(self.q, ["root_joint"], rate[_ROOT], np.zeros(3))[0]
         self.y, self.work, self.dissipated, self.opening = y.copy(), 0.0, 0.0, 0.0
-        self._force = plant.tables.force
         #: Which muscles are whole, 1 or 0 each.
         self.intact = np.ones(n)
 
@@ -136,8 +130,17 @@ class ChainMotion:
         ExoPinError
             As :meth:`exo_pin.ClosedChain.simulate`.
         """
-        if pieces and not self._converged(pieces):
-            start, end = pieces[0].start, pieces[-1].end
+        if not pieces:
+            return
+        start, end = pieces[0].start, pieces[-1].end
+        try:
+            done = self._converged(pieces)
+        except ExoPinError:
+            # A trial step that is too long for a stop or a braid leads anywhere: a shorter interval has shorter ones.
+            if end - start < _SHORTEST:
+                raise
+            done = False
+        if not done:
             if end - start < _SHORTEST:
                 raise SolverFailed("waveform relaxation", end - start, "pressures and motion do not converge")
             middle = 0.5 * (start + end)
@@ -171,12 +174,12 @@ class ChainMotion:
     def _guess(self, pieces: list[Piece], nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Lengths of the limbs and their rates at the nodes, in minimal coordinates."""
         q, y = self.kinematics()
-        tables, atol, step = self.tables, np.full(len(y), 1e-8), 1e-4
-        atol[6 : 6 + len(self._slides_q)] = 1e-2
+        tables, atol, step = self.tables, np.full(len(y), 1e-10), 1e-4
+        atol[6 : 6 + len(self._slides_q)] = 1e-4
         found = [self._limbs(q, y)]
         for start, end in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True):
             flows = next(p.flows for p in pieces if p.start <= start < p.end)
-            _, _, step, _ = advance(tables, flows, q, y, end - start, step, 1e-6, atol)
+            _, _, step, _ = advance(tables, flows, q, y, end - start, step, 1e-8, atol)
             found.append(self._limbs(q, y))
         lengths, speeds = zip(*found, strict=True)
         return np.array(lengths), np.array(speeds)
@@ -215,33 +218,21 @@ class ChainMotion:
 
     def _efforts(self, air: _Air) -> Any:
         """Efforts of the chain in time: a tension pulls its slide back."""
-        n = len(self._slides_q)
-        law, rows = self.tables.law, self.tables.muscles
+        pulls = np.zeros(len(self._slides_q))
 
         def efforts(t: float, q: FloatArray, v: FloatArray) -> FloatArray:
-            state, tau, intact = air.at(t), np.zeros(len(v)), self.intact
-            for i in range(n):
-                length, speed = self._neutral[i] + q[self._slides_q[i]], v[self._slides_v[i]]
-                pull = tension(
-                    law, rows[i], i, float(length), float(speed), float(state[i]) - ATMOSPHERE, float(state[n + i])
-                )[0]
-                tau[self._slides_v[i]] = -intact[i] * pull
+            tau = np.zeros(len(v))
+            tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], air.at(t), pulls)
+            tau[self._slides_v] = -self.intact * pulls
             return tau
 
         return efforts
 
     def _external(self, t: float, q: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """Load and stops of the shoulder on the arm, about O, world axes."""
-        R = Rotation.from_quat(q[:4]).as_matrix()
-        moment = np.cross(R @ self.tables.point, self._force)
-        joint = self.tables.shoulder
-        if joint[3] > 0.0:
-            w = R @ v[_ROOT]
-            rows = tuple(tuple(row) for row in R.tolist())
-            stop = stop_moment(rows, tuple(w.tolist()), *joint[4:9].tolist())[0]
-            # In a trial step that the integrator will refuse the depth may be anything.
-            moment = moment + np.clip(stop, -_STRONGEST, _STRONGEST)
-        return {"arm": np.concatenate([self._force, moment])}
+        wrench = np.zeros(6)
+        arm_load(self.tables, q, v, wrench)
+        return {"arm": wrench}
 
     def loads(self) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Efforts and external wrenches at this instant."""

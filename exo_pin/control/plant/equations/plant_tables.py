@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray
-from ...design import Mechanism
-from ...load_case import Load
-from ...muscle.io.published import muscle_model
-from ...muscle.laws.friction import ConstantFriction, LoadDependentFriction
-from ...muscle.laws.literature import ChouHannaford
-from ...muscle.laws.static import BAR, StaticModel
-from ...muscle.valve.supply import Supply
-from .equations import AIR, SHOULDER, Tables
+from ....core.errors import InvalidInput, MissingData
+from ....core.validation import FloatArray
+from ....design import Mechanism
+from ....load_case import Load
+from ....muscle.io.published import muscle_model
+from ....muscle.laws.friction import ConstantFriction, LoadDependentFriction
+from ....muscle.laws.literature import ChouHannaford
+from ....muscle.laws.static import BAR, StaticModel
+from ....muscle.valve.supply import Supply
+from ..options import PlantOptions
 from .muscle_kernels import COLUMNS
-from .options import PlantOptions
+from .plant_kernels import AIR, SHOULDER, Tables
 
 __all__ = ["muscles_of", "plant_tables", "supply_of"]
 
@@ -75,12 +76,12 @@ def plant_tables(mechanism: Mechanism, options: PlantOptions, load: Load | None)
     geometry = mechanism.geometry
     return Tables(
         _own(geometry.base_points), _own(geometry.platform_points), _own(c), _own(mechanism.gravity), float(arm.mass),
-        _own(inertia), _own(np.linalg.inv(inertia)), force, point, _laws(muscles), _rows(mechanism, muscles, options),
-        _shoulder(mechanism, options), _air(supply_of(mechanism, options), options),
+        _own(inertia), _own(np.asarray(np.linalg.inv(inertia))), force, point, _laws(muscles),
+        _rows(mechanism, muscles, options), _shoulder(mechanism, options), _air(supply_of(mechanism, options), options),
     )  # fmt: skip
 
 
-def _own(array: FloatArray) -> FloatArray:
+def _own(array: ArrayLike) -> FloatArray:
     """A contiguous writable copy: the kernels are compiled for one kind of array."""
     return np.array(array, dtype=float, order="C")
 

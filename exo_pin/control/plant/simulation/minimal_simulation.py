@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.progress import track
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
-from ...muscle.valve.flow import ATMOSPHERE
-from .equations import Tables, state_size
-from .faults import Fault
-from .integrator import DONE, TOO_SMALL, advance
-from .run import Run, recorded
-from .schedule import Valves
-from .state import Controller, Measurement, PlantState, Sensor
+from ....core.errors import InvalidInput
+from ....core.progress import track
+from ....core.validation import FloatArray, as_finite, as_positive, frozen
+from ....muscle.valve.flow import ATMOSPHERE
+from ..equations.integrator import DONE, TOO_SMALL, advance
+from ..equations.plant_kernels import Tables, state_size
+from ..faults import Fault
+from ..run import Run, recorded
+from ..state import Controller, Measurement, PlantState, Sensor
+from .valve_schedule import Valves
 
 if TYPE_CHECKING:
-    from .plant import Plant
+    from ..plant import Plant
 
 __all__ = ["Clock", "as_commands", "fixed_instants", "measured", "simulate_minimal"]
 
@@ -141,5 +142,12 @@ def _among(times: FloatArray, chosen: FloatArray) -> np.ndarray:
 
 
 def as_commands(given: object, n: int) -> FloatArray:
+    """What a controller returned as commands, shape (n,), cut at ±1.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not n finite numbers.
+    """
     commands = as_finite("the controller's commands", given, (n,))  # type: ignore[arg-type]
     return frozen(np.clip(commands, -1.0, 1.0))

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...core.validation import FloatArray
-from ...muscle.valve.supply import ValveUnit
-from .equations import FLOWS
-from .faults import Fault
+from ....core.validation import FloatArray
+from ....muscle.valve.supply import ValveUnit
+from ..equations.plant_kernels import FLOWS
+from ..faults import Fault
 
 __all__ = ["Valves"]
 

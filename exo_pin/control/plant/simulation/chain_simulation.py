@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.errors import ExoPinError
-from ...core.progress import track
-from ...core.validation import FloatArray, as_positive, frozen
-from ...muscle.valve.flow import ATMOSPHERE
-from ...numerics.vectors import matrix
+from ....core.errors import ExoPinError
+from ....core.progress import track
+from ....core.validation import FloatArray, as_positive, frozen
+from ....muscle.valve.flow import ATMOSPHERE
+from ....numerics.vectors import matrix
+from ..equations.plant_kernels import state_size
+from ..equations.stop_kernels import stop_moment
+from ..faults import Fault
+from ..run import Run, recorded
+from ..state import Controller, PlantState, Sensor
 from .chain_motion import ChainMotion, Piece
-from .equations import state_size
-from .faults import Fault
-from .run import Run, recorded
-from .schedule import Valves
-from .simulation import Clock, as_commands, fixed_instants, measured
-from .state import Controller, PlantState, Sensor
-from .stop_kernels import stop_moment
+from .minimal_simulation import Clock, as_commands, fixed_instants, measured
+from .valve_schedule import Valves
 
 if TYPE_CHECKING:
-    from .plant import Plant
+    from ..plant import Plant
 
 __all__ = ["simulate_chain"]
 
@@ -68,7 +68,8 @@ def simulate_chain(
 
 def _pieces(valves: Valves, start: float, end: float) -> list[Piece]:
     """The time between two instants, cut where valves switch."""
-    pieces, time = [], start
+    pieces: list[Piece] = []
+    time = start
     while True:
         flows = valves.flows(time)
         switch = min(valves.next_switch(time), end)
@@ -80,7 +81,7 @@ def _pieces(valves: Valves, start: float, end: float) -> list[Piece]:
 
 
 def _chain_row(motion: ChainMotion) -> FloatArray:
-    """Of the chain at one instant: acceleration and friction moment of the arm (base frame), energies, work, residual."""
+    """Of the chain at one instant: acceleration and friction moment of the arm, energies, work and residual."""
     chain, q, v, R = motion.chain, motion.q, motion.v, motion.rotation
     efforts, external = motion.loads()
     found = chain.forward_dynamics(q, v, efforts, external=external)
@@ -103,12 +104,16 @@ def _completed(run: Run, chain: FloatArray) -> Run:
     kinetic, potential, work, dissipated, opening, lifted = chain[:, 6:].T
     # What load and stops stored is part of the potential, what stops took part of the loss.
     held = run.muscle_work.sum(axis=1) - work + dissipated - (lifted - lifted[0])
-    parts = {
-        "angular_acceleration": chain[:, :3],
-        "friction_moment": chain[:, 3:6],
-        "kinetic_energy": kinetic,
-        "potential_energy": potential,
-        "shoulder_loss": held,
-        "loop_residual": opening,
-    }
-    return replace(run, **{name: frozen(np.array(value)) for name, value in parts.items()})
+    return replace(
+        run,
+        angular_acceleration=_frozen(chain[:, :3]),
+        friction_moment=_frozen(chain[:, 3:6]),
+        kinetic_energy=_frozen(kinetic),
+        potential_energy=_frozen(potential),
+        shoulder_loss=_frozen(held),
+        loop_residual=_frozen(opening),
+    )
+
+
+def _frozen(values: FloatArray) -> FloatArray:
+    return frozen(np.array(values))

@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...core.compiled import kernel
+from ....core.compiled import kernel
 
 __all__ = ["COLUMNS", "air_volume", "free_contraction", "friction_bound", "muscle_pull", "static_law", "tension"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import SolverFailed
-from ...core.validation import FloatArray
-from ...muscle.valve.flow import ATMOSPHERE
-from .equations import AIR, FLOWS, SHOULDER, Tables, rates, state_size
-from .integrator import DONE, advance
+from ....core.errors import SolverFailed
+from ....core.validation import FloatArray
+from ....muscle.valve.flow import ATMOSPHERE
+from ..equations.integrator import DONE, advance
+from ..equations.plant_kernels import AIR, FLOWS, SHOULDER, Tables, rates, state_size
 
 __all__ = ["settled"]
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...core.compiled import kernel
-from .equations import rates, turned
+from ....core.compiled import kernel
+from .plant_kernels import moved_quaternion, rates
 
 __all__ = ["DONE", "NOT_FINITE", "TOO_SMALL", "advance"]
 
@@ -49,12 +49,7 @@ _E = (
 @kernel
 def _place(q: Any, y: Any) -> None:
     """Turn the quaternion by ξ, which becomes zero."""
-    a = turned(y[0], y[1], y[2])
-    bx, by, bz, bw = q[0], q[1], q[2], q[3]
-    x = a[3] * bx + a[0] * bw + a[1] * bz - a[2] * by
-    yy = a[3] * by - a[0] * bz + a[1] * bw + a[2] * bx
-    z = a[3] * bz + a[0] * by - a[1] * bx + a[2] * bw
-    w = a[3] * bw - a[0] * bx - a[1] * by - a[2] * bz
+    x, yy, z, w = moved_quaternion(q, y)
     size = math.sqrt(x * x + yy * yy + z * z + w * w)
     q[0], q[1], q[2], q[3] = x / size, yy / size, z / size, w / size
     for j in range(3):

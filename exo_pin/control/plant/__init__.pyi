@@ -1,0 +1,9 @@
+from .assumptions import Assumption as Assumption
+from .faults import Fault as Fault
+from .options import PlantOptions as PlantOptions
+from .plant import Plant as Plant
+from .run import Run as Run
+from .state import Controller as Controller
+from .state import Measurement as Measurement
+from .state import PlantState as PlantState
+from .state import Sensor as Sensor

@@ -1,0 +1,1 @@
+"""The plant in time: in minimal coordinates, as the closed chain, and to rest."""

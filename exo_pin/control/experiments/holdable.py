@@ -11,8 +11,8 @@ from ...numerics.active_set import least_forces
 from ...wrist import limb_jacobian
 from ..controllers.contraction import Contractions
 from ..controllers.pressure_kernels import static_tensions
-from ..plant.plant import Plant
 from ..plant.equations.plant_tables import supply_of
+from ..plant.plant import Plant
 
 __all__ = ["HELD", "missing_moments"]
 

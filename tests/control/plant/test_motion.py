@@ -67,8 +67,8 @@ def muscle_mjcf(exo):
         sites += f'<site name="b{i}" pos="{b[0]!r} {b[1]!r} {b[2]!r}"/>'
         tendons += f'<spatial name="t{i}"><site site="a{i}"/><site site="b{i}"/></spatial>'
         motors += f'<motor tendon="t{i}"/>'
-    I, c = arm.inertia, arm.centre_of_mass
-    full = " ".join(repr(float(v)) for v in (I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]))
+    J, c = arm.inertia, arm.centre_of_mass
+    full = " ".join(repr(float(v)) for v in (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
     return f"""<mujoco><compiler balanceinertia="false"/><worldbody>{points}<body><joint type="ball"/>
       <inertial pos="{c[0]!r} {c[1]!r} {c[2]!r}" mass="{arm.mass!r}" fullinertia="{full}"/>{sites}</body></worldbody>
       <tendon>{tendons}</tendon><actuator>{motors}</actuator></mujoco>""".replace("np.float64(", "").replace(")", "")
@@ -123,9 +123,7 @@ def test_the_plant_settles_where_the_reaction_query_says(prototype, abducted):
 
 def air_mass(run):
     rows = run.plant.tables.muscles
-    volumes = np.array(
-        [[air_volume(rows[i], float(x))[0] for i, x in enumerate(k)] for k in run.bladder_contractions]
-    )
+    volumes = np.array([[air_volume(rows[i], float(x))[0] for i, x in enumerate(k)] for k in run.bladder_contractions])
     return ((run.pressures + ATMOSPHERE) * volumes).sum(axis=1) / (GAS_CONSTANT * REFERENCE_TEMPERATURE)
 
 

@@ -10,8 +10,10 @@ V, with polytropic exponent κ:
 
     V p' = κ (R T ṁ - p V')        V' = (dV/dx) (x_l l-rate + x_p p')
 
-Friction is elastoplastic (P. Dahl, A solid friction model, Aerospace Corp. TOR-0158, 1968): z' = (v - |v| z)/δ with the
-presliding displacement δ, force or moment (bound) z. It sticks, slips and loops without a switch.
+Friction is force or moment (bound) z, elastoplastic: z' = (v - α |v| z)/δ with the presliding displacement δ. α is 0
+while |z| < 0.7 or the motion unloads, so that the joint sticks elastically and without creep, and rises to 1 at
+|z| = 1, where it slides (P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, Single state elastoplastic friction models,
+IEEE Trans. Automatic Control 47 (2002) 787).
 """
 
 from __future__ import annotations
@@ -48,6 +50,8 @@ SHOULDER = (
 AIR = ("exponent", "supply", "regulator", "regulator_ratio", "manifold")
 FLOWS = ("fill", "fill_ratio", "vent", "vent_ratio", "leak", "leak_ratio", "intact")
 _PRESLIDING = 12
+#: |z| of the friction below which it is elastic.
+_ELASTIC = 0.7
 #: Moment of a stop that only a trial step has, N m.
 _STRONGEST = 1e6
 
@@ -145,6 +149,16 @@ def _chart_rate(y: Any, w: Any, out: Any) -> None:
 
 
 @kernel
+def _slip(loaded: float, size: float) -> float:
+    """α of the friction, for z · v and |z|."""
+    if loaded <= 0.0 or size <= _ELASTIC:
+        return 0.0
+    if size >= 1.0:
+        return 1.0
+    return 0.5 - 0.5 * math.cos(math.pi * (size - _ELASTIC) / (1.0 - _ELASTIC))
+
+
+@kernel
 def _muscle_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: float, out: Any) -> Any:
     """Air and friction of one muscle: fill its rates and return its tension."""
     n = t.base.shape[0]
@@ -160,7 +174,7 @@ def _muscle_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: floa
     swept = area * by_x * -speed
     rate = exponent * (inflow - p * swept) / (volume + exponent * p * area * by_p)
     out[6 + i] = rate
-    out[6 + n + i] = (-speed - abs(speed) * z) / row[_PRESLIDING]
+    out[6 + n + i] = (-speed - _slip(-speed * z, abs(z)) * abs(speed) * z) / row[_PRESLIDING]
     intact = flows[i, 6]
     pull, loss = intact * pull, intact * loss
     out[10 + 2 * n + i] = -pull * speed
@@ -199,11 +213,10 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     if joint[3] > 0.0:
         stop, loss, _ = stop_moment(R, w, joint[4], joint[5], joint[6], joint[7], joint[8])
         Mx, My, Mz = Mx + stop[0], My + stop[1], Mz + stop[2]
-    speed = math.sqrt(dot(w, w))
-    for j in range(3):
-        z = y[6 + 2 * n + j]
-        out[6 + 2 * n + j] = (w[j] - speed * z) / joint[2]
     z = (y[6 + 2 * n], y[7 + 2 * n], y[8 + 2 * n])
+    slipping = _slip(dot(w, z), math.sqrt(dot(z, z))) * math.sqrt(dot(w, w))
+    for j in range(3):
+        out[6 + 2 * n + j] = (w[j] - slipping * z[j]) / joint[2]
     Mx -= joint[0] * w[0] + joint[1] * z[0]
     My -= joint[0] * w[1] + joint[1] * z[1]
     Mz -= joint[0] * w[2] + joint[1] * z[2]

@@ -1,6 +1,9 @@
 from .chain.closed_chain import ClosedChain as ClosedChain
 from .control.calibration.calibrate import calibrate as calibrate
 from .control.calibration.result import Calibration as Calibration
+from .control.experiments.catalogue import experiment as experiment
+from .control.experiments.catalogue import experiments as experiments
+from .control.experiments.tracking import Tracking as Tracking
 from .control.plant.faults import Fault as Fault
 from .control.plant.options import PlantOptions as PlantOptions
 from .control.plant.plant import Plant as Plant

@@ -14,6 +14,7 @@ from ..core.conventions import as_side
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..wrist_chain import Recognised, wrist_of
+from .control_methods import ControlQuestions
 from .kinematic_methods import KinematicQuestions
 from .model_methods import ModelMethods
 from .movement_and_map_methods import MovementAndMapQuestions
@@ -29,7 +30,13 @@ __all__ = ["ShoulderExo", "load"]
 
 
 class ShoulderExo(
-    ModelMethods, KinematicQuestions, MovementAndMapQuestions, UncertaintyQuestions, PersonQuestions, WorkspaceQuestions
+    ModelMethods,
+    KinematicQuestions,
+    MovementAndMapQuestions,
+    UncertaintyQuestions,
+    PersonQuestions,
+    WorkspaceQuestions,
+    ControlQuestions,
 ):
     """A parallel shoulder exoskeleton.
 

@@ -43,6 +43,7 @@ COMMANDS = {
     ),
     "tasks": ("search.workspace_command", "how much of daily tasks a design reaches"),
     "optimise": ("search.optimise_command", "search for a design that reaches and holds as many poses as it can"),
+    "track": ("control.track_command", "the built machine in motion: the thesis's experiments, or a movement of yours"),
     "muscle": ("muscle.muscle_commands", "pneumatic muscles: force, pressure, identification, step response"),
     "view": ("view_command", "the design on a person, with its forces, in three dimensions"),
     "thesis": ("thesis_command", "what the thesis prints beside what is computed"),

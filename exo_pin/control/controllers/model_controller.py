@@ -1,17 +1,21 @@
-"""A controller that knows arm, muscles and valves: wanted acceleration -> tensions -> pressures -> duties.
+"""A controller that knows arm, muscles and valves: wanted motion -> moment -> tensions -> pressures -> duties.
 
-With the error e = log(R_r Rᵀ), a rotation vector in the base frame, the wanted angular acceleration is
+With the error e = log(R_r Rᵀ), a rotation vector in the base frame, the limbs shall put on the arm the moment
 
-    η = η_r + 2 ζ w (ω_r - ω) + w² (e + ∫ e dt / T_i)
+    M = I η_r + ω × I ω - C × m g + K e + D (ω_r - ω) + i         i' = K e / T_i - (M - M_given) / T_t
 
-with the frequency w and the damping ζ of the error, e'' + 2 ζ w e' + w² e = 0 to first order. The tensions for it are
-those nearest to its moment within what the muscles can pull at their lengths, and among these the ones of least
-shoulder force (:mod:`exo_pin.control.controllers.tension_program`). The static muscle law turns them into pressures, a
-muscle that shall not pull into the pressure at which it would begin to. The valve is then pulsed with the share of time
-that holds the wanted pressure, from the flows of its two paths, plus a share proportional to the pressure's error.
+feed-forward of the reference's motion and of the weight, and feedback by a spring K, a damper D and an integral, which
+the moment that the muscles cannot give draws back (back-calculation with T_t = T_i). Why moments and not accelerations:
+an arm has so little inertia about its own axis that any friction there would beat a wanted acceleration.
 
-The integral stands still while the muscles cannot give the wanted moment. Without a reading of the inertial sensor the
-arm is taken to be where the reference is: feed-forward alone.
+The tensions for it are those nearest to the moment within what the muscles can pull at their lengths, and among these
+the ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). The static muscle law turns them
+into pressures, a muscle that shall not pull into the pressure at which it would begin to. The valve is then pulsed with
+the share of time that holds the wanted pressure, from the flows of its two paths, plus a share proportional to the
+pressure's error.
+
+Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
+integral alone.
 
 Assumptions: the controller's own plant is true; muscle friction and the lag of the air are left to the feedback; limbs
 carry no side force.
@@ -28,9 +32,9 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive
-from ...load_case import Motion
+from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, mass_flow
-from ..plant.plant_tables import supply_of
+from ..plant.equations.plant_tables import supply_of
 from .contraction import Contractions
 from .pressure_kernels import pressures_for, static_tensions
 from .tension_program import Tensions, tensions_for_motion
@@ -40,9 +44,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FeedbackGains", "ModelController"]
 
-#: Missing moment, N m, above which the integral stands still.
-_MISSING = 1e-3
-
 
 @dataclass(frozen=True)
 class FeedbackGains:
@@ -50,25 +51,25 @@ class FeedbackGains:
 
     Attributes
     ----------
-    frequency : float
-        w, rad/s.
+    stiffness : float
+        K, N m/rad.
     damping : float
-        ζ.
+        D, N m s/rad.
     integral_time : float
         T_i, s; infinite for none.
     pressure : float
         Share of time by which a valve is opened or closed more for a pressure that is 1 bar off.
     """
 
-    frequency: float = 5.0
-    damping: float = 1.0
-    integral_time: float = 1.0
+    stiffness: float = 1.5
+    damping: float = 0.1
+    integral_time: float = 2.0
     pressure: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("frequency", "damping", "pressure"):
+        for name in ("stiffness", "damping", "pressure"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
-        if not self.integral_time == np.inf:
+        if self.integral_time != np.inf:
             object.__setattr__(self, "integral_time", as_positive("integral_time", self.integral_time))
 
 
@@ -119,25 +120,23 @@ class ModelController:
             error = (wanted.orientation * pose.inv()).as_rotvec()
         lengths = self._contractions.lengths(pose)
         self.planned = self._tensions(wanted, pose, velocity, error, lengths)
-        if np.linalg.norm(self.planned.missing_moment) <= _MISSING:
-            self._integral += self._interval * error
+        g = self.gains
+        self._integral += self._interval / g.integral_time * (g.stiffness * error + self.planned.missing_moment)
         return self._commands(self._pressures(self.planned.tensions, lengths), measurement.pressures)
 
     def _tensions(
         self, wanted: Any, pose: Rotation, velocity: FloatArray, error: FloatArray, lengths: FloatArray
     ) -> Tensions:
         g = self.gains
-        acceleration = (
-            wanted.angular_acceleration
-            + 2.0 * g.damping * g.frequency * (wanted.angular_velocity - velocity)
-            + g.frequency**2 * (error + self._integral / g.integral_time)
-        )
+        feedback = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity) + self._integral
         tables = self.plant.tables
         least, greatest = np.empty(len(lengths)), np.empty(len(lengths))
         static_tensions(tables.law, tables.muscles, lengths, 0.0, least)
         static_tensions(tables.law, tables.muscles, lengths, self._supply.pressure, greatest)
-        motion = Motion(velocity, acceleration)
-        return tensions_for_motion(self.plant.mechanism, pose, motion, np.maximum(greatest, least), least)
+        motion = Motion(velocity, wanted.angular_acceleration)
+        # The limbs carry what a load of the opposite moment would be.
+        load = Load(np.zeros(3), -feedback)
+        return tensions_for_motion(self.plant.mechanism, pose, motion, np.maximum(greatest, least), least, load)
 
     def _pressures(self, tensions: FloatArray, lengths: FloatArray) -> FloatArray:
         tables, pressures = self.plant.tables, np.empty(len(lengths))

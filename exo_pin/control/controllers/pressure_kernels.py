@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.compiled import kernel
-from ..plant.muscle_kernels import tension
+from ..plant.equations.muscle_kernels import tension
 
 __all__ = ["pressures_for", "static_tensions"]
 
@@ -24,8 +24,8 @@ def static_tensions(law: Any, muscles: Any, lengths: Any, pressure: float, out: 
 def pressures_for(law: Any, muscles: Any, lengths: Any, wanted: Any, highest: float, out: Any) -> None:
     """Fill ``out`` (n,) with the highest gauge pressures in Pa at which the muscles pull no more than wanted.
 
-    ``wanted`` (n,) in N. A muscle that shall not pull gets the pressure at which it would begin to, so that it is ready;
-    one that is too short to pull at any pressure is vented.
+    ``wanted`` (n,) in N. A muscle that shall not pull gets the pressure at which it would begin to, to be ready; one
+    that is too short to pull at any pressure is vented.
     """
     for i in range(lengths.shape[0]):
         row = muscles[i]

@@ -42,7 +42,7 @@ class PIGains:
     def __post_init__(self) -> None:
         object.__setattr__(self, "K_c", as_positive("K_c", self.K_c, zero=True))
         object.__setattr__(self, "T_i", as_positive("T_i", self.T_i))
-        if self.T_t is not None and not self.T_t == np.inf:
+        if self.T_t is not None and self.T_t != np.inf:
             object.__setattr__(self, "T_t", as_positive("T_t", self.T_t))
 
     @property

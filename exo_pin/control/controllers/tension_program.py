@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...load_case import Motion
+from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.active_set import least_forces
 from ...numerics.least_force_of_sums import least_sum_force
@@ -59,6 +59,7 @@ def tensions_for_motion(
     motion: Motion | None,
     greatest: FloatArray,
     least: FloatArray | None = None,
+    load: Load | None = None,
 ) -> Tensions:
     """Tensions within limits that move the arm as wanted, or as nearly as they can.
 
@@ -72,6 +73,8 @@ def tensions_for_motion(
         Angular velocity and wanted angular acceleration, base frame; None for rest.
     greatest, least : ndarray
         f_max and f_min, shape (n,), N; f_min is zero if left out.
+    load : Load, optional
+        On the arm besides its weight.
 
     Returns
     -------
@@ -87,7 +90,7 @@ def tensions_for_motion(
     require_massless(mechanism)
     if mechanism.arm is None:
         raise MissingData(["arm"], "a tension program", mechanism.name)
-    query = as_query(orientation, motion)
+    query = as_query(orientation, motion, load)
     force, moment = (part[0] for part in carried(mechanism.arm, mechanism.gravity, query, query.force, query.moment))
     limbs = inverse_kinematics(mechanism.geometry, orientation)
     arms = np.cross(limbs.platform_points, limbs.directions).T

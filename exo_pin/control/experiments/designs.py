@@ -22,6 +22,8 @@ SHORT_FITTING = 0.025
 #: Hole of the fourth muscle, degrees from the x axis. Figure 5-6 shows one without a number; of the holes every 10° it
 #: is the one with which long muscles hold most poses of the abduction test (docs/control.md has the command).
 ADDED_ANGLE = 160.0
+#: By how much points on a circle may be off, m.
+_ROUND = 1e-6
 
 
 def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = SHORT_FITTING) -> Mechanism:
@@ -45,8 +47,8 @@ def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = 
     if (longest <= 2.0 * short).any():
         raise InvalidInput(f"expected a fitting much shorter than the limbs, got {short:g} m")
     limbs = [
-        replace(limb, stroke=replace(_stroke(limb, mechanism), nominal_length=float(l - short), end_fitting=short))
-        for limb, l in zip(mechanism.limbs, longest, strict=True)
+        replace(limb, stroke=replace(_stroke(limb, mechanism), nominal_length=float(most - short), end_fitting=short))
+        for limb, most in zip(mechanism.limbs, longest, strict=True)
     ]
     return mechanism.replace(limbs=limbs, name=f"{mechanism.name}, longer muscles")
 
@@ -68,11 +70,15 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     """
     added = np.radians(float(as_finite("angle_deg", angle_deg, ())))
     rings = []
-    for points in (mechanism.geometry.base_points, mechanism.geometry.platform_points):
-        radius, height = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
-        if np.ptp(radius) > 1e-9 or np.ptp(height) > 1e-9:
+    # The base's circle lies across the y axis, the cuff's across the arm (4-2).
+    for points, axis in ((mechanism.geometry.base_points, 1), (mechanism.geometry.platform_points, 2)):
+        first, second = (0, 2) if axis == 1 else (0, 1)
+        radius = np.hypot(points[:, first], points[:, second])
+        if np.ptp(radius) > _ROUND or np.ptp(points[:, axis]) > _ROUND:
             raise MissingData(["circles of base and cuff"], "a fourth muscle in a hole of these", mechanism.name)
-        point = [radius[0] * np.cos(added), radius[0] * np.sin(added), height[0]]
+        point = np.empty(3)
+        point[first], point[second] = radius[0] * np.cos(added), radius[0] * np.sin(added)
+        point[axis] = points[0, axis]
         rings.append(np.vstack([points, point]))
     if np.linalg.norm(rings[0][:-1] - rings[0][-1], axis=1).min() < 1e-3:
         raise InvalidInput(f"expected a free hole, there is a limb at {angle_deg:g}° already")

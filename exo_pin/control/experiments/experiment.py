@@ -6,8 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-import numpy as np
-
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import as_choice, as_positive
@@ -18,31 +16,15 @@ from ..controllers.thesis_controller import ContractionController
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..plant.plant import Plant
-from ..plant.state import PlantState
 from ..sensors.imu import Imu
 from ..sensors.imu_sensor import ImuSensor
 from ..trajectories.reference import Reference
 from .tracking import Tracking
 
-__all__ = ["CONTROLLERS", "Experiment", "rest_state"]
+__all__ = ["CONTROLLERS", "Experiment"]
 
 #: Controllers by name: the thesis's, and the one that knows the plant.
 CONTROLLERS = ("pi", "model")
-#: What brings an unpressured arm to rest for a start, N m s/rad, and for how long, s.
-_SETTLING_FRICTION, _SETTLING_TIME = 0.4, 4.0
-_VALVES_SHUT = -1.0
-
-
-def rest_state(plant: Plant) -> PlantState:
-    """Where the arm hangs with vented muscles, at rest.
-
-    Muscles that are shorter than their limbs' lengths in the hanging pose hold the arm away from it: they do not
-    stretch. Found by letting the arm fall from the hanging pose through a thick liquid.
-    """
-    slow = Plant(plant.mechanism, plant.options.replace(shoulder_viscous=_SETTLING_FRICTION), plant.load)
-    vented = np.full(plant.count, _VALVES_SHUT)
-    end = slow.simulate(lambda t, measurement: vented, _SETTLING_TIME, control_rate=10.0)
-    return plant.state(end.rotations[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +137,9 @@ class Experiment(Record):
         """
         plant = self.plant
         duration = self.reference.duration if self.duration is None else self.duration
-        sensor = None if self.imu is None else ImuSensor(self.imu, self.mechanism)
+        sensor: Any = None if self.imu is None else ImuSensor(self.imu, self.mechanism)
         run = plant.simulate(
-            self.made_controller(plant), duration, rest_state(plant), self.rate, self.faults,
+            self.made_controller(plant), duration, plant.rest(), self.rate, self.faults,
             sensor=sensor, progress=progress,
         )  # fmt: skip
         return Tracking.of(self, run)

@@ -6,14 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plant.muscle_kernels import free_contraction
-from ..plant.plant_tables import supply_of
+from ..plant.equations.muscle_kernels import free_contraction
+from ..plant.equations.plant_tables import supply_of
 
 if TYPE_CHECKING:
     from .tracking import Tracking
 
-__all__ = ["findings", "greatest_ratios", "out_of_stroke"]
+__all__ = ["ANGLES", "findings", "greatest_ratios", "out_of_stroke"]
 
+#: Names of the clinical angles.
+ANGLES = ("flexion", "abduction", "internal rotation")
 #: A contraction is at its end when it is within this of the greatest one.
 _NEAR_END = 0.01
 #: Shares of time below which something is not worth a sentence.
@@ -23,6 +25,8 @@ _OFF = 2.0
 #: Movement in the last part of a run that counts as standing still, degrees a second, and the smoothing, s.
 _STILL, _WINDOW = 2.0, 0.25
 _BAR = 1e5
+#: Gauge pressure from which on a muscle counts as filled, Pa.
+_FILLED = 0.5e5
 
 
 def greatest_ratios(tracking: Tracking) -> np.ndarray:
@@ -33,10 +37,10 @@ def greatest_ratios(tracking: Tracking) -> np.ndarray:
 
 
 def out_of_stroke(tracking: Tracking) -> list[float]:
-    """When each muscle first is as short as its supply can make it, s; NaN if it never is. List of n."""
+    """When each muscle, filled, first is as short as its supply can make it, s; NaN if it never is. List of n."""
     limits, found = greatest_ratios(tracking), []
-    for ratio, limit in zip(tracking.ratios.T, limits, strict=True):
-        at = np.flatnonzero(ratio >= limit - _NEAR_END)
+    for ratio, pressure, limit in zip(tracking.ratios.T, tracking.run.pressures.T, limits, strict=True):
+        at = np.flatnonzero((ratio >= limit - _NEAR_END) & (pressure >= _FILLED))
         found.append(float(tracking.times[at[0]]) if at.size else float("nan"))
     return found
 
@@ -141,6 +145,4 @@ def _sensor(tracking: Tracking) -> list[str]:
 
 
 def _main(tracking: Tracking, index: int, wanted: bool = False) -> tuple[float, str]:
-    from .tracking import ANGLES
-
     return float(tracking.angles(wanted)[index, tracking.main_angle]), ANGLES[tracking.main_angle]

@@ -11,8 +11,8 @@ from ...numerics.active_set import least_forces
 from ...wrist import limb_jacobian
 from ..controllers.contraction import Contractions
 from ..controllers.pressure_kernels import static_tensions
+from ..plant.equations.plant_tables import supply_of
 from ..plant.plant import Plant
-from ..plant.plant_tables import supply_of
 
 __all__ = ["HELD", "missing_moments"]
 
@@ -49,6 +49,4 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
         static_tensions(tables.law, tables.muscles, row, 0.0, low)
         static_tensions(tables.law, tables.muscles, row, highest, high)
     arms = np.swapaxes(limb_jacobian(mechanism.geometry, poses), -1, -2)
-    return np.asarray(
-        np.linalg.norm(least_forces(-moment, arms, least, np.maximum(greatest, least)).forces, axis=-1)
-    )
+    return np.asarray(np.linalg.norm(least_forces(-moment, arms, least, np.maximum(greatest, least)).forces, axis=-1))

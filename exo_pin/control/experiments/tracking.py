@@ -17,17 +17,15 @@ from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.contraction import Contractions
-from ..plant.plant_tables import supply_of
+from ..plant.equations.plant_tables import supply_of
 from ..plant.run import Run
+from .findings import ANGLES, findings
 from .holdable import HELD, missing_moments
 
 if TYPE_CHECKING:
     from .experiment import Experiment
 
 __all__ = ["Tracking"]
-
-#: Names of the clinical angles.
-ANGLES = ("flexion", "abduction", "internal rotation")
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +173,6 @@ class Tracking(Record):
     @property
     def findings(self) -> tuple[str, ...]:
         """Why the arm did not follow, one sentence a reason."""
-        from .findings import findings
-
         return findings(self)
 
     def __str__(self) -> str:

@@ -13,7 +13,7 @@ from .imu import Imu, ImuSignal
 
 if TYPE_CHECKING:
     from ...design import Mechanism
-    from ..plant.plant import Measurement
+    from ..plant.state import Measurement
 
 __all__ = ["ImuSensor", "SensedPose"]
 

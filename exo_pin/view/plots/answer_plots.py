@@ -15,13 +15,21 @@ from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from .charts import force_history, tension_history
 from .plot_style import LINES, legend_below, pyplot, tidy
 from .singularity_plots import approach_figure
+from .tracking_plots import tracking_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...study import StudyTable
 
-__all__ = ["approach_figure", "map_figure", "movement_figure", "reaction_figure", "study_figure"]
+__all__ = [
+    "approach_figure",
+    "map_figure",
+    "movement_figure",
+    "reaction_figure",
+    "study_figure",
+    "tracking_figure",
+]
 
 #: What a movement can be drawn over: its label, and which clinical angle.
 _AGAINST = {

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from exo_pin.control.controllers.proportional_integral import PIGains, ProportionalIntegral
 from exo_pin.core.errors import InvalidInput
 

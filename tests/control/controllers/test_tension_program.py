@@ -1,12 +1,13 @@
 """The two programs of the model-based controller against the reaction query and other solvers."""
 
-import exo_pin as ep
 import numpy as np
 import pytest
-from exo_pin.control.controllers.tension_program import tensions_for_motion
-from exo_pin.core.errors import InvalidInput, MissingData
 from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.control.controllers.tension_program import tensions_for_motion
+from exo_pin.core.errors import InvalidInput, MissingData
 
 FOUR, THREE = ep.load("four-cables"), ep.load("prototype")
 POSES = [FOUR.pose(flexion=f, abduction=a) for f, a in ((0, 30), (40, 20), (70, 10), (20, 70))]

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from exo_pin.control.sensors.imu import PRINTED_DRIFT, Imu, ImuSignal
 from exo_pin.core.errors import InvalidInput
 from exo_pin.wrist.velocity.sensors import OrientationChain
-from scipy.spatial.transform import Rotation
 
 TORSO, MOUNT = (Rotation.from_rotvec(turn) for turn in ([0.3, -0.2, 1.1], [-0.5, 0.9, 0.4]))
 TIMES = np.arange(0.0, 2.0, 0.01)
@@ -44,9 +45,7 @@ def test_chain_calibrated_on_the_sensor_itself_is_exact_and_a_wrong_one_is_not()
     assert np.abs(turned(Imu(TORSO, MOUNT, chain))).max() < 1e-14
     # A pose that was taken for the hanging arm, but was not, turns all poses by as much.
     wrong = OrientationChain.calibrated(bare.reading(held), TORSO)
-    np.testing.assert_allclose(
-        np.linalg.norm(turned(Imu(TORSO, MOUNT, wrong)), axis=1), held.magnitude(), atol=1e-12
-    )
+    np.testing.assert_allclose(np.linalg.norm(turned(Imu(TORSO, MOUNT, wrong)), axis=1), held.magnitude(), atol=1e-12)
 
 
 def test_drift_grows_steadily_about_its_axis_in_the_ground():

@@ -1,0 +1,216 @@
+"""``exo-pin track``: the machine in motion under a controller, with results to files."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.errors import InvalidInput, UnknownName
+from ...core.files import write_figure
+from ..options.command_list import help_of
+
+if TYPE_CHECKING:
+    from ...control import Experiment, Fault, Tracking
+
+__all__ = ["add_commands"]
+
+#: Samples a second of the wearer's contact force; each takes some milliseconds.
+_CONTACT_RATE = 5.0
+
+
+def add_commands(commands: Any) -> None:
+    """Register the commands of this module."""
+    parser = commands.add_parser("track", help=help_of("track"))
+    parser.add_argument(
+        "study", nargs="?", metavar="STUDY|FILE", help="name of an experiment (--list), or a CSV file of orientations"
+    )
+    parser.add_argument("--list", action="store_true", help="list the experiments")
+    parser.add_argument("--design", metavar="PRESET|FILE", help="of a FILE's movement (default: prototype)")
+    parser.add_argument("--controller", choices=("pi", "model"), help="the thesis's, or the one that knows the plant")
+    parser.add_argument("--flange", action="store_true", help="with the second flange bearing of Section 5.4.3")
+    parser.add_argument("--supply", type=float, metavar="BAR", help="gauge pressure of the air")
+    parser.add_argument("--lost-imu", metavar="FROM,TO", help="no reading of the inertial sensor, s")
+    parser.add_argument("--drift", type=float, metavar="DEG_S", help="drift of the inertial sensor, degrees a second")
+    parser.add_argument("--noise", type=float, metavar="DEG", help="noise of the inertial sensor, degrees")
+    parser.add_argument("--delay", type=float, metavar="S", help="of the inertial sensor")
+    parser.add_argument("--seed", type=int, default=0, help="of the noise (default 0)")
+    parser.add_argument(
+        "--fault", action="append", default=[], metavar="KIND,MUSCLE,START",
+        help="burst, torn, stuck-open or stuck-shut, muscle from 1, s; may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"
+    )
+    parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
+    parser.add_argument("--no-progress", action="store_true", help="show no bar")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="everything over time, or the table, as CSV")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help="page of plots: PNG, SVG or PDF")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="animation, a page that opens without a network")
+    parser.set_defaults(run=_track)
+
+
+def _track(options: argparse.Namespace) -> int:
+    from ...control import experiment, experiments, sensitivity
+
+    if options.list:
+        for name in experiments():
+            print(f"{name:28} {experiment(name).title}")
+        return 0
+    if options.study is None:
+        raise InvalidInput("expected an experiment or a file: exo-pin track --list names the experiments")
+    if options.out is not None and options.out.suffix.lower() != ".csv":
+        raise InvalidInput(f"expected --out to end in .csv, got {options.out}")
+    chosen = _experiment(options)
+    progress = not options.no_progress
+    if options.sensitivity:
+        table = sensitivity(chosen, progress=progress)
+        print(chosen.title)
+        print(table)
+        if options.out is not None:
+            table.to_csv(options.out)
+            print(options.out)
+        return 0
+    tracking = chosen.run(progress)
+    contact = None if options.person is None else _contact(options, tracking)
+    if options.json:
+        numbers = tracking.summary() | ({} if contact is None else contact)
+        finite = {key: value if np.isfinite(value) else None for key, value in numbers.items()}
+        report = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
+        print(json.dumps({**report, "findings": tracking.findings, **finite}, indent=2))
+    else:
+        print(tracking)
+        for key, value in (contact or {}).items():
+            print(f"{key.replace('_', ' '):26} {value:.4g}")
+    return _deliver(options, tracking)
+
+
+def _deliver(options: argparse.Namespace, tracking: Tracking) -> int:
+    """Write the files that were asked for."""
+    said = (lambda path: None) if options.json else print
+    if options.out is not None:
+        tracking.to_csv(options.out)
+        said(options.out)
+    if options.plot is not None:
+        from ...view.plots.force_plots import use_file_backend
+
+        use_file_backend()
+        write_figure(options.plot, tracking.plot())
+        said(options.plot)
+    if options.html is not None:
+        from ...exo.shoulder_exo import ShoulderExo
+        from ...view import Scene
+        from ...view.page.run_recording import record_run
+
+        scene = Scene(ShoulderExo.from_mechanism(tracking.experiment.mechanism))
+        record_run(scene, tracking.run).save(options.html)
+        said(options.html)
+    return 0
+
+
+def _experiment(options: argparse.Namespace) -> Experiment:
+    """The experiment that the options describe."""
+    from ...control import Experiment, experiment, experiments, prototype_options
+    from ...control.trajectories.orientation_spline import read_reference
+    from ...exo.shoulder_exo import load
+
+    if options.study in experiments():
+        if options.design is not None:
+            raise InvalidInput("--design is for a file's movement: an experiment has its own")
+        chosen = experiment(options.study)
+    elif Path(options.study).suffix.lower() == ".csv":
+        exo = load(options.design or "prototype")
+        reference = read_reference(options.study, exo.side)
+        name = Path(options.study).stem
+        chosen = Experiment(name, name, exo.mechanism, reference, options=prototype_options())
+    else:
+        raise UnknownName("experiment", options.study, experiments())
+    changes: dict[str, Any] = {}
+    if options.controller is not None:
+        changes["controller"] = options.controller
+    if options.flange:
+        changes["second_flange"] = True
+    if options.supply is not None:
+        from ...muscle.valve.supply import Supply
+
+        changes["supply"] = Supply(1e5 * options.supply)
+    imu = _imu(options)
+    if imu is not None:
+        changes["imu"] = imu
+    if options.fault:
+        changes["faults"] = tuple(_fault(text) for text in options.fault)
+    return chosen.replace(**changes)
+
+
+def _imu(options: argparse.Namespace) -> Any:
+    """The inertial sensor, if an option is about it."""
+    from ...control import Imu
+
+    given: dict[str, Any] = {}
+    if options.lost_imu is not None:
+        given["lost"] = (tuple(_numbers("--lost-imu", options.lost_imu, 2)),)
+    for name in ("drift", "noise"):
+        if getattr(options, name) is not None:
+            given[name] = np.radians(getattr(options, name))
+    if options.delay is not None:
+        given["delay"] = options.delay
+    return Imu(seed=options.seed, **given) if given else None
+
+
+def _fault(text: str) -> Fault:
+    from ...control import Fault
+
+    kinds = {
+        "burst": ("burst", -1.0), "torn": ("torn", -1.0), "stuck-open": ("stuck valve", 1.0),
+        "stuck-shut": ("stuck valve", -1.0),
+    }  # fmt: skip
+    kind, _, rest = text.partition(",")
+    if kind not in kinds:
+        raise UnknownName("fault", kind, kinds)
+    muscle, start = _numbers("--fault KIND", rest, 2)
+    if muscle != int(muscle) or muscle < 1:
+        raise InvalidInput(f"expected a muscle from 1 in --fault, got {muscle:g}")
+    name, command = kinds[kind]
+    return Fault(name, int(muscle) - 1, start, command=command)  # type: ignore[arg-type]
+
+
+def _numbers(option: str, text: str, count: int) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise InvalidInput(f"expected {count} numbers with a comma between them for {option}, got {text!r}")
+    return values
+
+
+def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float]:
+    """Contact force of the wearer's shoulder joint along the run, with the run's tensions."""
+    from ...exo.shoulder_exo import ShoulderExo
+    from ...load_case import Motion
+    from ...person import Person
+    from ..options.query_options import person_numbers
+
+    height, mass, sex = person_numbers(options.person)
+    exo = ShoulderExo.from_mechanism(tracking.experiment.mechanism)
+    run, step = tracking.run, max(round(1.0 / _CONTACT_RATE / float(np.median(np.diff(tracking.times)))), 1)
+    rows = slice(None, None, step)
+    found = exo.joint_contact(
+        run.rotations[rows],
+        Person(height, mass, sex),
+        forces=run.tensions[rows],
+        motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        outside="mark",
+        progress=not options.no_progress,
+    )
+    alone = found.without_device
+    assert alone is not None
+    return {
+        "peak_contact_N": float(np.nanmax(found.magnitude)),
+        "mean_contact_N": float(np.nanmean(found.magnitude)),
+        "mean_contact_without_device_N": float(np.nanmean(alone.magnitude)),
+    }

@@ -1,0 +1,162 @@
+"""How much the outcome of an experiment depends on each estimated parameter: one run a change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...core.errors import InvalidInput
+from ...core.progress import track
+from ...design import Mechanism
+from ...muscle.laws.friction import LoadDependentFriction
+from ...muscle.valve.flow import Valve
+from ...muscle.valve.supply import Supply, ValveUnit
+from ...study import StudyTable
+from ..controllers.proportional_integral import PIGains
+from ..controllers.thesis_controller import ContractionController, table_5_5_gains
+from .catalogue import hung_outward
+from .experiment import Experiment
+from .tracking import Tracking
+
+__all__ = ["CHANGES", "sensitivity"]
+
+#: A change: parameter, its value in words, and what makes the changed experiment.
+Change = tuple[str, str, Callable[[Experiment], Experiment]]
+
+
+def _fitting(limb: int, by: float) -> Change:
+    def changed(experiment: Experiment) -> Experiment:
+        limbs = list(experiment.mechanism.limbs)
+        stroke = limbs[limb].stroke
+        if stroke is None or stroke.end_fitting is None:
+            raise InvalidInput(f"limb {limb + 1} has no end fitting to change")
+        limbs[limb] = replace(limbs[limb], stroke=replace(stroke, end_fitting=stroke.end_fitting + by))
+        return experiment.replace(mechanism=experiment.mechanism.replace(limbs=limbs))
+
+    return f"end fitting of limb {limb + 1}", f"{1e3 * by:+g} mm", changed
+
+
+def _option(name: str, words: str, value: Callable[[Any], Any]) -> Change:
+    return name.replace("_", " "), words, lambda e: e.replace(**{name: value(getattr(e.options, name))})
+
+
+def _scaled_valve(valve: Valve | None, factor: float) -> Valve | None:
+    return None if valve is None else replace(valve, conductance=factor * valve.conductance)
+
+
+def _air_paths(factor: float) -> Change:
+    def changed(valves: Any) -> ValveUnit:
+        if not isinstance(valves, ValveUnit):
+            raise InvalidInput("expected one kind of valve for all muscles")
+        return replace(valves, restrictor=_scaled_valve(valves.restrictor, factor))
+
+    return _option("valves", f"restrictor × {factor:g}", changed)
+
+
+def _supply(pressure: float) -> Change:
+    return "supply", f"{pressure / 1e5:g} bar", lambda e: e.replace(supply=Supply(pressure))
+
+
+def _centre(y: float) -> Change:
+    words = f"y = {1e3 * y:+g} mm"
+    return "centre of mass of the arm", words, lambda e: e.replace(mechanism=_centred(e.mechanism, y))
+
+
+def _centred(mechanism: Mechanism, y: float) -> Mechanism:
+    return hung_outward(mechanism, y).replace(name=mechanism.name)
+
+
+def _mass(factor: float) -> Change:
+    def changed(experiment: Experiment) -> Experiment:
+        arm = experiment.mechanism.require_arm("a heavier arm")
+        inertia = None if arm.inertia is None else factor * arm.inertia
+        heavier = replace(arm, mass=factor * arm.mass, inertia=inertia)
+        return experiment.replace(mechanism=experiment.mechanism.replace(arm=heavier))
+
+    return "mass and inertia of the arm", f"× {factor:g}", changed
+
+
+def _gains(words: str, factor: float, times: float) -> Change:
+    def changed(experiment: Experiment) -> Experiment:
+        if experiment.controller != "pi":
+            raise InvalidInput("the gains of Table 5-5 are those of the controller 'pi'")
+        nominal = [limb.stroke.nominal_length for limb in experiment.mechanism.limbs if limb.stroke is not None]
+        gains = [PIGains(factor * g.K_c, times * g.T_i) for g in table_5_5_gains(nominal)]
+        made = ContractionController(experiment.mechanism, experiment.reference, gains=gains, rate=experiment.rate)
+        return experiment.replace(controller=made)
+
+    return "gains of Table 5-5", words, changed
+
+
+#: Changes of every estimate, each to a value that may as well be true.
+CHANGES: tuple[Change, ...] = (
+    _fitting(0, -0.021), _fitting(0, 0.021), _fitting(1, -0.010), _fitting(1, 0.010), _fitting(2, -0.010),
+    _fitting(2, 0.010), _centre(0.0227), _centre(0.0), _centre(-0.0227), _centre(-0.06), _mass(1.5), _supply(3e5),
+    _air_paths(0.5), _air_paths(2.0),
+    _option("polytropic_exponent", "1.4 (adiabatic)", lambda _: 1.4),
+    _option("dead_volume", "× 4", lambda v: 4.0 * v),
+    _option("braid_stiffness", "× 1/2", lambda k: 0.5 * k),
+    _option("braid_stiffness", "× 2", lambda k: 2.0 * k),
+    _option("muscle_damping", "none", lambda _: None),
+    _option("muscle_friction", "(3-31)", lambda _: _printed_friction()),
+    _option("shoulder_viscous", "none", lambda _: 0.0),
+    _option("shoulder_viscous", "× 3", lambda c: 3.0 * c),
+    _option("shoulder_coulomb", "none", lambda _: 0.0),
+    _option("shoulder_coulomb", "0.2 N m", lambda _: 0.2),
+    _option("stop_stiffness", "× 1/2", lambda k: 0.5 * k),
+    _option("second_flange", "yes", lambda _: True),
+    _gains("error in percent × 1/2", 0.5, 1.0),
+    _gains("error in percent × 2", 2.0, 1.0),
+    _gains("T_i in minutes", 1.0, 60.0),
+)  # fmt: skip
+
+
+def _printed_friction() -> LoadDependentFriction:
+    """Friction of (3-31)."""
+    from ...muscle.io.dynamic_files import dynamic_model
+
+    friction = dynamic_model("tang-3-31").friction
+    if not isinstance(friction, LoadDependentFriction):
+        raise InvalidInput("expected the friction of (3-31) to depend on the load")
+    return friction
+
+
+def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None, progress: bool = False) -> StudyTable:
+    """Run an experiment as it is, and once for each change of an estimated parameter.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Which one.
+    changes : iterable of Change, optional
+        Parameter, value in words, and a function from experiment to changed experiment; :data:`CHANGES` if left out.
+        A change that does not fit the experiment is left out.
+    progress : bool
+        Whether to show a bar.
+
+    Returns
+    -------
+    StudyTable
+        One row a run: ``parameter``, ``value``, ``start_deg``, ``furthest_deg`` and ``end_deg`` of the main angle,
+        ``rms_error_deg``, ``peak_F_s_N``, ``end_F_s_N``, and ``status``. The first row is the experiment itself.
+    """
+    chosen = list(CHANGES if changes is None else changes)
+    rows = [_row("as estimated", "", experiment.run())]
+    for name, words, change in track(chosen, "changing", progress):
+        try:
+            changed = change(experiment)
+        except InvalidInput:
+            continue
+        rows.append(_row(name, words, changed.run()))
+    return StudyTable(rows)
+
+
+def _row(name: str, words: str, tracking: Tracking) -> dict[str, Any]:
+    numbers = tracking.summary()
+    keys = ("start_deg", "furthest_deg", "end_deg", "rms_error_deg", "peak_F_s_N", "end_F_s_N")
+    row: dict[str, Any] = {"parameter": name, "value": words}
+    row |= {key: float(np.round(numbers[key], 6)) for key in keys}
+    return row | {"status": tracking.run.status}

@@ -1,0 +1,85 @@
+"""The design in motion, under a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import InvalidInput
+from .subject import Subject
+
+if TYPE_CHECKING:
+    from ..control import Fault, FeedbackGains, Imu, PlantOptions, Reference, Tracking
+
+__all__ = ["ControlQuestions"]
+
+
+class ControlQuestions(Subject):
+    """The built design as a simulation."""
+
+    def track(
+        self,
+        reference: Reference | str | PathLike[str],
+        controller: str | Callable[[float, Any], Any] = "pi",
+        *,
+        options: PlantOptions | None = None,
+        duration: float | None = None,
+        imu: Imu | None = None,
+        faults: Fault | Sequence[Fault] = (),
+        feedback: FeedbackGains | None = None,
+        rate: float = 100.0,
+        title: str = "",
+        progress: bool = False,
+    ) -> Tracking:
+        """Simulate the design while a controller follows a reference.
+
+        Parameters
+        ----------
+        reference : Reference, str or path-like
+            A trajectory (:mod:`exo_pin.control`); "abduction" or "flexion", the tests of Section 5.4.1; or a CSV file
+            of orientations, as :func:`exo_pin.read_movement` reads it.
+        controller : {"pi", "model"} or callable
+            "pi": the thesis's, contraction ratios with the gains of Table 5-5. "model": tensions of least shoulder
+            force and their pressures, with feedback. Or any function ``(t, measurement) -> commands``, see
+            :mod:`exo_pin.control.controllers.controller`.
+        options : PlantOptions, optional
+            Air, valves, friction, shoulder unit; the prototype's estimates if left out.
+        duration : float, optional
+            s; that of the reference if left out.
+        imu : Imu, optional
+            The inertial sensor with its errors; exact measurements if left out.
+        faults : Fault or sequence of Fault
+            Of muscles and valves.
+        feedback : FeedbackGains, optional
+            Of the controller "model".
+        rate : float
+            Of the controller, Hz.
+        title : str
+            For verdict and plots.
+        progress : bool
+            Whether to show a bar.
+
+        Returns
+        -------
+        Tracking
+            Angles, lengths, pressures, tensions, shoulder force and energy over time; prints its verdict first.
+
+        Raises
+        ------
+        MissingData
+            If arm, muscles, strokes or end fittings are not known.
+        InvalidInput
+            If an argument does not fit.
+        """
+        from ..control import Experiment, prototype_options, reference_of  # here, because few queries need them
+
+        wanted = reference_of(reference, self.side)
+        name = title or getattr(wanted, "title", "") or "tracking"
+        if feedback is not None and controller != "model":
+            raise InvalidInput('feedback gains are for the controller "model"')
+        experiment = Experiment(
+            "track", name, self.mechanism, wanted, controller, prototype_options() if options is None else options,
+            duration, imu, faults, rate, feedback,  # type: ignore[arg-type]
+        )  # fmt: skip
+        return experiment.run(progress)

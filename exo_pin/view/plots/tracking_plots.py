@@ -1,0 +1,80 @@
+"""A page of plots of an experiment: what was wanted and what came, air, tensions, shoulder force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.validation import FloatArray
+from ..colours import BLACK, GREY
+from .plot_style import LINES, pyplot, tidy
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ...control.experiments.tracking import Tracking
+
+__all__ = ["tracking_figure"]
+
+_TIME = "time, s"
+_ANGLES = ("flexion", "abduction", "internal rotation")
+
+
+def tracking_figure(tracking: Tracking) -> Figure:
+    """Six plots over time; see :meth:`exo_pin.control.Tracking.plot`.
+
+    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the muscles cannot hold.
+    """
+    figure = pyplot().figure(figsize=(10.4, 9.2), layout="constrained")
+    axes = figure.subplots(3, 2, sharex=True)
+    run, t = tracking.run, tracking.times
+    limbs = [f"limb {i}" for i in range(1, run.tensions.shape[1] + 1)]
+    _pairs(axes[0, 0], t, tracking.angles(), tracking.angles(wanted=True), _ANGLES, "angle, °")
+    _pairs(axes[1, 0], t, 100.0 * tracking.ratios, 100.0 * tracking.wanted_ratios, limbs, "contraction, %")
+    axes[1, 0].axhline(0.0, color="0.6", linewidth=0.8)
+    axes[0, 1].plot(t, np.degrees(tracking.error), color=BLACK, linewidth=2.0)
+    axes[0, 1].set_ylabel("angle to the wanted pose, °")
+    axes[0, 1].set_ylim(bottom=0.0)
+    _lines(axes[1, 1], t, run.pressures / 1e5, limbs, "pressure, bar")
+    _lines(axes[2, 0], t, run.tensions, limbs, "tension, N")
+    force = tracking.shoulder_force
+    _lines(axes[2, 1], t, force, ("F_s x forward", "F_s y left", "F_s z up"), "shoulder on the arm, N")
+    axes[2, 1].plot(t, np.linalg.norm(force, axis=1), color=BLACK, linewidth=2.2, label="|F_s|", zorder=1)
+    axes[2, 1].axhline(0.0, color="0.6", linewidth=0.8)
+    for ax in axes.flat:
+        _shade(ax, t, ~tracking.reachable)
+        tidy(ax)
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend(fontsize=8, frameon=False, loc="best")
+    for ax in axes[-1]:
+        ax.set_xlabel(_TIME)
+    axes[0, 0].set_xlim(t[0], t[-1])
+    figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
+    notes = "thin: wanted; thick: reached"
+    if not tracking.reachable.all():
+        notes += "; grey: wanted poses that the muscles cannot hold at rest"
+    figure.supxlabel(notes, fontsize=9, color=GREY)
+    return figure
+
+
+def _lines(ax: Any, t: FloatArray, values: FloatArray, names: Any, label: str) -> None:
+    for k, (name, column) in enumerate(zip(names, values.T, strict=True)):
+        colour, dashes = LINES[k % len(LINES)]
+        ax.plot(t, column, color=colour, linestyle=dashes, linewidth=1.8, label=name)
+    ax.set_ylabel(label)
+
+
+def _pairs(ax: Any, t: FloatArray, reached: FloatArray, wanted: FloatArray, names: Any, label: str) -> None:
+    _lines(ax, t, reached, names, label)
+    for k, column in enumerate(wanted.T):
+        ax.plot(t, column, color=LINES[k % len(LINES)][0], linewidth=0.9)
+
+
+def _shade(ax: Any, t: FloatArray, where: Any) -> None:
+    """Grey background over the samples ``where``."""
+    if not where.any():
+        return
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        ax.axvspan(t[start], t[min(end, len(t) - 1)], color="0.93", linewidth=0, zorder=0)

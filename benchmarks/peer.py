@@ -7,15 +7,19 @@ of its functions are measured that run without.
 import argparse
 import json
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+
+os.environ.setdefault("EXO_PIN_COMPILE", "compiled")
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"))
 
-__all__ = ["START", "asked", "delta_of_rods", "five_bar_with_tip", "main"]
+__all__ = ["delta_of_rods", "five_bar_with_tip", "in_turns", "main", "problem"]
 
 REQUIREMENTS = (
     "pin==3.7.0",
@@ -32,8 +36,8 @@ REQUIREMENTS = (
 _READY = "import toolbox_parallel_robots_ready, qpsolvers, proxsuite"
 
 #: Start of a worker, which runs in the peer's environment with problems as JSON on standard input: imports, and how a
-#: problem becomes a model with constraints. What the peer prints, from Python or from C++, goes nowhere; ``answer``
-#: writes the worker's answers.
+#: problem becomes a model with constraints. What the peer prints, from Python or from C++, goes nowhere;
+#: ``take_turns`` writes the worker's answers, a line for every line that it gets.
 START = """
 import json, os, sys, time, types
 answers_to = os.fdopen(os.dup(1), "w")
@@ -53,12 +57,16 @@ def robot(problem):
             ends[0], model.getJointId(joint_b), ends[1], pin.ReferenceFrame.LOCAL))
     return model, constraints
 
-def answer(answers):
-    answers_to.write(json.dumps(answers))
-    answers_to.flush()
+def take_turns(turn):
+    for _ in sys.stdin:
+        answers_to.write(json.dumps(turn()) + "\\n")
+        answers_to.flush()
 
-problems = json.load(sys.stdin)
+problems = json.loads(sys.stdin.readline())
 """
+
+#: Turns that the two sides take one after the other; a time is the median over them.
+TURNS = 7
 
 
 def five_bar_with_tip():
@@ -122,20 +130,43 @@ def environment(folder):
     return python
 
 
-def asked(folder, worker, problems):
-    """Answers of a worker, source text that follows :data:`START`, to problems; on one thread."""
-    single = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
-    done = subprocess.run(
-        [environment(folder), "-c", START + worker],
-        input=json.dumps(problems),
-        capture_output=True,
-        text=True,
-        env=single,
-        check=False,
-    )
-    if done.returncode != 0:
-        sys.exit(f"the peer failed:\n{done.stderr}")
-    return json.loads(done.stdout)
+class Peer:
+    """A worker, source text that follows :data:`START`, in the peer's environment, on one thread."""
+
+    def __init__(self, folder, worker, problems):
+        single = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+        command = [environment(folder), "-c", START + worker]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, env=single)
+        self._say(json.dumps(problems))
+
+    def turn(self):
+        """Answers to all problems."""
+        self._say("turn")
+        line = self._process.stdout.readline()
+        if not line:
+            sys.exit(f"the peer failed:\n{self._process.communicate()[1]}")
+        return json.loads(line)
+
+    def close(self):
+        """End the worker."""
+        self._process.communicate()
+
+    def _say(self, line):
+        with suppress(BrokenPipeError):
+            print(line, file=self._process.stdin, flush=True)
+
+
+def in_turns(folder, worker, problems, own):
+    """Answers of the peer and of ``own()``, which take turns; the times of an answer are medians over the turns."""
+    other = Peer(folder, worker, problems)
+    turns = [other.turn() + own() for _ in range(TURNS + 1)]
+    other.close()
+    # The first turn compiles and fills caches.
+    answers = turns[-1]
+    for k, answer in enumerate(answers):
+        answer["time"] = statistics.median(statistics.median(turn[k]["times"]) for turn in turns[1:])
+    return answers
 
 
 def main(description: str, run: Callable[[str], None]) -> None:

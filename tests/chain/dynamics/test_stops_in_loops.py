@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from exo_pin.chain import ClosedChain
+from exo_pin.chain import ClosedChain, Closures
 from exo_pin.core.errors import InvalidInput, MotionBlocked, SimulationStopped
 
 #: A crank of 0.1 m, a rod of 0.3 m and a slider on the crank's line, which is at 0.4 m at the outer dead centre.
@@ -129,3 +129,33 @@ def test_a_velocity_into_a_stop_is_refused_with_the_coordinate():
     v = chain.dependent_motion(q, ["crank"], [2.0])[0]
     with pytest.raises(InvalidInput, match="moves into its stop"):
         chain.forward_dynamics(q, v, stops=True)
+
+
+@pytest.mark.parametrize(
+    ("light", "restitution"), [(1.0, 0.0), (1.0, 0.3), pytest.param(0.2, 0.0, marks=pytest.mark.full)]
+)
+def test_two_joints_that_throw_each_other_off_their_stops_come_to_rest(light, restitution):
+    """A light body between the world and a heavy one: every impact of one joint parts the other from its stop.
+
+    The times between impacts shrink in proportion, to nothing within a finite time: then both rest, under the efforts
+    that press them on.
+    """
+    model = pin.Model()
+    joint = 0
+    for name, mass in (("light", light), ("heavy", 1.0)):
+        joint = model.addJoint(joint, pin.JointModelPX(), pin.SE3.Identity(), name)
+        model.appendBodyToJoint(joint, pin.Inertia(mass, np.zeros(3), 1e-3 * np.eye(3)), pin.SE3.Identity())
+    model.lowerPositionLimit, model.upperPositionLimit = np.array([0.0, -1.0]), np.array([1.0, 0.0])
+    chain = ClosedChain(model, Closures("two slides"))
+    chain.model.gravity.linear = np.zeros(3)
+    efforts = np.array([-1.0, 1.0])
+    found = chain.simulate(
+        [0.01, -0.01], [0.0, 0.0], np.linspace(0.0, 4.0, 5), efforts, stops=True, restitution=restitution
+    )
+    assert len(found.events) < 400
+    np.testing.assert_allclose(found.q[-1], 0.0, atol=1e-8)
+    np.testing.assert_array_equal(found.v[-1], 0.0)
+    # The efforts press the bodies on from 10 mm: their work is all lost.
+    assert found.dissipated[-1] == pytest.approx(0.01 + 0.01, rel=1e-6)
+    motion = chain.forward_dynamics([0.0, 0.0], [0.0, 0.0], efforts, stops=True)
+    np.testing.assert_allclose(motion.stop_reactions, -efforts, rtol=1e-12)

@@ -28,7 +28,7 @@ from ..integration import (
     taken,
 )
 from .modes import Mode
-from .settling import MotionEvent, StopRules, settled
+from .settling import Impacts, MotionEvent, StopRules, settled
 
 __all__ = ["EventFunction", "EventIntegration"]
 
@@ -82,7 +82,7 @@ class EventIntegration:
         """
         rates, steps, step, short, crowd = self.rates, 0, None, 0, [float(when[0])]
         time, end = float(when[0]), float(when[-1])
-        self._impacts: dict[int, float] = {}
+        self._impacts: dict[int, Impacts] = {}
         instant, mode, found = self._settled(time, instant)
         states = [instant]
         for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.records import Record
+from ....core.records import Record, reduced_tuple
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.inertia import inertia_matrix
@@ -20,11 +20,29 @@ from .joint_friction import REST, friction_of, joint_names
 from .modes import Mode, at_rest
 from .projected_motion import projected_motion, response_at
 
-__all__ = ["MotionEvent", "StopRules", "settled"]
+__all__ = ["Impacts", "MotionEvent", "StopRules", "settled"]
 
 #: A stop is not bounced from below this speed, characteristic lengths and rad a second, or after a flight shorter than
 #: this, s: bounces become ever shorter, and falling through the depth at which an impact is noticed would renew them.
 SLOW, BRIEF = 1e-5, 1e-6
+
+
+#: Joints that hit their stops this often in turn, slowly or after brief flights, come to rest there: else two that
+#: throw each other off would go on without end.
+_ROCKING = 3
+
+
+class Impacts(NamedTuple):
+    """The time of a joint's last impact, s, and how many slow ones, or ones after brief flights, came in turn."""
+
+    time: float
+    times: int
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
+
+
+_NEVER = Impacts(-np.inf, 0)
 
 
 class MotionEvent(NamedTuple):
@@ -68,11 +86,11 @@ class StopRules(Record):
 
 
 def settled(
-    rates: Rates, time: float, instant: Instant, stops: StopRules, impacts: dict[int, float]
+    rates: Rates, time: float, instant: Instant, stops: StopRules, impacts: dict[int, Impacts]
 ) -> tuple[Instant, Mode, list[MotionEvent]]:
     """The state and mode after impacts at a time, and what happened; ``rates`` has the mode before, or None.
 
-    ``impacts`` are the times of the last impacts, s, by index in v; those of this time are added.
+    ``impacts`` has the last impact of every index in v; those of this time are added.
 
     Raises
     ------
@@ -93,10 +111,14 @@ def settled(
     hit = speed > REST
     if hit.any():
         found.append(MotionEvent(time, "impact", tuple(joint_names(state, index[hit]))))
-        flown = np.array([time - impacts.get(k, -np.inf) for k in index.tolist()])
-        bounces = (speed > SLOW) & (flown > BRIEF)
-        v = impact(response_at(state, q), v, (index, side), stops.restitution if bounces.any() else 0.0)
-        impacts |= dict.fromkeys(index[hit].tolist(), time)
+        brief = np.array([time - impacts.get(k, _NEVER).time <= BRIEF for k in index.tolist()])
+        small = brief | (speed <= SLOW)
+        v = impact(response_at(state, q), v, (index, side), 0.0 if small[hit].all() else stops.restitution)
+        for k, again in zip(index[hit].tolist(), small[hit].tolist(), strict=True):
+            impacts[k] = Impacts(time, impacts.get(k, _NEVER).times + 1 if again else 1)
+        if small[hit].all():
+            rocking = [k for k in index.tolist() if impacts.get(k, _NEVER).times >= _ROCKING]
+            v = at_rest(state, q, v, np.array(rocking, dtype=np.int64))
     v = np.where(np.abs(v) <= REST * column * 1e-3, 0.0, v) if hit.any() else v
     rubbing = friction_of(state, v)
     rests = side * v[index] / column[index] <= REST

@@ -315,7 +315,7 @@ class ShoulderExo(KinematicQuestions, ForceQuestions, UncertaintyQuestions, Pers
         ----------
         **options
             Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
-            ``stature``, ``person``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
+            ``stature``, ``person``, ``device``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
 
         Returns
         -------

@@ -172,6 +172,32 @@ def test_a_motion_moves_bones_and_colours(scene, device):
     assert len(objects) == len(set(objects))
 
 
+def test_bare_arm_is_drawn_without_the_device(device):
+    scene = device.view(person=WEARER, device=False)
+    pose = device.pose(20, 60, 0)
+    scene.show(pose)
+    contact = WEARER.joint_contact(pose)
+    hidden = [item for item in commands(scene) if item.get("property") == "visible" and item["path"] == "/meshcat/exo"]
+    assert [item["value"] for item in hidden] == [False]
+    numbers = panel(scene, "numbers")
+    assert numbers["title"] == "Without a device"
+    assert numbers["values"] == [{"name": "load of the joint", "value": f"{contact.magnitude:.1f} N"}]
+    weight = 9.81 * WEARER.arm.mass
+    texts = [label["text"] for label in panel(scene, "labels")]
+    assert texts == [f"weight {weight:.0f} N", f"contact {contact.magnitude:.0f} N"]
+    assert {item["text"] for item in panel(scene, "legend")["items"]} == {
+        "joint's contact force",
+        "weight of moving part",
+        "rim of the socket, and where the force passes",
+    }
+    # A pose where the device would be singular is one like any other.
+    prototype = ep.load("prototype").view(person=WEARER, device=False)
+    prototype.show(device.pose(0, 90, 0))
+    assert panel(prototype, "numbers")["headline"] == ""
+    with pytest.raises(InvalidInput, match="give one"):
+        device.view(device=False)
+
+
 def test_mannequin_and_ground_make_room(scene):
     drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
     assert not any(path.startswith(("/meshcat/human", "/meshcat/bust", "/meshcat/ground")) for path in drawn)

@@ -45,6 +45,9 @@ def add_commands(commands: Any) -> None:
         action="store_true",
         help="with --person: the human figure in place of bones and muscles, which the extra person draws",
     )
+    parser.add_argument(
+        "--bare", action="store_true", help="with --person: bones and muscles without the device (extra person)"
+    )
     parser.add_argument("--no-human", action="store_true", help="draw no person")
     parser.add_argument(
         "--scale",
@@ -102,10 +105,16 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     scale = None if options.scale is None else 0.1 / as_positive("--scale", options.scale)
     human = False if options.no_human else None
     looks: dict[str, Any] = {"elbow_flexion": elbow}
+    drawn = not options.mannequin and not options.no_human
+    if options.bare and (options.person is None or not drawn):
+        raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
     if options.person is not None:
-        wearer = None if options.mannequin or options.no_human else _wearer(options)
-        # The person's height comes first; the text has been parsed as a person by now.
-        looks = {"person": wearer} if wearer else looks | {"stature": float(options.person.split(",")[0])}
+        wearer = _wearer(options) if drawn else None
+        if wearer is not None:
+            looks = {"person": wearer, "device": not options.bare}
+        else:
+            # The person's height comes first; the text has been parsed as a person by now.
+            looks["stature"] = float(options.person.split(",")[0])
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
     if options.cone:
@@ -122,9 +131,11 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
 def _wearer(options: argparse.Namespace) -> Person | None:
     """The person with muscles, where the extra is installed."""
     from ..person import Person
-    from ..person.limb.myoarm import is_installed
+    from ..person.limb.myoarm import is_installed, myoarm
 
     if not is_installed():
+        if options.bare:
+            myoarm()  # says what is missing
         return None
     height, mass, sex = person_numbers(options.person)
     bend, load = options.elbow_flexion, options.payload

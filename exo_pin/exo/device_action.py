@@ -95,12 +95,16 @@ def action_of_limbs(
         )
         upper, least = lower, "effort"
     sides = 0
-    if constraint_bounds is not None:
+    if constraint_bounds is None:
+        words = f"{words}; no side forces"
+    else:
         own = -np.concatenate([side.forces, side.moments], axis=-1)
         low, high = _side_bounds(mechanism, constraint_bounds, shape)
         limbs = np.concatenate([limbs, own], axis=1)
         lower, upper = np.concatenate([lower, low], axis=1), np.concatenate([upper, high], axis=1)
-        if not isinstance(forces, str):
+        if isinstance(forces, str):
+            words = f"{words}; side forces of the limbs with them"
+        else:
             least, words = "contact", f"{words}; {_SIDES}"
         n, sides = 2 * n, n
     return DeviceAction(
@@ -166,5 +170,5 @@ def _given(
     f = np.einsum("kni,ki->kn", np.linalg.pinv(arms), needed)
     good = values[:, -1] >= SINGULAR_MARGIN * reach
     check = hold_check(mechanism, lengths, f, np.swapaxes(axes[:, 3:], 1, 2), good)
-    words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm, without side forces"
+    words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
     return np.where(good[:, None], check.tensions, np.nan), words, _caution(check.violated)

@@ -101,7 +101,7 @@ class ModelMethods(Subject):
         ----------
         **options
             Arguments of :class:`exo_pin.view.Scene`: ``human``, ``limbs``, ``metres_per_newton``, ``elbow_flexion``,
-            ``stature``, ``person``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
+            ``stature``, ``person``, ``device``; or of :class:`exo_pin.view.ChainScene`: ``q``, ``labels``.
 
         Returns
         -------

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_
 import exo_pin as ep
 from exo_pin.cli import main
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
+
+PAGE = (Path(__file__).parents[2] / "docs" / "person.md").read_text(encoding="utf-8")
 
 
 def run(capsys, *arguments):
@@ -149,3 +152,51 @@ def test_wrong_options_give_one_line(capsys, arguments, message):
     assert status == 2
     assert message in err
     assert out == ""
+
+
+def rows_of(text, columns):
+    """Rows of a table of a page of docs that begin with a cell of a kind, without its marks."""
+    rows = [
+        [cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("| ")
+    ]
+    return [row for row in rows if len(row) == columns]
+
+
+def test_table_beside_the_literature_is_that_of_the_command(capsys):
+    _, out, _ = run(capsys, "--literature")
+    printed = [line.split() for line in out.splitlines() if re.match(r" +\d+  ", line)]
+    shown = [[cell.rstrip("°") for cell in row] for row in rows_of(PAGE, 7) if row[0].endswith("°")]
+    assert len(shown) == len(printed) == 12
+    # The last digit may round the other way on another processor.
+    assert np.abs(np.array(shown, dtype=float) - np.array(printed, dtype=float)).max() <= 1.0
+
+
+@pytest.mark.full
+def test_tables_of_relief_are_those_of_the_command(capsys):
+    """Twelve maps and four with side forces, about a second each."""
+    names = {
+        "prototype": "prototype",
+        "optimised, Table 5-3": "optimised-table-5-3",
+        "optimised, Table C-2": "optimised-table-c-2",
+        "Scenario One": "scenario-one",
+        "Appendix D": "appendix-d",
+        "four cables, found by a search": "four-cables",
+    }
+    pulling = ["--least", "effort", "--pull"]
+    queries = {name: ([design], [design, *pulling]) for name, design in names.items()}
+    queries["four cables, found by a search"] = (
+        ["four-cables"],
+        ["four-cables", "--least", "effort", "--tension", "0,400"],
+    )
+    for size in ("20", "50"):
+        limit = ["--side-force-limit", size]
+        queries[f"{size} N"] = (["prototype", *limit], ["prototype", *pulling, *limit])
+    table = {row[0]: row[1:] for row in rows_of(PAGE, 3) if row[0] in queries}
+    assert len(table) == len(queries) == 8
+    for name, pair in queries.items():
+        for query, cell in zip(pair, table[name], strict=True):
+            _, out, _ = run(capsys, *query, "--map")
+            middle = re.search(r"relief, %, median +(-?\d+)", out)[1]
+            low, high = re.search(r"quartiles +(-?\d+) to (-?\d+)", out).groups()
+            shown = [float(value) for value in re.findall(r"-?\d+", cell)[:3]]
+            assert np.abs(np.array([middle, low, high], dtype=float) - shown).max() <= 1.0, (name, query, cell)

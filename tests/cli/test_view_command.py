@@ -8,6 +8,7 @@ import urllib.request
 import pytest
 
 from exo_pin.cli import main
+from exo_pin.view import Scene
 from exo_pin.view.figure import human_figure as human_module
 
 BARE = ["view", "--no-human", "--flexion", "30"]
@@ -89,3 +90,21 @@ def test_the_live_page_is_served_until_it_is_interrupted():
             assert process.stderr.read() == ""
         finally:
             process.kill()
+
+
+def test_person_is_drawn_with_bones_and_muscles_where_the_extra_is_installed(capsys, tmp_path, monkeypatch):
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+    target = tmp_path / "scene.html"
+    query = ["view", "--person", "1.75,75,male", "--flexion", "30", "--html", str(target)]
+    drawn = []
+    monkeypatch.setattr(Scene, "save_html", lambda scene, path: drawn.append(scene._stage.placements().keys()))
+    for more in ([], ["--bare"], ["--mannequin"], ["--no-human"]):
+        assert main([*query, *more]) == 0
+    has_bones = ["/meshcat/wearer/bones/humerus" in paths for paths in drawn]
+    assert has_bones == [True, True, False, False]
+    monkeypatch.setattr("exo_pin.person.limb.myoarm.is_installed", lambda: False)
+    assert main(query) == 0
+    assert "/meshcat/wearer/bones/humerus" not in drawn[-1]
+    capsys.readouterr()
+    assert main(["view", "--bare"]) == 2
+    assert "--person" in capsys.readouterr().err

@@ -153,3 +153,19 @@ def test_reaction_brings_its_own_side_forces(prototype):
     worn = prototype.worn_by(PERSON).reaction(pose)
     with pytest.raises(InvalidInput, match="leave them out"):
         prototype.joint_contact(pose, PERSON, worn, constraint_bounds=5.0)
+
+
+def test_words_say_who_chose_the_side_forces(prototype):
+    pose = prototype.pose(30, 40, 10)
+    words = {
+        key: prototype.joint_contact(pose, PERSON, forces, constraint_bounds=bound).assumptions["device"]
+        for key, forces, bound in (
+            ("plain", 1.0, None),
+            ("share", 1.0, 5.0),
+            ("effort", "least_effort", 5.0),
+        )
+    }
+    assert words["plain"].endswith("; no side forces")
+    assert "lower bound" in words["share"]
+    assert "no side forces" not in words["share"]
+    assert words["effort"].endswith("side forces of the limbs with them")

@@ -64,21 +64,22 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
     elif forces is not None:
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})
         if forces.contact is not None:
-            values, remarks = _contact(forces.contact, size)
+            values, remarks = _contact(forces.contact, size if forces.has_device else None)
         if forces.verdict:
             remarks.append({"text": forces.verdict, "warn": forces.status == "beyond_limits"})
         if forces.is_near_singular:
             remarks.append({"text": _NEAR, "warn": True})
         if forces.contact is None and forces.percent is not None and np.isfinite(forces.percent):
             remarks.append({"text": f"{forces.percent:.1f} % of body weight", "warn": False})
-        remarks.append({"text": _assumption(exo, forces.split), "warn": False})
+        if forces.has_device:
+            remarks.append({"text": _assumption(exo, forces.split), "warn": False})
     if np.isfinite(determinant):
         # Adding zero turns -0 into 0.
         shown = f"{round(determinant, 3) + 0.0:+.3f}" if round(determinant, 3) else "0.000"
         values.append({"name": "margin, det X", "value": shown.replace("-", "−")})
     remarks += [{"text": note, "warn": True} for note in notes]
     return {
-        "title": exo.mechanism.title or exo.name,
+        "title": (exo.mechanism.title or exo.name) if forces is None or forces.has_device else "Without a device",
         # No line ends inside an angle.
         "pose": f"{exo.side} shoulder: {_KEPT.join(('flexion', flexion))}, {_KEPT.join(('abduction', abduction))}, "
         f"{_KEPT.join(('internal', 'rotation', internal))}",
@@ -88,17 +89,17 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
     }
 
 
-def _contact(contact: PoseContact, size: float) -> tuple[list[dict[str, str]], list[dict[str, Any]]]:
-    """The joint's load with the wearer's own muscles, before what the device alone leaves there."""
+def _contact(contact: PoseContact, size: float | None) -> tuple[list[dict[str, str]], list[dict[str, Any]]]:
+    """The joint's load with the wearer's own muscles, before what the device alone leaves there, if there is one."""
     load = float(np.linalg.norm(contact.force))
-    alone = {"name": "F_s, no muscles", "value": _newtons(size)}
+    alone = [] if size is None else [{"name": "F_s, no muscles", "value": _newtons(size)}]
     if not np.isfinite(load):
         why = _NO_CONTACT.get(contact.status, contact.status)
-        return [alone], [{"text": f"No contact force of the joint: {why}.", "warn": True}]
+        return alone, [{"text": f"No contact force of the joint: {why}.", "warn": True}]
     text = f"{contact.percent:.0f} % of body weight, with the wearer's own muscles"
-    if np.isfinite(contact.bare):
+    if size is not None and np.isfinite(contact.bare):
         text += f"; without the device {_newtons(contact.bare)}"
-    return [{"name": "load of the joint", "value": _newtons(load)}, alone], [{"text": text, "warn": False}]
+    return [{"name": "load of the joint", "value": _newtons(load)}, *alone], [{"text": text, "warn": False}]
 
 
 def _assumption(exo: ShoulderExo, split: str) -> str:

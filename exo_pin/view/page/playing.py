@@ -21,7 +21,6 @@ from .recording import FrameTaker, Recording
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
-    from ...person import JointContact
 
 __all__ = ["Playing"]
 
@@ -101,10 +100,7 @@ class Playing(ABC):
 
     def _planned(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
         """Forces of all poses; the arrows' scale and the legend are theirs from here on."""
-        forces: list[PoseForces | None] = [None] * len(poses)
-        if answer is not None:
-            contact = self._contact(poses, answer, query)
-            forces = [PoseForces.of(answer, (index,), contact) for index in range(len(poses))]
+        forces = self._forces(poses, answer, query)
         self._plan(forces)
         return forces
 
@@ -135,8 +131,8 @@ class Playing(ABC):
         return values
 
     @abstractmethod
-    def _contact(self, poses: Rotation, answer: Reaction, query: dict[str, Any]) -> JointContact | None:
-        """Contact forces of the shoulder joint with the wearer's muscles; None where the wearer is not known."""
+    def _forces(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
+        """Forces of poses of shape () or (k,), a list of 1 or k."""
 
     @abstractmethod
     def _plan(self, forces: Sequence[PoseForces | None]) -> None:

@@ -90,6 +90,13 @@ class PoseForces(Record):
     is_near_singular: bool
     verdict: str
     contact: PoseContact | None = None
+    has_device: bool = True
+
+    def without_device(self) -> PoseForces:
+        """The contact force alone."""
+        none, each = np.zeros(3), np.zeros(len(self.tensions))
+        limbs, nan = np.zeros((len(each), 3)), float("nan")
+        return PoseForces(none, each, each, limbs, nan, "ok", None, "", False, "", self.contact, has_device=False)
 
     @classmethod
     def of(cls, answer: Reaction, index: tuple[int, ...], contact: JointContact | None = None) -> PoseForces:

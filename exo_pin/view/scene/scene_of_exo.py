@@ -28,7 +28,7 @@ from .stage import Stage
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
-    from ...person import JointContact, Person
+    from ...person import Person
 
 __all__ = ["Scene"]
 
@@ -64,6 +64,8 @@ class Scene(Ghosts, Playing, Pages):
         Who wears it: the design is put on their arm, bones and muscles take the place of the human figure, and the
         contact force of the shoulder joint with their own muscles is drawn beside F_s. The limb forces are those of
         :meth:`show`.
+    device : bool
+        Whether the device is drawn and acts; False for the bare arm of a ``person``.
 
     Raises
     ------
@@ -82,13 +84,17 @@ class Scene(Ghosts, Playing, Pages):
         elbow_flexion: float = 0.0,
         stature: float | None = None,
         person: Person | None = None,
+        device: bool = True,
     ) -> None:
         require_method("exo", exo, "reaction", "a ShoulderExo")
         if limbs not in LIMB_STYLES:
             raise UnknownName("limb style", limbs, LIMB_STYLES)
         if metres_per_newton is not None:
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
+        if not device and person is None:
+            raise InvalidInput("without a device there is nothing to draw but a person: give one")
         Ghosts.__init__(self, Stage())
+        self._device = device
         self._style, self._asked_scale = limbs, metres_per_newton
         self._offset: Offset | None = None
         self._massive: list[str] = []
@@ -116,8 +122,9 @@ class Scene(Ghosts, Playing, Pages):
     @property
     def messages(self) -> tuple[str, ...]:
         """What could not be drawn, and why, and limbs that start inside the chest."""
-        inside = starts_inside(self._picture.mechanism.geometry.base_points, self._exo.side, self._figure.scale)
-        return (*self._figure.notes, *self._massive, *self._picture.notes, *inside)
+        base = self._picture.mechanism.geometry.base_points
+        inside = starts_inside(base, self._exo.side, self._figure.scale) if self._device else []
+        return (*self._figure.notes, *self._massive, *(self._picture.notes if self._device else ()), *inside)
 
     @property
     def metres_per_newton(self) -> float:
@@ -169,18 +176,25 @@ class Scene(Ghosts, Playing, Pages):
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
         centre = self._offsets(pose, query)
-        forces = None if answer is None else PoseForces.of(answer, (), self._contact(pose, answer, query))
+        forces = self._forces(pose, answer, query)[0]
         with self._stage.update():
             self._plan([forces])
             self._draw(pose, forces, pressure, None if centre is None else centre[0])
         return answer
 
-    def _contact(self, poses: Rotation, answer: Reaction, query: dict[str, Any]) -> JointContact | None:
+    def _forces(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
+        indices = [()] if poses.single else [(index,) for index in range(len(poses))]
+        if answer is None:
+            return [None for _ in indices]
         person = self._figure.person
         if person is None:
-            return None
+            return [PoseForces.of(answer, index) for index in indices]
         motion, load = query.get("motion"), query.get("load")
-        return self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
+        if self._device:
+            contact = self._exo.joint_contact(poses, person, answer, motion, load, outside="mark")
+            return [PoseForces.of(answer, index, contact) for index in indices]
+        contact = person.joint_contact(poses, load, motion, gravity=self._exo.mechanism.gravity, outside="mark")
+        return [PoseForces.of(answer, index, contact).without_device() for index in indices]
 
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
@@ -238,9 +252,10 @@ class Scene(Ghosts, Playing, Pages):
             urdf=self._looks if self._offset is None else None,
             offset=self._offset,
         )
+        self._stage.set_property("/meshcat/exo", "visible", self._device)
 
     def _colour_muscles(self, forces: PoseForces | None, pressures: FloatArray | None) -> None:
-        if self._style != "muscles" or (forces is None and pressures is None):
+        if self._style != "muscles" or not self._device or (forces is None and pressures is None):
             return
         if pressures is not None:
             values, label, top = np.asarray(pressures) / 1e5, "pressure, bar", _PRESSURE_TOP / 1e5
@@ -257,7 +272,9 @@ class Scene(Ghosts, Playing, Pages):
     def _set_exo(self, exo: ShoulderExo) -> None:
         # Computed first, so that a design that cannot be drawn changes no part of the scene.
         person = self._figure.person
-        self._exo, self._massive = _drawable(exo if person is None else exo.worn_by(person))
+        if person is not None:
+            exo = exo.worn_by(person) if self._device else exo.replace(arm=person.arm)
+        self._exo, self._massive = _drawable(exo)
         self._offset, self._looks = None, exo.urdf
         self._draw_mechanism()
         self._arrows = ForcePicture(self._stage, self._exo, self._asked_scale)

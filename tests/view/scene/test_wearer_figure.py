@@ -11,6 +11,7 @@ from exo_pin.core.errors import InvalidInput, MissingExtra
 from exo_pin.person.limb.limb_state import limb_state
 from exo_pin.person.limb.muscle_table import MUSCLES
 from exo_pin.person.limb.skeleton import BONES, bone_meshes, limb_shape
+from exo_pin.view import Sliders
 from exo_pin.view.colours import scale_colours
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
@@ -172,6 +173,32 @@ def test_a_motion_moves_bones_and_colours(scene, device):
     assert len(objects) == len(set(objects))
 
 
+def test_bare_arm_is_drawn_without_the_device(device):
+    scene = device.view(person=WEARER, device=False)
+    pose = device.pose(20, 60, 0)
+    scene.show(pose)
+    contact = WEARER.joint_contact(pose)
+    hidden = [item for item in commands(scene) if item.get("property") == "visible" and item["path"] == "/meshcat/exo"]
+    assert [item["value"] for item in hidden] == [False]
+    numbers = panel(scene, "numbers")
+    assert numbers["title"] == "Without a device"
+    assert numbers["values"] == [{"name": "load of the joint", "value": f"{contact.magnitude:.1f} N"}]
+    weight = 9.81 * WEARER.arm.mass
+    texts = [label["text"] for label in panel(scene, "labels")]
+    assert texts == [f"weight {weight:.0f} N", f"contact {contact.magnitude:.0f} N"]
+    assert {item["text"] for item in panel(scene, "legend")["items"]} == {
+        "joint's contact force",
+        "weight of moving part",
+        "rim of the socket, and where the force passes",
+    }
+    # A pose where the device would be singular is one like any other.
+    prototype = ep.load("prototype").view(person=WEARER, device=False)
+    prototype.show(device.pose(0, 90, 0))
+    assert panel(prototype, "numbers")["headline"] == ""
+    with pytest.raises(InvalidInput, match="give one"):
+        device.view(device=False)
+
+
 def test_mannequin_and_ground_make_room(scene):
     drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
     assert not any(path.startswith(("/meshcat/human", "/meshcat/bust", "/meshcat/ground")) for path in drawn)
@@ -191,3 +218,26 @@ def test_wrong_calls_are_refused(device, monkeypatch):
 
 def _missing():
     raise MissingExtra("person", "myo_sim and mujoco")
+
+
+def test_another_design_and_sliders_keep_the_wearer():
+    exo = ep.load("prototype")
+    sliders = Sliders(exo, dimensions=["r_A"], live=False, person=WEARER)
+    before = sliders.scene.exo.arm.mass
+    sliders.set(flexion=60.0, abduction=30.0, r_A=0.14)
+    worn = sliders.scene.exo
+    assert worn.arm.mass == before == exo.worn_by(WEARER).arm.mass
+    contact = worn.joint_contact(exo.pose(60, 30, 0), WEARER, sliders.reaction)
+    assert contact.has_result
+    assert f"contact {contact.magnitude:.0f} N" in [label["text"] for label in panel(sliders.scene, "labels")]
+    sliders.scene.ghost(exo.pose(20, 0, 0))
+    assert "ghost, for comparison" in [item["text"] for item in panel(sliders.scene, "legend")["items"]]
+
+
+def test_contact_force_without_a_figure(device):
+    scene = device.view(person=WEARER, human=False)
+    scene.show(device.pose(30, 40, 0))
+    assert any(label["text"].startswith("contact ") for label in panel(scene, "labels"))
+    assert panel(scene, "legend")["bars"] == []
+    drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
+    assert not any(path.startswith("/meshcat/wearer") for path in drawn)

@@ -6,6 +6,9 @@ import pytest
 from command_line import run
 
 import exo_pin as ep
+from exo_pin.cli.search import optimise_command
+from exo_pin.core.errors import MissingData
+from exo_pin.workspace import BodyShape, Criteria, limb_table
 
 
 def test_workspace_prints_shares_and_what_was_not_checked(capsys, tmp_path):
@@ -72,3 +75,61 @@ def test_optimise_writes_a_design(capsys, tmp_path):
     assert command.startswith("found by: exo-pin optimise --limbs 3 --family linear")
     assert "--seed 2" in command
     assert "--supply" not in command
+
+
+def test_workspace_prints_what_criteria_cost_and_limbs_do(capsys):
+    arguments = ("workspace", "three-linear-actuators", "--step", "15", "--body", "1.75", "--gap", "10")
+    status, out, _ = run(capsys, *arguments, "--shoulder-force", "150", "--one-by-one", "--limb-table")
+    assert status == 0
+    exo = ep.load("three-linear-actuators")
+    limits = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75), least_gap=0.01)
+    found = exo.workspace(15.0, limits)
+    assert str(found.one_by_one()) in out
+    assert str(limb_table(exo.mechanism, found)) in out
+    status, out, _ = run(capsys, *arguments, "--json")
+    assert json.loads(out)["one_by_one"]["criterion"][0] == "stroke"
+
+
+def searched(capsys, monkeypatch, *arguments):
+    """What the command passes to the search."""
+    passed = {}
+
+    def optimise(exo, variables, **options):
+        passed.update(options, exo=exo, variables=variables)
+        raise MissingData(["a search"], "this test")
+
+    monkeypatch.setattr(optimise_command, "optimise", optimise)
+    assert run(capsys, "optimise", *arguments)[0] == 2
+    return passed
+
+
+def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch):
+    person = ("--person", "1.75,75,male")
+    free = searched(
+        capsys, monkeypatch, *person, "--limbs", "3", "--base-radius", "120:500", "--drop", "90:200",
+        "--vary", "end_fitting[2]_mm=20:80", "--travel", "275",
+    )  # fmt: skip
+    assert free["variables"]["A[3].radius"] == pytest.approx((0.12, 0.5))
+    assert free["variables"]["B[1].drop"] == pytest.approx((0.09, 0.2))
+    assert free["variables"]["B[1].radius"] == pytest.approx((0.05, 0.14))
+    assert free["variables"]["end_fitting[2]"] == pytest.approx((0.02, 0.08))
+    assert free["exo"].limbs[0].actuator == ep.Actuator("cable", pull_limit=400.0, travel_limit=0.275)
+    assert free["person"] is None
+    single = searched(capsys, monkeypatch, "four-cables", "--vary", "nominal_length[1]_mm=100:600", "--pull", "150")
+    assert list(single["variables"]) == ["nominal_length[1]"]
+    assert single["exo"].limbs[3].actuator.pull_limit == 150.0
+    worn = searched(capsys, monkeypatch, "four-cables", *person, "--objective", "contact_force", "--side", "right")
+    assert (worn["person"].height, worn["person"].side) == (1.75, "right")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("four-cables", "--base-radius", "120"), "LOW:HIGH in mm"),
+        (("appendix-d", "--pull", "100"), "actuator of limb 1"),
+    ],
+)
+def test_wrong_options_of_a_search(capsys, arguments, message):
+    status, _, err = run(capsys, "optimise", *arguments)
+    assert status == 2
+    assert message in err

@@ -209,3 +209,18 @@ def test_limbs_with_mass_in_a_search():
         space = DesignVariables(design.mechanism, free_joints(4))
         values.append(Merit(space, poses, LIMITS).evaluate(space.point(space.of_design()), weights).objectives)
     assert values[1]["mean_shoulder_force"] > values[0]["mean_shoulder_force"] + 0.5
+
+
+def test_worst_margin_by_hand():
+    exo = ep.load("four-cables")
+    names = ("singularity", "forces", "shoulder_force", "clearance")
+    limits = Criteria(names=names, largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
+    poses = lifting_poses(counts=(3, 3, 2))
+    space = DesignVariables(exo.mechanism, {"A[1].radius": (0.12, 0.3)})
+    found = Merit(space, poses, limits, fit_strokes=False).evaluate(space.point(space.of_design()), {})
+    margins = exo.workspace(poses.orientations, limits)
+    inside = margins.inside
+    # In units of 0.08, 5 N m, the limit of 150 N and 30 mm.
+    scales = {"singularity": 0.08, "forces": 5.0, "shoulder_force": 150.0, "clearance": 0.03}
+    least = min(float((margins.margins[name][inside] / scale).min()) for name, scale in scales.items())
+    assert found.objectives["worst_margin"] == pytest.approx(least, rel=1e-6)

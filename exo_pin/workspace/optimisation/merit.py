@@ -21,7 +21,7 @@ from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
 from ..criteria import Criteria
-from ..evaluation import evaluate_poses
+from ..evaluation import PoseValues, evaluate_poses
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import SearchPoses
@@ -35,6 +35,7 @@ OBJECTIVES = {
     "mean_shoulder_force": False,
     "peak_shoulder_force": False,
     "median_moment_margin": True,
+    "worst_margin": True,
     "contact_force": False,
 }
 #: Beyond the limit of a criterion (aim), and how much less counts as one, in the units of the margins.
@@ -59,7 +60,8 @@ class Evaluation(NamedTuple):
     merit : float
         What the search makes small.
     objectives : dict of str to float
-        By name; forces in N over the poses inside, NaN if there are none. The contact force is that of
+        By name; forces in N over the poses inside, NaN if there are none. The worst margin is the least one of any
+        criterion in these poses, as a share of what counts as one in the merit. The contact force is that of
         :class:`.ContactObjective`, NaN without one.
     """
 
@@ -159,8 +161,12 @@ class Merit(Record):
         if fit:
             windows = stroke_windows(mechanism, values.lengths, self.poses.weights, options)
             values.margins["stroke"] = window_margin(windows, values.lengths)
+        return self._judged(values, contact, weights)
+
+    def _judged(self, values: PoseValues, contact: float, weights: dict[str, float]) -> Evaluation:
+        """Merit and objectives of margins and forces."""
         share = self.poses.weights
-        broken, failed = np.zeros(len(share)), np.zeros(len(share), dtype=bool)
+        broken, failed, worst = np.zeros(len(share)), np.zeros(len(share), dtype=bool), np.full(len(share), np.inf)
         for name, margin in values.margins.items():
             aim, scale = _AIMS.get(name, (0.0, self.criteria.largest_shoulder_force or 1.0))
             if name == "shoulder_range":
@@ -169,6 +175,8 @@ class Merit(Record):
             most = 1.0 if name == "shoulder_force" else 2.0
             broken += np.clip(np.nan_to_num((aim - margin) / scale, nan=most), 0.0, most)
             failed |= ~(margin >= 0.0)
+            if np.isfinite(scale):
+                worst = np.minimum(worst, margin / scale)
         force = np.sqrt((values.shoulder**2).sum(axis=1))
         inside = ~failed
         known = inside & np.isfinite(force)
@@ -178,21 +186,29 @@ class Merit(Record):
             "mean_shoulder_force": _mean(force[known], share[known]),
             "peak_shoulder_force": float(force[known].max()) if known.any() else np.nan,
             "median_moment_margin": float(np.median(moment[inside])) if inside.any() else np.nan,
+            "worst_margin": float(worst[inside].min()) if inside.any() else np.nan,
             "contact_force": contact,
         }
+        carried = float((share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum())
         merit = float((share * (broken + 0.3 * failed)).sum())
-        merit += weights.get("mean_shoulder_force", 0.0) * float(
-            (share * np.minimum(np.nan_to_num(force, nan=_FORCE), _FORCE)).sum() / _FORCE
-        )
-        merit += weights.get("peak_shoulder_force", 0.0) * _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE
-        merit += weights.get("contact_force", 0.0) * _or(contact, 20 * _FORCE) / _FORCE
-        merit -= weights.get("median_moment_margin", 0.0) * _or(objectives["median_moment_margin"], 0.0) / _MOMENT
-        return Evaluation(merit, objectives)
+        return Evaluation(merit + _cost(objectives, carried, weights), objectives)
 
     def _contact(self, mechanism: Mechanism, is_exact: bool) -> float:
         if self.contact is None:
             return float("nan")
         return self.contact.exact(mechanism) if is_exact else self.contact.surrogate(mechanism)
+
+
+def _cost(objectives: dict[str, float], carried: float, weights: dict[str, float]) -> float:
+    """What the objectives add to the merit; ``carried`` is the mean of |F_s| over all poses, N, each at most 100 N."""
+    costs = {
+        "mean_shoulder_force": carried / _FORCE,
+        "peak_shoulder_force": _or(objectives["peak_shoulder_force"], 20 * _FORCE) / _FORCE,
+        "median_moment_margin": -_or(objectives["median_moment_margin"], 0.0) / _MOMENT,
+        "worst_margin": -_or(objectives["worst_margin"], 0.0),
+        "contact_force": _or(objectives["contact_force"], 20 * _FORCE) / _FORCE,
+    }
+    return sum(weight * costs[name] for name, weight in weights.items())
 
 
 def check_objectives(names: object) -> tuple[str, ...]:

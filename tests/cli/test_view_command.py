@@ -41,7 +41,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(human_module, "_shares", lambda: iter(()))
     status, out, _ = run(capsys, "view", "--html", str(tmp_path / "scene.html"))
     assert status == 0
-    assert "exo_pin[human]" in out.splitlines()[0]
+    assert ".[human]" in out.splitlines()[0]
 
 
 @pytest.mark.parametrize(

@@ -272,7 +272,7 @@ def test_wrong_arguments_are_refused():
 
 def test_missing_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "myo_sim", None)
-    with pytest.raises(MissingExtra, match=r"exo_pin\[person\]"):
+    with pytest.raises(MissingExtra, match=r"\.\[person\]"):
         myoarm.__wrapped__()
     monkeypatch.setitem(sys.modules, "clarabel", None)
     with pytest.raises(MissingExtra, match="clarabel"):

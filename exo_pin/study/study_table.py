@@ -15,7 +15,7 @@ from ..core.files.csv_tables import csv_text
 from ..core.notebook_tables import html_table
 from ..core.pictures import drawn
 from ..core.records import Record
-from ..reaction.columns import frame_of
+from ..reaction.columns import frame_of, peak_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,6 +67,11 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     def row_count(self) -> int:
         """Number of designs."""
         return len(next(iter(self._columns.values()), ()))
+
+    @property
+    def peak(self) -> float:
+        """Largest |F_s| of any design of the table, N; NaN if there is none."""
+        return peak_of(np.asarray(self["peak_F_s_N"], dtype=np.float64))
 
     def in_units(self, units: Mapping[str, tuple[str, float]]) -> StudyTable:
         """The same table with columns in other units.

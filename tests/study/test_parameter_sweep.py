@@ -140,6 +140,7 @@ def test_tables(prototype, tmp_path):
     back = pandas.read_csv(tmp_path / "table.csv")
     np.testing.assert_array_equal(back["peak_F_s_N"], table["peak_F_s_N"])
     assert str(table).splitlines()[0].split()[:2] == ["alpha_1_rad", "alpha_2_rad"]
+    assert table.peak == table["peak_F_s_N"].max()
     shown = table.in_units({"alpha_1": ("alpha_1_deg", np.radians(1.0))})
     assert list(shown)[:2] == ["alpha_1_deg", "alpha_2"]
     np.testing.assert_allclose(shown["alpha_1_deg"], [30.0, 20.0], rtol=1e-11)

@@ -6,7 +6,7 @@
 
 All make the same merit small (exo_pin.workspace.optimisation.merit, 24 variables, 272 poses) from the same budget of
 designs; TPE gets a tenth of it, because its own time grows with the square of the number of trials. Besides
-``exo_pin[optimise]`` it needs pymoo.
+``.[optimise]`` it needs pymoo.
 """
 
 import argparse

@@ -120,7 +120,7 @@ def check_class(kind, examples):
 def test_every_public_class(kind, examples):
     of_person = kind.__module__.startswith("exo_pin.person.") or kind.__name__ in ("PoseContact", "WearerFigure")
     if of_person and not has_persons():
-        pytest.skip("needs the extra person: pip install 'exo_pin[person]'")
+        pytest.skip("needs the extra person: pip install '.[person]'")
     check_class(kind, examples)
 
 

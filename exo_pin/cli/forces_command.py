@@ -73,13 +73,25 @@ def _forces(options: argparse.Namespace) -> int:
     print(exo.name)
     for joint in actuated:
         unique = forces.effort_is_unique[chain.velocity_slice(joint)]
+        unit = _unit(chain, joint)
         rows = zip(forces.effort(joint), unique, forces.effort_interval(joint), strict=True)
         for value, alone, (low, high) in rows:
-            range_text = "unique" if alone else f"undetermined, from {low:.6g} to {high:.6g}"
-            print(f"effort of {joint:24} {value:14.6f} {range_text}")
+            reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
+            range_text = "unique" if alone else f"undetermined, {reach}"
+            print(f"effort of {joint:24} {value + 0.0:14.6f} {unit:4} {range_text}")
+    if any(_unit(chain, joint) == "N" for joint in actuated):
+        print("A slide's effort is positive where it pushes: the tension of a limb is its negative.")
     for reaction in reactions:
         print(f"\n{reaction}")
     return 0
+
+
+def _unit(chain: ClosedChain, joint: str) -> str:
+    """Unit of a joint's effort: N for slides, N m for hinges, both for joints of other kinds."""
+    kind = chain.model.joints[chain.model.getJointId(joint)].shortname()
+    if kind.startswith("JointModelP") and not kind.startswith("JointModelPlanar"):
+        return "N"
+    return "N m" if kind.startswith("JointModelR") else "N, N m"
 
 
 def _default_joints(chain: ClosedChain) -> list[str]:

@@ -30,6 +30,8 @@ _SENSORS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("θ_yA of the base joints", ("base_theta_y",)),
     ("both angles of the base joints", ("base_theta_x", "base_theta_y")),
 )
+#: Limb lengths, mm, below which all of them are likely to be metres.
+_SHORT = 3.0
 
 
 def add_commands(commands: Any) -> None:
@@ -81,6 +83,8 @@ def _kinematics(options: argparse.Namespace) -> int:
     n = exo.geometry.limb_count
     lengths = _numbers("lengths", options.lengths, n)
     theta_x, theta_y = (_numbers(name, getattr(options, name.replace("-", "_")), n) for name in ("theta-x", "theta-y"))
+    if lengths is not None and 0.0 < np.abs(lengths).max() < _SHORT:
+        raise InvalidInput(f"expected --lengths in mm, got {options.lengths} (metres?)")
     measured_angles = theta_x is not None or theta_y is not None
     if lengths is not None and measured_angles:
         raise InvalidInput("expected --lengths, or --theta-x and --theta-y, not both")

@@ -34,7 +34,7 @@ from .options.query_options import (
     pose_angles,
     print_approach,
 )
-from .options.split_options import add_splits, answers_of, certificates, chosen_split, fitted, offset_mm
+from .options.split_options import add_splits, answers_of, caution_offset, certificates, chosen_split, fitted, offset_mm
 from .reaction_report import pose_report, with_muscles
 
 if TYPE_CHECKING:
@@ -117,6 +117,7 @@ def _reaction(options: argparse.Namespace) -> int:
         raise InvalidInput("--approach prints a table: leave --json out")
     exo, angles = fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
+    caution_offset(options)
     answers = answers_of(exo, orientation, bounds, options)
     contact = _contact(exo, orientation, answers[0], options) if options.muscles else None
     if options.json:

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
+from ..core.notebook_tables import html_table
 from ..core.validation import FloatArray
 
 __all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Outcome", "Report", "closure_jacobian"]
@@ -52,6 +53,12 @@ class Report:
         lines = [f"{self.mechanism}: {'consistent' if self.passed else 'NOT CONSISTENT'}"]
         lines += [f"  {item.outcome:4}  {item.name:{width}}  {item.detail}" for item in self.findings]
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        head = f"{self.mechanism}: {'consistent' if self.passed else 'NOT CONSISTENT'}"
+        rows = [(item.name, item.outcome, item.detail) for item in self.findings]
+        return html_table(("check", "outcome", "evidence"), rows, [head], numbers=False)
 
 
 def closure_jacobian(chain: ClosedChain, configurations: Iterable[FloatArray]) -> Finding:

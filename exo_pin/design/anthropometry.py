@@ -13,14 +13,18 @@ statures with ``DeLevaTable`` of pyomeca/biobuddy, which takes the other hand of
 
 from __future__ import annotations
 
+import warnings
 from typing import NamedTuple
 
 import numpy as np
 
-from ..core.errors import InvalidInput
+from ..core.errors import InvalidInput, OutsideHumanRange
 from ..core.validation import FloatArray, as_choice, as_finite, as_positive
 
 __all__ = ["arm_segments", "upper_arm_length"]
+
+#: A payload, kg, above which it is likely that newtons were given: few hold it at arm's length.
+_HEAVY = 12.0
 
 
 class _Segment(NamedTuple):
@@ -62,6 +66,12 @@ def arm_segments(
         raise InvalidInput(f"expected a body mass of 3 to 400 kg, got {mass:g}")
     as_choice("sex", sex, _SEGMENTS)
     payload = as_positive("payload", payload, zero=True)
+    if payload > _HEAVY:
+        warnings.warn(
+            f"a payload of {payload:g} kg weighs {9.81 * payload:.0f} N: it is given in kg (newtons?)",
+            OutsideHumanRange,
+            stacklevel=3,
+        )
     bend = float(as_finite("elbow_flexion", elbow_flexion, ()))
     bend = np.radians(bend) if degrees else bend
     if not -0.3 <= bend <= 2.8:

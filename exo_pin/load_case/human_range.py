@@ -23,6 +23,10 @@ __all__ = ["outside_human_range", "warn_outside_human_range", "warn_suspicious_a
 _EXTENSION = float(np.sin(np.radians(65.0)))
 #: Component into the body beyond which the arm passes through it (sin 50°), unless this far forward (sin 20°).
 _ADDUCTION, _IN_FRONT = float(np.sin(np.radians(50.0))), float(np.sin(np.radians(20.0)))
+#: 30, 45, 60, 90 and 120° in radians, with two and three digits behind the point.
+_ROUNDED = (0.52, 0.524, 0.79, 0.785, 1.05, 1.047, 1.57, 1.571, 2.09, 2.094)
+#: So many angles are a stack of poses.
+_MANY = 4
 
 
 def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
@@ -66,7 +70,11 @@ def warn_outside_human_range(matrices: FloatArray, side: str, stacklevel: int = 
 
 
 def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3) -> None:
-    """Warn of angles beyond 180°, and of whole degrees in radians, such as 1.0471975511965976 for 60°."""
+    """Warn of angles beyond 180°, and of what looks like radians.
+
+    That is whole degrees in radians, such as 1.0471975511965976 for 60°; the common angles with two or three digits,
+    such as 1.05; and many angles none of which is above half a turn in radians, such as ``linspace(0, 1.57, 50)``.
+    """
     suspects = {}
     for name, value in angles.items():
         values = np.asarray(value, dtype=np.float64).reshape(-1)
@@ -77,6 +85,9 @@ def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3)
         likely = (np.abs(values) > 1e-3) & (np.abs(values) <= np.pi) & (np.abs(whole - np.rint(whole)) < 1e-9)
         # A whole number of degrees is what it says.
         likely &= values != np.rint(values)
+        likely |= np.isin(np.abs(values), _ROUNDED)
+        if len(values) >= _MANY and 0.5 < np.abs(values).max() <= np.pi and values.max() != np.rint(values.max()):
+            likely |= np.abs(values) == np.abs(values).max()
         if likely.any():
             suspects[name] = float(values[likely][0])
     if suspects:

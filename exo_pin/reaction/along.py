@@ -104,6 +104,14 @@ class MovementReaction(ShownMovement):
             "force_noise_N": self.typical_force_noise,
         }
 
+    def _largest(self) -> list[str]:
+        """The largest force in a sentence."""
+        if not self.reaction.has_answer.any():
+            return []
+        weight = self.reaction.body_weight
+        share = "" if weight is None else f", {100.0 * self.peak / weight:.1f} % of body weight"
+        return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.3g} s."]
+
     def __str__(self) -> str:
         lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
         counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
@@ -111,6 +119,7 @@ class MovementReaction(ShownMovement):
         return "\n".join(
             [
                 self.reaction.verdict,
+                *self._largest(),
                 "",
                 *lines,
                 "status: " + ", ".join(f"{count} {name}" for name, count in counts.items()),

@@ -18,7 +18,7 @@ from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
-from .table import reaction_table
+from .table import reaction_html, reaction_table
 
 __all__ = ["Optimum", "Reaction"]
 
@@ -279,3 +279,7 @@ class Reaction(ShownReaction, ReadOnly):
 
     def __str__(self) -> str:
         return reaction_table([self])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return reaction_html([self])

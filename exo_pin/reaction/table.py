@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.notebook_tables import html_table
+
 if TYPE_CHECKING:
     from .result import Reaction
 
-__all__ = ["reaction_table"]
+__all__ = ["reaction_html", "reaction_table"]
 
 #: Columns of a line of text below the table.
 _WIDTH = 100
@@ -30,18 +32,33 @@ def reaction_table(reactions: Sequence[Reaction]) -> str:
     str
         For a single pose its forces; for a stack the peaks and how many poses have an answer.
     """
-    single = all(reaction.status.ndim == 0 for reaction in reactions)
-    rows = _pose_rows(reactions) if single else _stack_rows(reactions)
-    header = ["", *(reaction.split for reaction in reactions)]
+    header, rows = _cells(reactions)
     width = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
     lines = [
         "  ".join([row[0].ljust(width[0]), *(cell.rjust(size) for cell, size in zip(row[1:], width[1:], strict=True))])
         for row in [header, *rows]
     ]
     lines.insert(1, "  ".join("-" * size for size in width))
-    verdicts = dict.fromkeys(reaction.verdict for reaction in reactions)
-    head = [textwrap.fill(text, _WIDTH) for text in verdicts]
-    return "\n".join([*head, "", *(line.rstrip() for line in lines), *_notes(reactions)])
+    head = [textwrap.fill(text, _WIDTH) for text in _verdicts(reactions)]
+    plain = [textwrap.fill(text, _WIDTH, subsequent_indent=indent) for text, indent in _notes(reactions)]
+    return "\n".join([*head, "", *(line.rstrip() for line in lines), "", *plain])
+
+
+def reaction_html(reactions: Sequence[Reaction]) -> str:
+    """The same as HTML, for notebooks."""
+    header, rows = _cells(reactions)
+    return html_table(header, rows, _verdicts(reactions), (text for text, _ in _notes(reactions)))
+
+
+def _cells(reactions: Sequence[Reaction]) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of the table."""
+    single = all(reaction.status.ndim == 0 for reaction in reactions)
+    rows = _pose_rows(reactions) if single else _stack_rows(reactions)
+    return ["", *(reaction.split for reaction in reactions)], rows
+
+
+def _verdicts(reactions: Sequence[Reaction]) -> list[str]:
+    return list(dict.fromkeys(reaction.verdict for reaction in reactions))
 
 
 def _number(value: float, digits: int = 2) -> str:
@@ -100,13 +117,13 @@ def _crossings(reaction: Reaction) -> str:
     return "-" if np.isnan(reaction.determinant).all() else str(len(reaction.crossings()))
 
 
-def _notes(reactions: Sequence[Reaction]) -> list[str]:
+def _notes(reactions: Sequence[Reaction]) -> list[tuple[str, str]]:
+    """Paragraphs below the table, each with the indent of its further lines."""
     statements = dict.fromkeys(reaction.certificate.statement for reaction in reactions)
-    lines = ["", *(textwrap.fill(statement, _WIDTH) for statement in statements)]
+    notes = [(statement, "") for statement in statements]
     for reaction in reactions:
         if reaction.status.ndim == 0 and reaction.infeasibility is not None:
-            explained = f"{reaction.split}: {reaction.infeasibility.explain()}"
-            lines.append(textwrap.fill(explained, _WIDTH, subsequent_indent="  "))
+            notes.append((f"{reaction.split}: {reaction.infeasibility.explain()}", "  "))
         if not (reaction.certificate.undetermined > 0).any():
             continue
         line = f"{reaction.split} assumes {reaction.certificate.chosen_by}."
@@ -115,5 +132,5 @@ def _notes(reactions: Sequence[Reaction]) -> list[str]:
                 " Its zero is trivial: side forces are passive reactions of the structure, and without a bound on "
                 "them the limbs alone can carry the arm."
             )
-        lines.append(textwrap.fill(line, _WIDTH, subsequent_indent="  "))
-    return lines
+        notes.append((line, "  "))
+    return notes

@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from ..core.errors import UnknownName
 from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
+from ..core.notebook_tables import html_table
 from ..core.pictures import drawn
 from ..core.records import Record
-from ..reaction.columns import frame_of
+from ..reaction.columns import frame_of, peak_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,6 +29,8 @@ _UNITS = (
     (("arm", "person", "payload"), "kg"),
     (("gravity",), "m_s2"),
 )
+#: Endings of names that have a unit already.
+_ENDINGS = ("_m", "_mm", "_rad", "_deg", "_kg", "_m_s2")
 
 
 class StudyTable(Record, Mapping[str, NDArray[Any]]):
@@ -64,6 +67,31 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     def row_count(self) -> int:
         """Number of designs."""
         return len(next(iter(self._columns.values()), ()))
+
+    @property
+    def peak(self) -> float:
+        """Largest |F_s| of any design of the table, N; NaN if there is none."""
+        return peak_of(np.asarray(self["peak_F_s_N"], dtype=np.float64))
+
+    def in_units(self, units: Mapping[str, tuple[str, float]]) -> StudyTable:
+        """The same table with columns in other units.
+
+        Parameters
+        ----------
+        units : mapping of str to (str, float)
+            Name of a column: its new name, and the SI value of the new unit, such as ``{"r_A": ("r_A_mm", 1e-3)}``.
+        """
+        return StudyTable(
+            [
+                {units.get(name, (name,))[0]: self._converted(name, row, units) for name in self}
+                for row in range(self.row_count)
+            ]
+        )
+
+    def _converted(self, name: str, row: int, units: Mapping[str, tuple[str, float]]) -> Any:
+        value = self._columns[name][row]
+        # Rounded, so that 60° is 60 and not 59.99999999999999.
+        return float(f"{value / units[name][1]:.12g}") if name in units else value
 
     def to_pandas(self) -> Any:
         """The table as a pandas DataFrame.
@@ -112,22 +140,30 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         write_text(path, csv_text(self, rows))
 
     def __str__(self) -> str:
-        rows = [
-            list(self),
-            *(
-                [_cell(column[row], "{:.4g}".format) or "-" for column in self._columns.values()]
-                for row in range(self.row_count)
-            ),
-        ]
-        width = [max(len(row[k]) for row in rows) for k in range(len(self))]
+        rows = self._shown()
+        width = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         lines = ["  ".join(cell.rjust(size) for cell, size in zip(row, width, strict=True)).rstrip() for row in rows]
         return "\n".join([lines[0], "  ".join("-" * size for size in width), *lines[1:]]) if self._columns else ""
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        heads, *rows = self._shown()
+        return html_table(heads, rows)
+
+    def _shown(self) -> list[list[str]]:
+        """Heads with units, and rows as text; a dash for what has no meaning. An empty column ``error`` is left out."""
+        columns = {
+            with_unit(name): [_cell(value, "{:.4g}".format) or "-" for value in column]
+            for name, column in self._columns.items()
+            if not (name == "error" and not any(_cell(value, repr) for value in column))
+        }
+        return [list(columns), *(list(row) for row in zip(*columns.values(), strict=True))]
 
 
 def with_unit(column: str) -> str:
     """A column's name with the unit of its parameter, if it has one that the name lacks."""
     for names, unit in _UNITS:
-        if column.startswith(names) and not column.endswith(f"_{unit}"):
+        if column.startswith(names) and not column.endswith(_ENDINGS):
             return f"{column}_{unit}"
     return column
 

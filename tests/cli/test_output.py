@@ -49,6 +49,6 @@ def test_a_table_through_standard_output(tmp_path):
     with (tmp_path / "out").open("w") as out:
         assert run(arguments, stdout=out).returncode == 0
     text = (tmp_path / "out").read_text()
-    assert "r_A,peak_F_s_N" in text
+    assert "r_A_mm,peak_F_s_N" in text
     assert text.endswith("/dev/stdout\n")
     assert run(arguments, stdout=subprocess.PIPE).stdout == text

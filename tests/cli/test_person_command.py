@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 import exo_pin as ep
 from exo_pin.cli import main

@@ -97,6 +97,15 @@ QUESTIONS = {
         ],
     ),
     "an angle in radians": (["reaction", "--flexion", "1.0471975511965976"], 0, ["is 60° in radians"]),
+    "radians with two digits": (["reaction", "--flexion", "1.57"], 0, ["is 90° in radians"]),
+    "a payload in newtons": (
+        ["reaction", "four-cables", *PERSON, "--payload", "20"],
+        0,
+        ["20 kg weighs 196 N", "(newtons?)"],
+    ),
+    "an offset in metres": (["reaction", "four-cables", "--offset", "0.01", "0", "0"], 0, ["takes mm (metres?)"]),
+    "lengths in metres": (["kinematics", "--lengths", "0.245,0.303,0.381"], 2, ["in mm", "(metres?)"]),
+    "a negative mass": (["reaction", "--person", "1.75,-75,male"], 2, ["mass to be above zero", "-75"]),
     "half a turn too much": (["reaction", "--flexion", "200"], 0, ["beyond half a turn"]),
     "a pose of the other side": (["reaction", "--side", "right", "--abduction", "-80"], 0, ["a left shoulder does"]),
     "a height in centimetres": (["reaction", "--person", "175,75,male"], 2, ["0.5 to 2.6 m", "did you mean 1.75 m?"]),
@@ -120,6 +129,11 @@ QUESTIONS = {
         ["workspace", "four-cables", "--step", "20"],
         0,
         ["of 216 poses are inside", "forces", "not checked, not known"],
+    ),
+    "a sweep": (
+        ["sweep", "--vary", "r_A_mm=100,130", "--step", "30"],
+        0,
+        ["r_A_mm", "peak_F_s_N", "100", "130", "both sides of the singular surface", "compare median_F_s_N"],
     ),
     "another program": (["export", "--format", "mjcf", "--out", "out"], 0, ["prototype.xml", "keyframe closed"]),
 }

@@ -42,7 +42,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr(human_module, "_shares", lambda: iter(()))
     status, out, _ = run(capsys, "view", "--html", str(tmp_path / "scene.html"))
     assert status == 0
-    assert "exo_pin[human]" in out.splitlines()[0]
+    assert ".[human]" in out.splitlines()[0]
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_the_live_page_is_served_until_it_is_interrupted():
 
 
 def test_person_is_drawn_with_bones_and_muscles_where_the_extra_is_installed(capsys, tmp_path, monkeypatch):
-    pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     target = tmp_path / "scene.html"
     query = ["view", "--person", "1.75,75,male", "--flexion", "30", "--html", str(target)]
     drawn = []

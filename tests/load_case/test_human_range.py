@@ -43,6 +43,9 @@ def test_pose_of_the_other_side_is_noticed(right):
     [
         ({"flexion": np.pi / 3}, "60° in radians"),
         ({"abduction": [0.0, np.radians(45)]}, "45° in radians"),
+        ({"flexion": 1.05}, "60° in radians"),
+        ({"abduction": -1.571}, "-90° in radians"),
+        ({"flexion": np.linspace(0.0, 1.57, 50)}, "90° in radians"),
         ({"flexion": 200}, "beyond half a turn"),
         ({"flexion": -90}, "check the signs"),
     ],
@@ -52,7 +55,9 @@ def test_suspicious_angles_are_noticed(left, angles, words):
         left.pose(**angles)
 
 
-@pytest.mark.parametrize("flexion", [0, 1, 2, 3, 0.5, 1.5, 57.29577951308232, [0, 1, 2]])
+@pytest.mark.parametrize(
+    "flexion", [0, 1, 2, 3, 0.5, 1.5, 57.29577951308232, [0, 1, 2], [0, 1, 2, 3], np.linspace(0, 6, 40)]
+)
 def test_small_angles_in_degrees_pass(left, flexion):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-pytest.importorskip("clarabel", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("clarabel", reason="needs the extra person: pip install '.[person]'")
 
 from exo_pin.person.contact.activation import MusclePose, least_effort, least_missing
 

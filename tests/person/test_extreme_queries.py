@@ -8,7 +8,7 @@ import exo_pin as ep
 from exo_pin.core.conventions import GRAVITY, MIRROR, mirrored
 from exo_pin.core.errors import InvalidInput
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 PERSON = ep.Person(1.75, 75, "male")
 #: How far a least force is from the least one, N: its square, which is made small, is exact to 1e-10 of (500 N)².

@@ -13,7 +13,7 @@ import exo_pin as ep
 from exo_pin.core.conventions import GRAVITY, MIRROR, mirrored
 from exo_pin.core.errors import InvalidInput, MissingExtra, UnknownName
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 from free_humerus import jacobians
 
@@ -272,7 +272,7 @@ def test_wrong_arguments_are_refused():
 
 def test_missing_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "myo_sim", None)
-    with pytest.raises(MissingExtra, match=r"exo_pin\[person\]"):
+    with pytest.raises(MissingExtra, match=r"\.\[person\]"):
         myoarm.__wrapped__()
     monkeypatch.setitem(sys.modules, "clarabel", None)
     with pytest.raises(MissingExtra, match="clarabel"):

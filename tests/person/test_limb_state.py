@@ -9,7 +9,7 @@ from exo_pin.core.conventions import MIRROR, mirrored, tilt_torsion_rotation
 from exo_pin.core.errors import OutsideRangeOfMotion
 from exo_pin.load_case.centre_path import elevation_angle
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 from free_humerus import jacobians
 

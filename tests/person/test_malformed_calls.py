@@ -9,7 +9,7 @@ from malformed_calls import junk
 import exo_pin as ep
 from exo_pin.core.errors import ExoPinError
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 PERSON = ep.Person(1.75, 75, "male")
 POSES = ep.shoulder_rotation(0, [30, 60], 0, degrees=True)

@@ -6,7 +6,7 @@ import pytest
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, UnknownName
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 PERSON = ep.Person(1.75, 75, "male")
 POSES = ep.shoulder_rotation(0, np.array([30.0, 45.0, 60.0, 75.0]), 0, degrees=True)

@@ -7,6 +7,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core import errors
+from exo_pin.core.notebook_tables import html_table
 from exo_pin.load_case.trajectories import Movement
 from exo_pin.reaction import columns
 from exo_pin.study import StudyTable
@@ -86,5 +87,17 @@ def test_without_pandas_the_missing_extra_is_named(exo, monkeypatch):
         return importlib.import_module(name, *rest)
 
     monkeypatch.setattr(columns, "import_module", absent)
-    with pytest.raises(errors.MissingExtra, match=r"exo_pin\[study\]"):
+    with pytest.raises(errors.MissingExtra, match=r"\.\[study\]"):
         exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True)).to_dataframe()
+
+
+def test_a_notebook_shows_the_same_table_as_html(exo):
+    answer = exo.reaction(exo.pose([0, 30]))
+    shown = answer._repr_html_()
+    assert answer.verdict in shown
+    for line in str(answer).splitlines():
+        for cell in (part for part in line.split("  ") if part.strip() and "---" not in part):
+            if line.startswith(("peak", "median", "poses")):
+                assert cell.strip() in shown
+    # Text is never taken for markup.
+    assert "&lt;b&gt;" in html_table(["", "x"], [["<b>", "1"]])

@@ -139,7 +139,13 @@ def test_tables(prototype, tmp_path):
     table.to_csv(tmp_path / "table.csv")
     back = pandas.read_csv(tmp_path / "table.csv")
     np.testing.assert_array_equal(back["peak_F_s_N"], table["peak_F_s_N"])
-    assert str(table).splitlines()[0].split()[:2] == ["alpha_1", "alpha_2"]
+    assert str(table).splitlines()[0].split()[:2] == ["alpha_1_rad", "alpha_2_rad"]
+    assert table.peak == table["peak_F_s_N"].max()
+    shown = table.in_units({"alpha_1": ("alpha_1_deg", np.radians(1.0))})
+    assert list(shown)[:2] == ["alpha_1_deg", "alpha_2"]
+    np.testing.assert_allclose(shown["alpha_1_deg"], [30.0, 20.0], rtol=1e-11)
+    assert "<th" in table._repr_html_()
+    assert "alpha_2_rad" in table._repr_html_()
     with pytest.raises(ep.UnknownName, match="peak_F_s_N"):
         table["peak"]
     with pytest.raises(ValueError, match="read-only"):
@@ -151,7 +157,7 @@ def test_pandas_is_optional(prototype, monkeypatch):
     from exo_pin.core.errors import MissingExtra
 
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MissingExtra, match=r"exo_pin\[study\]"):
+    with pytest.raises(MissingExtra, match=r"\.\[study\]"):
         StudyTable([{"a": 1.0}]).to_pandas()
 
 

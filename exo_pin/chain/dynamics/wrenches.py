@@ -70,8 +70,10 @@ class JointReaction(Record):
         lines = [f"{self.name} on {self.on}"]
         for k, name in enumerate(_COMPONENTS):
             low, high = self.interval[k]
-            note = "unique" if self.unique[k] else f"undetermined, from {low:.6g} to {high:.6g}"
-            lines.append(f"{name} {self.wrench[k]:14.6f} {'N' if k < 3 else 'N m':4} {note}")
+            reach = "can be any number" if np.isinf([low, high]).all() else f"from {low:.6g} to {high:.6g}"
+            note = "unique" if self.unique[k] else f"undetermined, {reach}"
+            # Rounded first, so that no -0.000000 is printed.
+            lines.append(f"{name} {round(float(self.wrench[k]), 6) + 0.0:14.6f} {'N' if k < 3 else 'N m':4} {note}")
         return "\n".join(lines)
 
 

@@ -61,40 +61,51 @@ def _sweep(options: argparse.Namespace) -> int:
     query: dict[str, Any] = {} if limit is None else {"actuator_bounds": limit}
     if options.split is not None:
         query["split"] = options.split
+    varied = [_varied(text) for text in options.vary]
     table = sweep(
         exo,
-        dict(_varied(text) for text in options.vary),
+        {name: values for name, values, _ in varied},
         adl_box(options.step, exo.side),
         jobs=options.jobs,
         progress=options.progress,
         payload_at=None if options.payload_at is None else _numbers("--payload-at", options.payload_at),
         **query,
     )
+    table = table.in_units({name: typed for name, _, typed in varied if typed is not None and name in table})
     print(table)
+    crossing = np.flatnonzero(np.asarray(table["one_side"], dtype=float) < 1.0)
+    if crossing.size:
+        rows = "every row" if len(crossing) == table.row_count else f"rows {', '.join(str(k + 1) for k in crossing)}"
+        print(
+            f"\nIn {rows} the poses lie on both sides of the singular surface, where the shoulder force has no "
+            "bound.\npeak_F_s_N and least_margin then only measure how near a pose of the grid comes to that surface: "
+            "compare\nmedian_F_s_N, p95_F_s_N and holdable instead."
+        )
     if options.out is not None:
         table.to_csv(options.out)
         print(options.out)
     return 0
 
 
-def _varied(text: str) -> tuple[str, Any]:
-    """Name and SI values of one --vary."""
+def _varied(text: str) -> tuple[str, Any, tuple[str, float] | None]:
+    """Name and SI values of one --vary, and its column in the unit that was typed."""
     name, equals, values = text.partition("=")
     if not equals or not values:
         raise InvalidInput(f"expected --vary NAME=VALUES, got {text!r}")
-    factor = 1.0
+    factor, typed = 1.0, None
     for ending, unit in _UNITS.items():
         if name.endswith(ending):
+            typed = (name, unit)
             name, factor = name.removesuffix(ending), unit
             break
     if name == "limb_kind":
-        return name, values.split(",")
+        return name, values.split(","), None
     if values.count(":") == 2:
         low, high, count = _numbers("--vary", values.replace(":", ","))
         if count != int(count) or not 1 <= count <= 10_000:
             raise InvalidInput(f"expected LOW:HIGH:COUNT with a whole count up to 10000, got {values!r}")
-        return name, factor * np.linspace(low, high, int(count))
-    return name, factor * np.array(_numbers("--vary", values))
+        return name, factor * np.linspace(low, high, int(count)), typed
+    return name, factor * np.array(_numbers("--vary", values)), typed
 
 
 def _numbers(option: str, text: str) -> list[float]:

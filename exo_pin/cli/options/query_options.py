@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ __all__ = [
     "add_limits",
     "add_person",
     "add_pose",
+    "caution",
     "design",
     "limits",
     "person_numbers",
@@ -35,6 +38,21 @@ _ANGLES = (
     ("abduction", "arm away from the body"),
     ("internal-rotation", "arm turned inward about its own axis"),
 )
+
+
+def caution(text: str) -> None:
+    """A line on standard error about an input that is possible and unlikely."""
+    print(f"exo-pin: {text}", file=sys.stderr)
+
+
+@contextmanager
+def _cautions() -> Iterator[None]:
+    """Print warnings of unlikely inputs as cautions."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always", OutsideHumanRange)
+        yield
+    for warning in found:
+        caution(str(warning.message))
 
 
 def add_design(parser: argparse.ArgumentParser) -> None:
@@ -136,11 +154,8 @@ def pose(options: argparse.Namespace, exo: ShoulderExo) -> Rotation:
 
     A pose that no human shoulder reaches, and an angle that looks like radians, give a line on standard error.
     """
-    with warnings.catch_warnings(record=True) as cautions:
-        warnings.simplefilter("always", OutsideHumanRange)
+    with _cautions():
         orientation = exo.pose(*pose_angles(options))
-    for caution in cautions:
-        print(f"exo-pin: {caution.message}", file=sys.stderr)
     # Said once is enough: the query would say it again.
     warnings.simplefilter("ignore", OutsideHumanRange)
     return orientation
@@ -157,4 +172,5 @@ def person_numbers(text: str) -> tuple[float, float, str]:
 
 def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
     height, mass, sex = person_numbers(text)
-    return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)
+    with _cautions():
+        return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)

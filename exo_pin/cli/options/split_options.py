@@ -14,11 +14,13 @@ from ...design import LimbGuide, Shoulder
 from ...exo.shoulder_exo import ShoulderExo
 from ...reaction import ConstraintBounds, Reaction, Split
 from ...reaction.splits.registry import SPLITS
-from .query_options import limits
+from .query_options import caution, limits
 
-__all__ = ["add_splits", "answers_of", "certificates", "fitted", "offset_mm"]
+__all__ = ["add_splits", "answers_of", "caution_offset", "certificates", "fitted", "offset_mm"]
 
 _WIDTH = 100
+#: An offset, mm, below which it is likely that metres were given.
+_SMALL = 0.2
 
 
 def add_splits(parser: argparse.ArgumentParser) -> None:
@@ -77,6 +79,12 @@ def fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
 def offset_mm(options: argparse.Namespace) -> tuple[float, ...]:
     """The offset as given."""
     return tuple(options.offset)
+
+
+def caution_offset(options: argparse.Namespace) -> None:
+    """Say when an offset is too small to be meant in millimetres."""
+    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
+        caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
 
 
 def answers_of(

@@ -89,7 +89,7 @@ class MissingExtra(ExoPinError, ImportError):
 
     def __init__(self, extra: str, package: str) -> None:
         self.extra = extra
-        super().__init__(f"this needs {package}: pip install 'exo_pin[{extra}]'")
+        super().__init__(f"this needs {package}: in the folder of exo_pin's sources run pip install '.[{extra}]'")
 
 
 class FileFormatError(InvalidInput):

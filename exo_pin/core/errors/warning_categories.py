@@ -14,7 +14,7 @@ class NoisyMovement(ExoPinWarning):
 
 
 class OutsideHumanRange(ExoPinWarning):
-    """A pose that a human shoulder of that side does not reach, or an angle in the wrong unit."""
+    """A pose that a human shoulder of that side does not reach, or a number that looks like one in another unit."""
 
 
 class SuspectMeasurements(ExoPinWarning):

@@ -148,17 +148,25 @@ class Infeasibility(ReadOnly):
         return f"With the best forces within the limits, {' and '.join(lacks)} is missing."
 
     def _blocking(self, index: int | tuple[int, ...]) -> list[str]:
-        parts = []
+        parts, alone = [], 0
         for i in np.flatnonzero(self.blocking[index]):
             which = "cannot go below" if self.blocking[index][i] < 0 else "cannot go above"
             limit = round(float(self.closest_actuator_forces[index][i]), 1) + 0.0  # no "-0.0"
-            relief = self.relief[index][i]
-            alone = (
-                f"{relief:.1f} N more would make the pose feasible"
-                if np.isfinite(relief)
-                else "relaxing this limit alone does not make the pose feasible"
+            relief, more = self.relief[index][i], ""
+            if np.isfinite(relief):
+                more = f" ({relief:.1f} N more would make the pose feasible)"
+            else:
+                alone += 1
+            parts.append(f"Limb {i + 1} {which} {limit:.1f} N{more}.")
+        if alone:
+            one = (
+                "this limit"
+                if len(parts) == 1
+                else "one of these limits"
+                if alone == len(parts)
+                else "one of the others"
             )
-            parts.append(f"Limb {i + 1} {which} {limit:.1f} N ({alone}).")
+            parts.append(f"Relaxing {one} alone does not make the pose feasible.")
         return parts
 
     def _further_muscle(self, index: int | tuple[int, ...]) -> str:

@@ -21,8 +21,8 @@ __all__ = ["notebook_cell", "numbers_panel"]
 _NO_ANSWER = {
     "singular": (
         "Singular pose: no solution",
-        "Here the limbs cannot resist a moment about one axis, so no limb forces hold the arm. Move it a few degrees, "
-        "or change the design.",
+        "Here the limbs cannot resist a moment about one axis, so no limb forces hold the arm. Choose another pose "
+        "or design.",
     ),
     "folded": (
         "A limb points at the shoulder centre",
@@ -60,6 +60,9 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
     size = float("nan") if forces is None else float(np.linalg.norm(forces.shoulder))
     if forces is not None and not np.isfinite(size):
         headline, why = _NO_ANSWER.get(forces.status, ("No solution", forces.status))
+        if forces.status == "singular" and forces.verdict:
+            # It names the axis.
+            why = forces.verdict
         remarks.append({"text": why, "warn": False})
     elif forces is not None:
         values.append({"name": "on the shoulder, |F_s|", "value": _newtons(size)})

@@ -191,7 +191,16 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
     for place, value, height in zip(places, heights, drawn, strict=True):
         text = f"{value + 0.0:.0f}" if np.isfinite(value) else "none"
         up = height >= 0
-        axes.text(place, height + (room if up else -room), text, ha="center", va="bottom" if up else "top", fontsize=9)
+        # On white, so that a line of a limit does not cross the number.
+        axes.text(
+            place,
+            height + (room if up else -room),
+            text,
+            ha="center",
+            va="bottom" if up else "top",
+            fontsize=9,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
+        )
     axes.axhline(0.0, color=BLACK, linewidth=0.8)
     axes.set_xticks(places, names, fontsize=9)
     axes.margins(y=0.14)

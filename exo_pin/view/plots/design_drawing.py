@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, as_rotation
+from ...reaction.holding.verdict import angle_words
 from ...workspace import BodyShape
 from ..colours import BLACK
 from .plot_style import LINES, pyplot, tidy
@@ -42,7 +43,8 @@ def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> 
     matplotlib.figure.Figure
         Joints on the torso are squares, joints on the arm circles; lengths in mm.
     """
-    poses = as_rotation("orientation", orientation).as_matrix().reshape(-1, 3, 3)
+    stack = as_rotation("orientation", orientation)
+    poses = stack.as_matrix().reshape(-1, 3, 3)
     figure, grid = pyplot().subplots(
         len(poses), 3, figsize=(11.0, 3.7 * len(poses) + 0.5), layout="constrained", squeeze=False
     )
@@ -64,6 +66,7 @@ def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> 
             ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", title=title, aspect="equal")
             ax.set(xlim=(low, high) if sign > 0.0 else (high, low), ylim=(low, high))
             tidy(ax)
+        row[1].set_title(f"{angle_words(Rotation.from_matrix(R), exo.side)}\n{row[1].get_title()}", fontsize=11)
     handles = [
         pyplot().Line2D([], [], color=colour, linestyle=dashes, linewidth=2.0, marker="s", label=f"limb {i + 1}")
         for i, (colour, dashes) in enumerate(LINES[: exo.geometry.limb_count])

@@ -250,7 +250,8 @@ def plot_settling(curve: SettlingCurve, measured: float | None = None) -> Figure
         axis.axhline(measured, color=_INK, linewidth=1, linestyle="--", label=f"measured, {measured:g} s")
     axis.set_xlabel("lag of the pressure (s)")
     axis.set_ylabel(f"settling time, {100 * curve.band:g} % (s)")
-    axis.set_xlim(left=0.0)
+    # Room for a mark at zero.
+    axis.set_xlim(left=-0.03 * float(curve.lags.max()))
     axis.set_ylim(bottom=0.0)
     axis.legend(frameon=False, fontsize=9, loc="lower right")
     title = f"A mass of {curve.mass:.2f} kg, {curve.pressure / BAR:g} bar, record of {curve.record:g} s"

@@ -108,7 +108,7 @@ def optimise(
     Raises
     ------
     MissingExtra
-        If Optuna or cmaes is not installed (``pip install "exo_pin[optimise]"``).
+        If Optuna or cmaes is not installed (``pip install ".[optimise]"``).
     MissingData
         If the design lacks what a criterion needs, or "contact_force" has no ``person``.
     InvalidInput

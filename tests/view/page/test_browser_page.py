@@ -211,7 +211,7 @@ def test_recording_plays_by_itself_and_its_numbers_follow(browser, tmp_path):
 
 def test_wearers_bones_and_muscles_move_and_change_colour(browser):
     """Without arrows and device in the way: bones are bright, muscles have the colour of their activation."""
-    pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
     wearer, device = ep.Person(1.75, 75, "male"), ep.load("four-cables")
     scene = device.view(person=wearer, metres_per_newton=1e-7)
     scene.camera(EYE, TARGET, VIEW)

@@ -212,5 +212,5 @@ def test_without_matplotlib_the_missing_extra_is_named(pose, stack, movement, gr
 
     monkeypatch.setattr(builtins, "__import__", absent)
     for answer in (pose, stack, movement, grid, table):
-        with pytest.raises(errors.MissingExtra, match=r"exo_pin\[plot\]"):
+        with pytest.raises(errors.MissingExtra, match=r"\.\[plot\]"):
             answer.plot()

@@ -11,7 +11,7 @@ import pytest
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
 from exo_pin.view.plots.contact_plots import contact_over_elevation
 

@@ -75,6 +75,6 @@ def test_settling(tmp_path):
 
 def test_a_missing_matplotlib_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(MissingExtra, match=r"exo_pin\[plot\]") as caught:
+    with pytest.raises(MissingExtra, match=r"\.\[plot\]") as caught:
         plot_force_map(muscle_model("best"))
     assert isinstance(caught.value, ImportError)

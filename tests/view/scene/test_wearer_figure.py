@@ -14,8 +14,8 @@ from exo_pin.person.limb.skeleton import BONES, bone_meshes, limb_shape
 from exo_pin.view import Sliders
 from exo_pin.view.colours import scale_colours
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
-pytest.importorskip("clarabel", reason="needs the extra person: pip install 'exo_pin[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+pytest.importorskip("clarabel", reason="needs the extra person: pip install '.[person]'")
 
 WEARER = ep.Person(1.75, 75, "male", elbow_flexion=20, degrees=True)
 

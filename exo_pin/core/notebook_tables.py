@@ -1,0 +1,43 @@
+"""Tables for notebooks: HTML that wraps on a narrow page, made of text that is never taken for markup."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+__all__ = ["html_table"]
+
+
+def html_table(
+    header: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    above: Iterable[str] = (),
+    below: Iterable[str] = (),
+    numbers: bool = True,
+) -> str:
+    """A table with paragraphs above, in bold, and below; its first column is words.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Heads of the columns; no line of heads if all are empty.
+    rows : iterable of sequences of str
+        Cells, as many as heads.
+    above, below : iterable of str
+        Paragraphs.
+    numbers : bool
+        Whether the other columns are numbers, which stand on the right.
+    """
+
+    def line(cells: Sequence[str], tag: str) -> str:
+        sides = ["left", *["right" if numbers else "left"] * (len(cells) - 1)]
+        return "".join(
+            f'<{tag} style="text-align:{side};vertical-align:top">{escape(cell.strip())}</{tag}>'
+            for cell, side in zip(cells, sides, strict=True)
+        )
+
+    head = f"<thead><tr>{line(header, 'th')}</tr></thead>" if any(header) else ""
+    body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
+    before = "".join(f"<p><b>{escape(text)}</b></p>" for text in above)
+    after = "".join(f"<p>{escape(text)}</p>" for text in below)
+    return f"{before}<table>{head}<tbody>{body}</tbody></table>{after}"

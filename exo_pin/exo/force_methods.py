@@ -169,13 +169,15 @@ class ForceQuestions(Subject):
             return answer
         return self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
 
-    def remedy(self, orientation: Rotation, **options: Any) -> Remedy:
+    def remedy(self, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.
 
         Parameters
         ----------
         orientation : Rotation
             Single.
+        progress : bool
+            Whether to show a bar on standard error.
         **options
             Of :meth:`reaction`: ``load``, ``centre_offset``, ``split``.
 
@@ -184,7 +186,7 @@ class ForceQuestions(Subject):
         Remedy
             Prints as sentences.
         """
-        return remedy(self._equilibrium, orientation, **options)
+        return remedy(self._equilibrium, orientation, progress, **options)
 
     def singular_approach(
         self, orientation: Rotation, start: Rotation | None = None, **options: Any

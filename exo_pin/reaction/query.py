@@ -160,12 +160,17 @@ def _loads_at(
     rows: NDArray[np.intp],
     matrices: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Loads of the arm in some poses of the stack with other orientations."""
-    whole = orientation.as_matrix().reshape(-1, 3, 3)
-    whole[rows] = matrices
-    turned = Rotation.from_matrix(whole.reshape(*orientation.shape, 3, 3))
-    force, moment, device = arm_loads(model.arm, model.mechanism.gravity, as_query(turned, motion, load))
-    return force[rows], moment[rows], device[rows]
+    """Loads of the arm in some poses of the stack with other orientations, the same pose any number of times."""
+
+    def own(array: Any) -> FloatArray:
+        return np.asarray(np.broadcast_to(array, (*orientation.shape, 3)).reshape(-1, 3)[rows])
+
+    if motion is not None:
+        motion = Motion(own(motion.angular_velocity), own(motion.angular_acceleration))
+    if load is not None:
+        load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
+    query = as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
+    return arm_loads(model.arm, model.mechanism.gravity, query)
 
 
 def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits | None) -> None:

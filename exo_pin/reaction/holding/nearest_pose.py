@@ -1,8 +1,9 @@
 """The nearest pose that the device can hold.
 
-The search runs along great circles of the rotation group from the given pose, in directions spread evenly over the
-sphere, and then shrinks the turn by a direct search around the best of them. The result is a pose that was checked; a
-nearer one between two directions may have been missed.
+The search goes outwards from the given pose in rings of the rotation group, in directions spread evenly over the
+sphere, the more the wider the ring; around the first poses that can be held it then shortens the turn by a direct
+search. All poses of a ring or of a step are one stack. The result is a pose that was checked; a nearer one between two
+directions may have been missed.
 """
 
 from __future__ import annotations
@@ -11,18 +12,24 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from ...core.progress import track
 from ...core.validation import FloatArray
 from .hold_check import HoldCheck
 
 __all__ = ["NearestPose", "nearest_held_pose", "spread_directions"]
 
-#: Directions of the search, and the step along each, rad.
-_DIRECTIONS = 96
+#: Directions in a ring at 60°, fewest directions in any, the distance between rings, rad, and rings in one stack.
+_DIRECTIONS, _FEWEST = 96, 32
 _STEP = np.radians(2.0)
-#: Directions that are refined.
-_REFINED = 3
+_RINGS = 5
+#: Poses around which the search goes on, the distance of their directions that counts in full, and lengths of steps,
+#: each a quarter of the one before: down to 0.03°.
+_REFINED = 2
+_APART = 1.0
+_SCALES = 4
 
 
 class NearestPose(NamedTuple):
@@ -44,7 +51,10 @@ class NearestPose(NamedTuple):
 
 
 def nearest_held_pose(
-    check: Callable[[Rotation], HoldCheck], orientation: Rotation, reach: float = np.radians(60.0)
+    check: Callable[[Rotation], HoldCheck],
+    orientation: Rotation,
+    reach: float = np.radians(60.0),
+    progress: bool = False,
 ) -> NearestPose | None:
     """The nearest pose in which no limit is violated.
 
@@ -56,56 +66,73 @@ def nearest_held_pose(
         Single.
     reach : float
         How far to search, rad.
+    progress : bool
+        Whether to show a bar on standard error.
 
     Returns
     -------
     NearestPose or None
         None if the search found no such pose.
     """
+
+    def held(turns: FloatArray) -> NDArray[np.bool_]:
+        answer = check(Rotation.from_rotvec(turns) * orientation)
+        return np.asarray(~answer.violated & (answer.can_hold | answer.unknown))
+
     angles = np.arange(_STEP, reach + 0.5 * _STEP, _STEP)
-    directions = spread_directions(_DIRECTIONS)
-    turns = directions[:, None] * angles[None, :, None]
-    held = _held(check(Rotation.from_rotvec(turns.reshape(-1, 3)) * orientation)).reshape(turns.shape[:2])
-    first = np.where(held.any(axis=1), held.argmax(axis=1), len(angles))
-    order = np.argsort(first, kind="stable")[:_REFINED]
-    candidates = [turns[k, first[k]] for k in order if first[k] < len(angles)]
-    if not candidates:
-        return None
-    best = min((_shrunk(check, orientation, turn) for turn in candidates), key=lambda turn: float(turn @ turn))
-    pose = Rotation.from_rotvec(best) * orientation
-    return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
+    for block in track(np.split(angles, range(_RINGS, len(angles), _RINGS)), "nearest pose", progress):
+        turns = np.concatenate([angle * spread_directions(_count(angle)) for angle in block])
+        turns = turns[held(turns)]
+        if len(turns):
+            best = _shortest(held, _spread(turns))
+            pose = Rotation.from_rotvec(best) * orientation
+            return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
+    return None
 
 
-def _held(check: HoldCheck) -> np.ndarray:
-    return np.asarray(~check.violated & (check.can_hold | check.unknown))
+def _count(angle: float) -> int:
+    """Directions in a ring: those at 60°, as far apart as there."""
+    share = np.sin(0.5 * angle) ** 2 / np.sin(np.radians(30.0)) ** 2
+    return max(_FEWEST, round(_DIRECTIONS * share))
 
 
-def _shrunk(check: Callable[[Rotation], HoldCheck], orientation: Rotation, start: FloatArray) -> FloatArray:
-    """A shorter rotation vector that still leads to a pose that can be held, by direct search from ``start``."""
-    from scipy.optimize import minimize  # here, because its import takes long
-
-    best = start
-
-    def cost(turn: FloatArray) -> float:
-        nonlocal best
-        if not _held(check(Rotation.from_rotvec(turn) * orientation)):
-            return 10.0 + float(np.linalg.norm(turn - start))
-        if turn @ turn < best @ best:
-            best = turn.copy()
-        return float(np.linalg.norm(turn))
-
-    minimize(
-        cost, start, method="Nelder-Mead", options={"initial_simplex": _simplex(start), "xatol": 1e-4, "fatol": 1e-5}
-    )
-    return best
+def _spread(turns: FloatArray) -> FloatArray:
+    """The shortest turn, and others that are nearly as short in other directions."""
+    size = np.linalg.norm(turns, axis=1)
+    units, chosen = turns / size[:, None], [int(size.argmin())]
+    while len(chosen) < min(_REFINED, len(turns)):
+        apart = np.linalg.norm(units[:, None] - units[chosen], axis=-1).min(axis=1)
+        chosen.append(int((size - _STEP * np.minimum(apart / _APART, 1.0) * _RINGS).argmin()))
+    return turns[chosen]
 
 
-def _simplex(start: FloatArray) -> FloatArray:
-    """The start, and three points a step away: one nearer to zero, two beside."""
-    unit = start / np.linalg.norm(start)
+def _shortest(held: Callable[[FloatArray], NDArray[np.bool_]], turns: FloatArray) -> FloatArray:
+    """The shortest rotation vector to a pose that can be held, by direct search from several at once, shape (k, 3)."""
+    # Long and short steps in one stack: of a device that gives way, a large stack takes little longer than a small one.
+    steps = _STEP * 4.0 ** -np.arange(_SCALES)
+    before = np.inf
+    while np.linalg.norm(turns, axis=-1).min() < before - steps[-1]:
+        before = float(np.linalg.norm(turns, axis=-1).min())
+        tries = np.stack([np.concatenate([turn[None], *(_shorter(turn, step) for step in steps)]) for turn in turns])
+        length = np.linalg.norm(tries, axis=-1)
+        length[:, 1:][~held(tries[:, 1:].reshape(-1, 3)).reshape(len(turns), -1)] = np.inf
+        turns = tries[np.arange(len(turns)), length.argmin(axis=1)]
+    return np.asarray(turns[np.linalg.norm(turns, axis=-1).argmin()])
+
+
+def _shorter(turn: FloatArray, step: float) -> FloatArray:
+    """Turns shorter by a step, in the same direction, and by less to six sides, shape (13, 3)."""
+    size = float(np.linalg.norm(turn))
+    unit = turn / size
     beside = np.cross(unit, np.eye(3)[np.abs(unit).argmin()])
     beside /= np.linalg.norm(beside)
-    return start + _STEP * np.array([np.zeros(3), -unit, beside, np.cross(unit, beside)])
+    azimuth = np.pi / 3.0 * np.arange(6)[:, None]
+    around = np.cos(azimuth) * beside + np.sin(azimuth) * np.cross(unit, beside)
+    tries = [max(size - step, 0.5 * size) * unit[None]]
+    for aside, less in ((1.0, 0.5), (2.0, 0.1)):
+        sides = unit + min(1.0, aside * step / size) * around
+        tries.append(max(size - less * step, 0.5 * size) * sides / np.linalg.norm(sides, axis=-1, keepdims=True))
+    return np.concatenate(tries)
 
 
 def spread_directions(count: int) -> FloatArray:

@@ -55,7 +55,7 @@ class Remedy(ReadOnly):
         return " ".join(parts)
 
 
-def remedy(model: EquilibriumModel, orientation: Rotation, **options: Any) -> Remedy:
+def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
     """What would make a pose possible.
 
     Parameters
@@ -64,6 +64,9 @@ def remedy(model: EquilibriumModel, orientation: Rotation, **options: Any) -> Re
         The design.
     orientation : Rotation
         Single.
+    progress : bool
+        Whether to show a bar on standard error: a device that gives way takes some milliseconds a pose, and there are
+        up to a thousand.
     **options
         Of the query: ``load``, ``centre_offset``, ``split``. Motion is not taken: poses nearby are at rest.
 
@@ -75,7 +78,7 @@ def remedy(model: EquilibriumModel, orientation: Rotation, **options: Any) -> Re
     if orientation.shape != ():
         raise InvalidInput(f"expected a single pose, got a stack of shape {orientation.shape}")
     mechanism = model.mechanism
-    nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, orientation, _REACH)
+    nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, orientation, _REACH, progress)
     infeasibility = None
     law = as_split(options.get("split", "spherical"))
     if "actuator_bounds" not in law.refusals and all(limb.actuator is not None for limb in mechanism.limbs):

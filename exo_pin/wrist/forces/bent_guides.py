@@ -87,6 +87,7 @@ def bent_wrenches(
     flexibility: FloatArray,
     resists: NDArray[np.bool_],
     is_upu: NDArray[np.bool_],
+    start: FloatArray | None = None,
     copies: int = 1,
 ) -> tuple[SideWrenches, FloatArray]:
     """Side wrenches of guides that bend, and the turns of their ends.
@@ -101,6 +102,8 @@ def bent_wrenches(
         As :func:`exo_pin.wrist.forces.side_forces.guide_flexibility`.
     is_upu : ndarray of bool
         Shape (n,).
+    start : ndarray, optional
+        ``ends`` nearby, from which to search.
     copies : int
         So many poses in a row have the same real parts.
 
@@ -120,7 +123,8 @@ def bent_wrenches(
     wrench = [np.array(part, dtype=ends.dtype) for part in reciprocal_couples(guides)]
     if bends.any():
         own = _guides_of(guides, flexibility, bends)
-        turns = _settled(own, copies, bends)
+        near = np.zeros((4, len(own.torsion))) if start is None else start[bends].T
+        turns = _settled(own, near, copies, bends)
         found = _ends(own, turns)
         force = _cross(found.couple_base - found.couple_arm, own.s) / guides.lengths[bends]
         size = _dot(force, own.x)
@@ -158,7 +162,7 @@ def _guides_of(guides: StraightGuides, flexibility: FloatArray, bends: NDArray[n
     return _Guides(x, _cross(s, x), s, np.stack([y_base, y_arm], axis=1), *springs)
 
 
-def _settled(own: _Guides, copies: int, bends: NDArray[np.bool_]) -> FloatArray:
+def _settled(own: _Guides, near: FloatArray, copies: int, bends: NDArray[np.bool_]) -> FloatArray:
     """θ of least U, shape (4, M): found for the first of each ``copies`` poses, and one more step for all of them."""
     count = len(bends)
     first = np.broadcast_to((np.arange(count) % copies == 0)[:, None], bends.shape)[bends]
@@ -166,26 +170,40 @@ def _settled(own: _Guides, copies: int, bends: NDArray[np.bool_]) -> FloatArray:
     where[bends] = np.cumsum(first) - 1
     # The solution of a copy is that of the same limb in the pose that it is a copy of.
     leader = where[np.arange(count) // copies * copies][bends]
-    turns, second = _least(_Guides(*(np.ascontiguousarray(part[..., first].real) for part in own)))
+    real = _Guides(*(np.ascontiguousarray(part[..., first].real) for part in own))
+    turns, second = _least(real, near[:, first])
     turns, second = turns[:, leader], second[leader]
     with np.errstate(invalid="ignore"):
         return turns - _solved(second, _ends(own, turns).slopes)
 
 
-def _least(own: _Guides) -> tuple[FloatArray, FloatArray]:
+def _least(own: _Guides, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """θ of least U, shape (4, M), NaN where no minimum is near, and ∂²U/∂θ², shape (M, 4, 4)."""
-    count = own.x.shape[1]
-    turns = np.zeros((4, count))
-    plain = np.zeros((count, 4, 4))
+    turns, second, good = _newton(own, start if start.any() else _roughly(own, start))
+    if not good.all() and start.any():
+        again = np.flatnonzero(~good)
+        few = _Guides(*(part[..., again] for part in own))
+        turns[:, again], second[again], good[again] = _newton(few, _roughly(few, np.zeros((4, len(again)))))
+    turns[:, ~good] = np.nan
+    return turns, second
+
+
+def _roughly(own: _Guides, turns: FloatArray) -> FloatArray:
+    """θ near those of least U, without the coupling of torsion and bending in ∂²U/∂θ² (Gauss and Newton)."""
+    plain = np.zeros((turns.shape[1], 4, 4))
     for i in range(4):
         plain[:, i, i], plain[:, i, i - 2] = own.each, own.both
     for _ in range(_ROUGH_STEPS):
         found = _ends(own, turns)
         twisting = found.twisting.T
-        change = _solved(plain + (own.torsion[:, None] * twisting)[:, :, None] * twisting[:, None], found.slopes)
-        turns = turns - change
-        if not (np.abs(change) > _NEAR).any():
-            break
+        second = plain + (own.torsion[:, None] * twisting)[:, :, None] * twisting[:, None]
+        turns = turns - _solved(second, found.slopes)
+    return turns
+
+
+def _newton(own: _Guides, turns: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """θ, ∂²U/∂θ² there, and whether it is a minimum, by Newton's method."""
+    count = turns.shape[1]
     four = _Guides(*(np.repeat(part, 4, axis=-1) for part in own))
     steps = np.tile(1j * _STEP * np.eye(4), count)
     for _ in range(_STEPS):
@@ -195,13 +213,12 @@ def _least(own: _Guides) -> tuple[FloatArray, FloatArray]:
         turns = turns - change
         if not (np.abs(change) > _NEAR).any():
             break
-    finite = np.isfinite(second).all(axis=(1, 2)) & np.isfinite(change).all(axis=0)
+    finite = np.asarray(np.isfinite(second).all(axis=(1, 2)) & np.isfinite(change).all(axis=0))
     second[~finite] = np.eye(4)
-    stable = finite & (np.linalg.eigvalsh(second)[:, 0] > 0.0)
+    stable = np.linalg.eigvalsh(second)[:, 0] > 0.0
     with np.errstate(invalid="ignore"):
         near = np.abs(change).max(axis=0) <= _NEAR
-    turns[:, ~np.asarray(stable & near)] = np.nan
-    return turns, second
+    return turns, second, np.asarray(finite & stable & near)
 
 
 def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:

@@ -89,6 +89,7 @@ class ElasticEquations(Record):
         own, geometry = mechanism.interfaces, mechanism.geometry
         self.harness, self.soft_cuff = own.harness, own.cuff
         self.flexibility, self.resists = guide_flexibility(mechanism)
+        self._ends = np.zeros((len(base), mechanism.limb_count, 4))
         self._fixed = None if locked else loads(np.arange(len(base)), query.matrices)
         aligned = geometry.platform_points @ np.swapaxes(query.matrices, 1, 2) - geometry.base_points
         self.lengths = np.linalg.norm(aligned, axis=-1)
@@ -130,10 +131,12 @@ class ElasticEquations(Record):
         points = self.mechanism.geometry.base_points
         return placed(points, arm, delta, *offsets, self.mechanism.interfaces, *gives), arm
 
-    def sides(self, placement: Placement, copies: int = 1) -> tuple[SideWrenches, FloatArray]:
+    def sides(
+        self, placement: Placement, start: FloatArray | None = None, copies: int = 1
+    ) -> tuple[SideWrenches, FloatArray]:
         """Side wrenches at a placement, which may be complex, and turns of the guides' ends; see bent_wrenches."""
         guides = straight_guides(placement.base_points, self.mechanism.geometry.platform_points, *placement[1:])
-        return bent_wrenches(guides, self.flexibility, self.resists, self.mechanism.is_upu, copies)
+        return bent_wrenches(guides, self.flexibility, self.resists, self.mechanism.is_upu, start, copies)
 
     def _residual(
         self,
@@ -147,7 +150,9 @@ class ElasticEquations(Record):
         """r, shape (k, m), of x and λ side by side; loads in full; ``copies`` rows each have the same real parts."""
         x, share = z[:, :-1], z[:, -1]
         placement, arm = self.place(rows, x, share)
-        side, _ = self.sides(placement, copies)
+        # The turns of the guides' ends differ little from those of the evaluation before.
+        side, ends = self.sides(placement, self._ends[rows], copies)
+        self._ends[rows[::copies]] = np.nan_to_num(ends[::copies].real)
         g = side.stiffness * side.deflection
         closure, limb_share = self._limbs(rows, placement, side)
         own = share[:, None, None] * closure
@@ -228,16 +233,17 @@ class ElasticEquations(Record):
         count = x.shape[1] + 1
         if self._fixed is not None:
             return tuple(np.repeat(part[rows], count, axis=0) for part in self._fixed)
-        turns = x[:, self.parts[1]]
-        here = self.query.matrices[rows]
-        parts = [part.astype(complex) for part in self.loads(rows, turn_matrix(turns) @ here)]
-        repeated = [np.repeat(part[:, None], count, axis=1) for part in parts]
-        for axis in range(3):
-            step = _TURN * np.eye(3)[axis]
-            ends = [self.loads(rows, turn_matrix(turns + sign * step) @ here) for sign in (1.0, -1.0)]
-            for part, ahead, back in zip(repeated, *ends, strict=True):
-                part[:, self.parts[1].start + axis] += 1j * _STEP * (ahead - back) / (2.0 * _TURN)
-        return tuple(part.reshape(len(x) * count, -1) for part in repeated)
+        # Each row at its turn and a little to both sides about each axis, one stack.
+        steps = _TURN * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+        turned_arm = turn_matrix(x[:, None, self.parts[1]] + steps) @ self.query.matrices[rows][:, None]
+        found = self.loads(np.repeat(rows, len(steps)), turned_arm.reshape(-1, 3, 3))
+        parts = []
+        for part in (part.reshape(len(x), len(steps), -1) for part in found):
+            repeated = np.repeat(part[:, :1], count, axis=1).astype(complex)
+            slopes = (part[:, 1:4] - part[:, 4:]) / (2.0 * _TURN)
+            repeated[:, self.parts[1]] += 1j * _STEP * slopes
+            parts.append(repeated.reshape(len(x) * count, -1))
+        return tuple(parts)
 
 
 def settle(equations: ElasticEquations, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:

@@ -80,6 +80,14 @@ def test_code_on_trajectories_runs(monkeypatch, capsys, tmp_path):
     assert len(names["answer"].movement.times) == 151
 
 
+def test_code_on_calibration_runs(monkeypatch, capsys, tmp_path):
+    names = run_code_of("calibration.md", monkeypatch, tmp_path)
+    page = (Path(__file__).parents[1] / "docs" / "calibration.md").read_text(encoding="utf-8")
+    shown = re.search(r"<!-- output: calibration -->\n```\n(.*?)\n```", page, re.DOTALL)[1]
+    assert_same(shown, capsys.readouterr().out.rstrip())
+    assert np.isfinite(names["found"].covariance).all()
+
+
 def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     names = run_code_of("closed_chains.md", monkeypatch, tmp_path)
     chain, q = names["chain"], names["q"]

@@ -14,8 +14,8 @@ from .controllers.proportional_integral import PIGains as PIGains
 from .controllers.proportional_integral import ProportionalIntegral as ProportionalIntegral
 from .controllers.tension_program import Tensions as Tensions
 from .controllers.tension_program import tensions_for_motion as tensions_for_motion
-from .controllers.thesis_controller import TABLE_5_5 as TABLE_5_5
 from .controllers.thesis_controller import ContractionController as ContractionController
+from .controllers.thesis_controller import TABLE_5_5 as TABLE_5_5
 from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
 from .experiments.catalogue import hung_outward as hung_outward
@@ -27,6 +27,9 @@ from .experiments.experiment import Experiment as Experiment
 from .experiments.holdable import missing_moments as missing_moments
 from .experiments.sensitivity import sensitivity as sensitivity
 from .experiments.tracking import Tracking as Tracking
+from .measured_run import MeasuredRun as MeasuredRun
+from .measured_run import read_run as read_run
+from .measured_run import write_run as write_run
 from .plant.faults import Fault as Fault
 from .plant.options import PlantOptions as PlantOptions
 from .plant.plant import Plant as Plant

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from os import PathLike
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,7 +15,7 @@ from ..core.files.toml_tables import naming_file
 from ..core.validation import FloatArray
 from .trajectories import Movement
 
-__all__ = ["read_movement"]
+__all__ = ["orientation_columns", "read_movement"]
 
 
 def _shoulder(values: FloatArray, degrees: bool, side: str) -> Rotation:
@@ -81,16 +80,32 @@ def read_movement(
         named.
     """
     table = read_csv(path)
-    columns, (build, degrees) = _convention(table)
-    values = table.numbers(("time_s", *columns))
+    columns, orientations = orientation_columns(table, side)
+    if set(table.columns) != {"time_s", *columns}:
+        raise _unknown_header(table, "time_s")
+    times = table.numbers(("time_s",))[:, 0]
     with naming_file(path):
-        orientations = build(values[:, 1:], degrees, side) if len(values) else Rotation.identity(0)
-        return Movement.from_samples(values[:, 0], orientations, smoothing, sensor_noise)
+        return Movement.from_samples(times, orientations, smoothing, sensor_noise)
 
 
-def _convention(table: CsvTable) -> tuple[tuple[str, ...], Any]:
-    for columns, reading in _CONVENTIONS.items():
-        if set(table.columns) == {"time_s", *columns}:
-            return columns, reading
-    known = "; ".join(", ".join(("time_s", *columns)) for columns in _CONVENTIONS)
-    raise FileFormatError(f"expected one of the headers: {known}; got {', '.join(table.columns)}", table.path)
+def orientation_columns(table: CsvTable, side: str) -> tuple[tuple[str, ...], Rotation]:
+    """The columns of a table that hold orientations, as in :func:`read_movement`, and these, a stack of shape (N,).
+
+    Raises
+    ------
+    FileFormatError
+        If there is none of the known sets of columns, or more than one.
+    """
+    found = [columns for columns in _CONVENTIONS if set(columns) <= set(table.columns)]
+    if len(found) != 1:
+        raise _unknown_header(table)
+    columns = found[0]
+    build, degrees = _CONVENTIONS[columns]
+    values = table.numbers(columns)
+    with naming_file(table.path):
+        return columns, build(values, degrees, side) if len(values) else Rotation.identity(0)
+
+
+def _unknown_header(table: CsvTable, *before: str) -> FileFormatError:
+    known = "; ".join(", ".join((*before, *columns)) for columns in _CONVENTIONS)
+    return FileFormatError(f"expected one of the headers: {known}; got {', '.join(table.columns)}", table.path)

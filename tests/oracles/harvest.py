@@ -7,6 +7,7 @@ import pkgutil
 import sys
 
 import numpy as np
+from calibration_examples import calibration_examples
 from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from mckibben import McKibben
@@ -104,7 +105,7 @@ def harvest(folder):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
     made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
-    control = trajectory_examples()
+    control = (*trajectory_examples(), *calibration_examples())
     for example in (
         *muscle_examples(),
         *rare_examples(),

@@ -27,6 +27,7 @@ COMMANDS = {
         "kinematic consistency of a design, or of any robot given as a .urdf with its closures",
     ),
     "export": ("design.export_command", "write a design as URDF with its closures file, as MJCF or as SDF"),
+    "calibrate": ("design.calibrate_command", "joint centres and offsets from measured poses and limb lengths"),
     "mobility": (
         "mobility_command",
         "freedoms, redundant closures, singular kinds and margins of a design or any robot",

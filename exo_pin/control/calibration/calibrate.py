@@ -107,7 +107,7 @@ def calibrate(
     model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
     measured = poses.as_matrix()
     free = "length_offsets" in model.unknowns
-    start = model.evaluate(np.zeros(model.size), measured).values
+    start = model.lengths(np.zeros(model.size), measured)
     values = as_lengths(lengths, orientations, start, free)
     prior = prior_of(model, tolerances, errors.length_noise)
     model = _started(model, measured, values, torso_mounting is None, arm_mounting is None)
@@ -189,7 +189,7 @@ def _started(
         )
     started = LengthModel(model.base, model.platform, offsets, torso, arm, model.unknowns)
     if "length_offsets" in model.unknowns:
-        predicted = started.evaluate(np.zeros(model.size), measured).values
+        predicted = started.lengths(np.zeros(model.size), measured)
         offsets = np.median(predicted - lengths, axis=0)
         started = LengthModel(model.base, model.platform, offsets, torso, arm, model.unknowns)
     return started

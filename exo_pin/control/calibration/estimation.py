@@ -17,14 +17,17 @@ __all__ = ["LOSSES", "UNIT", "Estimate", "estimate", "inflation", "starting_moun
 
 #: Robust losses and the residual, in standard deviations, from which they count less; 95 % efficient for normal errors.
 LOSSES = {"linear": np.inf, "huber": 1.345, "cauchy": 2.385}
-#: The weights have converged when the unknowns move by less than this part of the joints' distance from the centre.
-_STILL = 1e-10
+#: Weights have converged when the unknowns move by less than this part of the joints' distance from the centre, and no
+#: weight changes by more than this.
+_STILL, _SETTLED = 1e-7, 1e-3
 _MOST_ROUNDS = 200
+#: Relative change of the unknowns at which least squares ends: the last time, and before.
+_FINE, _COARSE = 1e-12, 1e-6
 #: Lengths without a stated noise are weighted with this one, m.
 UNIT = 1e-3
 #: Tolerances, m, that lead to the solution nearest to the nominal design before they are dropped: what is not
 #: determined then stays near its nominal value.
-_NEAR = (0.02, 1.0, 50.0)
+_NEAR = (0.02, 1.0)
 #: Standard deviation of a normal distribution over the median of its absolute values.
 _MEDIAN = 1.4826
 #: Poses that choose among mountings to start from.
@@ -91,18 +94,18 @@ def estimate(
     values, weights, scale = np.zeros(model.size), np.ones(lengths.size), 1.0
     for near in _NEAR:
         problem.set_weights(values)
-        values = problem.solve(values, weights, np.minimum(prior, near * model.scales))
+        values = problem.solve(values, weights, np.minimum(prior, near * model.scales), _COARSE)
+    # With one kind of error and no robust loss the weights are the same everywhere.
+    plain = orientation_noise == 0.0 and loss == "linear"
     for _ in range(_MOST_ROUNDS):
         problem.set_weights(values)
-        before, values = values, problem.solve(values, weights, prior)
+        before, values = values, problem.solve(values, weights, prior, _FINE if plain else 1e-2 * _STILL)
         residuals, jacobian = problem.residuals(values), problem.jacobian(values)
         freedom = len(residuals) - min(np.linalg.matrix_rank(jacobian * model.scales), len(residuals))
         scale = 1.0 if length_noise is not None else _scale(residuals, freedom, loss)
         old, weights = weights, _weights(residuals / scale if scale > 0.0 else residuals, loss)
         moved = float(np.abs((values - before) / model.scales).max(initial=0.0))
-        if (orientation_noise == 0.0 and loss == "linear") or (
-            moved < _STILL * model.reach and np.abs(weights - old).max() < 1e-6
-        ):
+        if plain or (moved < _STILL * model.reach and np.abs(weights - old).max() < _SETTLED):
             return Estimate(values, residuals, jacobian, weights, scale)
     raise SolverFailed("reweighted least squares", moved, "the weights do not converge; try loss='linear'")
 
@@ -153,7 +156,7 @@ class _Problem:
 
     def residuals(self, values: FloatArray) -> FloatArray:
         """Measured minus predicted."""
-        short = self.lengths - self.model.evaluate(values, self.measured).values
+        short = self.lengths - self.model.lengths(values, self.measured)
         return np.asarray(np.einsum("kij,kj->ki", self.whiten, short).ravel())
 
     def jacobian(self, values: FloatArray) -> FloatArray:
@@ -161,7 +164,7 @@ class _Problem:
         by = self.model.evaluate(values, self.measured).by_unknowns
         return np.asarray((self.whiten @ by).reshape(-1, self.model.size))
 
-    def solve(self, start: FloatArray, weights: FloatArray, prior: FloatArray) -> FloatArray:
+    def solve(self, start: FloatArray, weights: FloatArray, prior: FloatArray, tolerance: float) -> FloatArray:
         """Least squares with these weights."""
         root = np.sqrt(weights)
         held = np.isfinite(prior)
@@ -171,8 +174,8 @@ class _Problem:
             start,
             jac=lambda p: np.concatenate([root[:, None] * self.jacobian(p), stiff]),
             x_scale=self.model.scales,
-            xtol=1e-15,
-            ftol=1e-15,
+            xtol=tolerance,
+            ftol=1e-14,
             gtol=None,
             max_nfev=500,
         )

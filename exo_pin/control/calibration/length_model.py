@@ -19,6 +19,7 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 
 __all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns"]
@@ -80,7 +81,7 @@ def as_unknowns(names: str | Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in GROUPS if name in found)
 
 
-class LengthModel:
+class LengthModel(Record):
     """The equations above for one design; the vector of unknowns holds changes from its values.
 
     Parameters
@@ -129,6 +130,11 @@ class LengthModel:
         #: Changes of the unknowns that move joints by about the same length.
         self.scales = frozen(np.array([1.0 / reach if unit == "rad" else 1.0 for unit in units]))
 
+    @property
+    def unit(self) -> str:
+        """Of a thousandth of an unknown, for texts."""
+        return "mm or mrad" if "rad" in self.units else "mm"
+
     def group(self, name: str, values: FloatArray, shape: tuple[int, ...] = (3,)) -> FloatArray:
         """Values of one group in a vector of unknowns, zero if it is not unknown."""
         return values[self.places[name]].reshape(shape) if name in self.places else np.zeros(shape)
@@ -149,6 +155,19 @@ class LengthModel:
         """o_i, shape (n,)."""
         return self.offsets + self.group("length_offsets", values, (self.limb_count,))
 
+    def lengths(self, values: FloatArray, measured: FloatArray) -> FloatArray:
+        """Lengths alone, shape (N, n); arguments of :meth:`evaluate`."""
+        return np.asarray(self._lines(values, measured)[3] - self.length_offsets(values))
+
+    def _lines(self, values: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """R, b_i, b_i - a_i and |b_i - a_i|."""
+        a, b = self.joints(values)
+        torso, arm = self.mountings(values)
+        R = torso.as_matrix() @ measured @ arm.as_matrix()
+        ends = b @ np.swapaxes(R, 1, 2)
+        lines = ends - a
+        return R, ends, lines, np.sqrt(np.einsum("kni,kni->kn", lines, lines))
+
     def evaluate(self, values: FloatArray, measured: FloatArray) -> Lengths:
         """Lengths and their derivatives.
 
@@ -159,15 +178,11 @@ class LengthModel:
         measured : ndarray
             Shape (N, 3, 3), S of each pose.
         """
-        a, b = self.joints(values)
-        torso, arm = self.mountings(values)
-        R = torso.as_matrix() @ measured @ arm.as_matrix()
-        ends = np.einsum("kij,nj->kni", R, b)
-        lines = ends - a
-        lengths = np.linalg.norm(lines, axis=-1)
+        R, ends, lines, lengths = self._lines(values, measured)
+        b = self.joints(values)[1]
         directions = lines / lengths[..., None]
         # Of the platform's joint in {O_B}, and of a turn in {O_A} and {O_B}.
-        in_arm = np.einsum("kji,knj->kni", R, directions)
+        in_arm = directions @ R
         turned = np.cross(ends, directions)
         N, n = lengths.shape
         out = np.zeros((N, n, self.size))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.records import Record
+from ...core.records import Record, reduced_tuple
 from ...core.validation import FloatArray, as_choice, as_positive, frozen, require_method
 from ...load_case.ranges_of_motion import ADL_BOX
 from .calibrate import JOINTS, nominal_model, prior_of
@@ -70,7 +70,8 @@ class PoseInformation(Record):
             lines = [f"{poses} poses do not determine {len(lost)} of {len(self.names)} directions:"]
             return "\n".join(lines + [f"  {direction}" for direction in lost])
         return (
-            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} mm or mrad, "
+            f"{poses} poses determine all {len(self.names)} unknowns, each to {1e3 * worst:.2g} "
+            f"{self.information.model.unit}, "
             f"{1e3 * self.typical_deviation:.2g} mm in the geometric mean"
         )
 
@@ -91,6 +92,9 @@ class SuggestedPoses(NamedTuple):
     orientations: Rotation
     chosen: NDArray[np.intp]
     expected: PoseInformation
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 def pose_information(

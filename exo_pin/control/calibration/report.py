@@ -26,6 +26,7 @@ def report(found: Calibration) -> str:
             lines.append(f"  ({found.lengths.size} lengths for {found.model.size} unknowns: measure more poses)")
         lines += [f"  {direction}" for direction in found.undetermined[:_LISTED]]
         lines += _rest(len(found.undetermined))
+        lines.append("  Measure other poses, or hold the unknowns near the nominal design with tolerances.")
     outliers = found.outliers
     if len(outliers):
         lines += ["", f"{len(outliers)} residuals beyond four standard deviations:"]

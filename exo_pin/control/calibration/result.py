@@ -163,7 +163,7 @@ class Calibration(Record):
     @property
     def residuals(self) -> FloatArray:
         """Measured minus predicted lengths, shape (N, n), m."""
-        return self.lengths - self.model.evaluate(self._found.values, self.orientations.as_matrix()).values
+        return self.lengths - self.model.lengths(self._found.values, self.orientations.as_matrix())
 
     @property
     def normalised_residuals(self) -> FloatArray:
@@ -205,7 +205,7 @@ class Calibration(Record):
         if lost:
             text = f"The measurements do not determine {lost} of {self.model.size} directions of the unknowns."
         else:
-            text = f"All {self.model.size} unknowns are determined, each to {1e3 * worst:.2g} mm or mrad."
+            text = f"All {self.model.size} unknowns are determined, each to {1e3 * worst:.2g} {self.model.unit}."
         if self.probability < _CONTRADICTS:
             text += " The residuals contradict the stated noise."
         return text

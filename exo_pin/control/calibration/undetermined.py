@@ -55,7 +55,7 @@ class Undetermined(ReadOnly):
 
     @property
     def is_exact(self) -> bool:
-        """Whether no data of this kind could determine it; otherwise the noise is too large or the poses too alike."""
+        """Whether no length changes along it, to first order; else noise is too large or poses are too alike."""
         return not np.isfinite(self.standard_deviation)
 
     def __str__(self) -> str:

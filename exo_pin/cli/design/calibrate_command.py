@@ -1,0 +1,76 @@
+"""``exo-pin calibrate``: joint centres, offsets and mountings from a file of measured poses and limb lengths."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...control import calibrate, read_run
+from ...control.calibration.calibrate import JOINTS
+from ...control.calibration.estimation import LOSSES
+from ...control.calibration.length_model import GROUPS
+from ...core.errors import InvalidInput
+from ..options.command_list import help_of
+from ..options.query_options import add_design, design
+
+__all__ = ["add_commands"]
+
+
+def add_commands(commands: Any) -> None:
+    """Register the command."""
+    parser = commands.add_parser("calibrate", help=help_of("calibrate"))
+    parser.add_argument(
+        "measured", metavar="CSV", help="columns of orientations (as of reaction --trajectory), length_1_mm, ..."
+    )
+    add_design(parser)
+    parser.add_argument(
+        "--unknowns", default=",".join(JOINTS), metavar="NAMES", help=f"of {', '.join(GROUPS)} (default: joints)"
+    )
+    parser.add_argument("--length-noise", type=float, metavar="MM", help="standard deviation; found if left out")
+    parser.add_argument("--orientation-noise", type=float, default=0.0, metavar="DEG", help="about each axis")
+    parser.add_argument(
+        "--tolerance",
+        action="append",
+        default=[],
+        metavar="NAME=SIZE",
+        help="standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
+    )
+    parser.add_argument("--loss", choices=tuple(LOSSES), default="linear", help="robust losses resist outliers")
+    parser.add_argument("--out", type=Path, metavar="TOML", help="write the calibrated design")
+    parser.set_defaults(run=_calibrate)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    nominal = design(options)
+    run = read_run(options.measured, nominal.side)
+    noise = None if options.length_noise is None else 1e-3 * options.length_noise
+    found = calibrate(
+        run.orientations,
+        run.lengths,
+        nominal,
+        unknowns=[name.strip() for name in options.unknowns.split(",")],
+        length_noise=noise,
+        orientation_noise=float(np.radians(options.orientation_noise)),
+        tolerances=dict(_tolerance(text) for text in options.tolerance),
+        loss=options.loss,
+    )
+    print(found)
+    if options.out is not None:
+        found.exo.save(options.out)
+        print(options.out)
+    return 0
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    """Name and SI value of one --tolerance."""
+    name, equals, size = text.partition("=")
+    try:
+        value = float(size)
+    except ValueError:
+        equals = ""
+    if not equals:
+        raise InvalidInput(f"expected --tolerance NAME=SIZE, got {text!r}")
+    return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value

@@ -1,0 +1,160 @@
+"""Measured runs: orientations and limb lengths, with times and pressures where they are known, and their CSV files.
+
+One format for what is measured on a device and for what a simulation of it gives:
+
+* optionally ``time_s``;
+* orientations as in :func:`exo_pin.read_movement`: clinical angles, thesis angles or quaternions;
+* ``length_1_mm``, ``length_2_mm``, ... (or ``_m``), one column a limb;
+* optionally ``pressure_1_bar``, ... (or ``_Pa``), gauge pressure, one column a muscle.
+
+Lines that start with ``#`` are comments. The order of columns is free; any other column is an error.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from os import PathLike
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import FileFormatError, InvalidInput
+from ..core.files import write_text
+from ..core.files.csv_tables import CsvTable, csv_text, read_csv
+from ..core.files.toml_tables import naming_file
+from ..core.records import Record
+from ..core.validation import FloatArray, as_finite, as_rotation
+from ..load_case.trajectory_files import orientation_columns
+
+__all__ = ["MeasuredRun", "read_run", "write_run"]
+
+#: Units of columns, in SI.
+_UNITS = {"length": {"mm": 1e-3, "m": 1.0}, "pressure": {"bar": 1e5, "Pa": 1.0}}
+#: Written with these.
+_WRITTEN = {"length": "mm", "pressure": "bar"}
+_COLUMN = re.compile(r"(length|pressure)_([1-9][0-9]*)_(\w+)")
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRun(Record):
+    """Orientations and limb lengths, measured together.
+
+    Attributes
+    ----------
+    orientations : Rotation
+        Stack of shape (N,), {O_B} to {O_A}, or of the sensors, as :func:`exo_pin.calibrate` takes them.
+    lengths : ndarray
+        Shape (N, n), m.
+    times : ndarray or None
+        Shape (N,), s, rising; None for single poses.
+    pressures : ndarray or None
+        Shape (N, m), Pa, gauge.
+    """
+
+    orientations: Rotation
+    lengths: FloatArray | ArrayLike
+    times: FloatArray | ArrayLike | None = None
+    pressures: FloatArray | ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        poses = as_rotation("orientations", self.orientations)
+        if len(poses.shape) != 1:
+            raise InvalidInput(f"expected orientations as a stack of shape (N,), got {poses.shape}")
+        lengths = as_finite("lengths", self.lengths, (None, None))
+        object.__setattr__(self, "lengths", lengths)
+        for name, shape in (("times", (None,)), ("pressures", (None, None))):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, as_finite(name, getattr(self, name), shape))
+        for name, value in (("lengths", lengths), ("times", self.times), ("pressures", self.pressures)):
+            if value is not None and len(np.asarray(value)) != len(poses):
+                raise InvalidInput(f"expected {len(poses)} rows of {name}, one an orientation, got {len(value)}")  # type: ignore[arg-type]
+        if self.times is not None and not (np.diff(np.asarray(self.times)) > 0.0).all():
+            raise InvalidInput("expected times in s that rise from row to row")
+
+
+def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
+    """Read a measured run from a CSV file; the module describes its columns.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    side : {"left", "right"}
+        Side of the body that clinical angles are of.
+
+    Returns
+    -------
+    MeasuredRun
+
+    Raises
+    ------
+    FileFormatError
+        If a column is missing or unknown, limbs are not numbered from 1, or a cell is no finite number.
+    """
+    table = read_csv(path)
+    columns, orientations = orientation_columns(table, side)
+    numbered = _numbered(table, {"time_s", *columns})
+    if "length" not in numbered:
+        raise FileFormatError(f"expected columns length_1_mm, length_2_mm, ...; got {', '.join(table.columns)}", path)
+    values = {kind: table.numbers(names) * _UNITS[kind][unit] for kind, (names, unit) in numbered.items()}
+    times = table.numbers(("time_s",))[:, 0] if "time_s" in table.columns else None
+    with naming_file(path):
+        return MeasuredRun(orientations, values["length"], times, values.get("pressure"))
+
+
+def _numbered(table: CsvTable, others: set[str]) -> dict[str, tuple[list[str], str]]:
+    """Columns of lengths and pressures in the order of their numbers, with their unit."""
+    found: dict[str, dict[int, tuple[str, str]]] = {}
+    for name in table.columns:
+        if name in others:
+            continue
+        match = _COLUMN.fullmatch(name)
+        if match is None or match[3] not in _UNITS[match[1]]:
+            raise FileFormatError(
+                f"unknown column {name!r}; there are time_s, angles, length_1_mm (or _m), pressure_1_bar (or _Pa)",
+                table.path,
+            )
+        if int(match[2]) in found.setdefault(match[1], {}):
+            raise FileFormatError(f"{match[1]} {match[2]} is there twice, the second time as {name!r}", table.path)
+        found[match[1]][int(match[2])] = (name, match[3])
+    sorted_columns = {}
+    for kind, columns in found.items():
+        units = {unit for _, unit in columns.values()}
+        if sorted(columns) != list(range(1, len(columns) + 1)) or len(units) != 1:
+            raise FileFormatError(
+                f"expected {kind}s numbered from 1 without a gap and in one unit, got "
+                f"{', '.join(name for name, _ in columns.values())}",
+                table.path,
+            )
+        sorted_columns[kind] = ([columns[k][0] for k in sorted(columns)], units.pop())
+    return sorted_columns
+
+
+def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[str] = ()) -> None:
+    """Write a run as CSV that :func:`read_run` reads back; orientations as quaternions.
+
+    Parameters
+    ----------
+    run : MeasuredRun
+        What to write.
+    path : path-like
+        The file; it appears whole or not at all.
+    comments : iterable of str
+        Lines before the table.
+    """
+    if not isinstance(run, MeasuredRun):
+        raise InvalidInput(f"expected a MeasuredRun, got {type(run).__name__}")
+    columns, blocks = ["qx", "qy", "qz", "qw"], [run.orientations.as_quat()]
+    if run.times is not None:
+        columns, blocks = ["time_s", *columns], [np.asarray(run.times)[:, None], *blocks]
+    for kind, values in (("length", run.lengths), ("pressure", run.pressures)):
+        if values is not None:
+            unit = _WRITTEN[kind]
+            array = np.asarray(values) / _UNITS[kind][unit]
+            columns += [f"{kind}_{k + 1}_{unit}" for k in range(array.shape[1])]
+            blocks.append(array)
+    rows = np.concatenate(blocks, axis=1).tolist()
+    write_text(path, csv_text(columns, ([repr(value) for value in row] for row in rows), comments))

@@ -1,0 +1,264 @@
+"""Calibration: exact data give the device, another optimiser and a closed form agree; outliers, mixed-up input."""
+
+import numpy as np
+import pytest
+from measured_devices import measured, measured_by_mujoco, near, poses, random_exo
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.control.calibration.length_model import GROUPS
+from exo_pin.core.errors import InvalidInput, SuspectMeasurements, UnknownName
+
+JOINTS = ("base_points", "platform_points")
+RIGID = ("length_offsets", "base_offset", "cuff_offset", "torso_mounting", "arm_mounting")
+
+
+@pytest.mark.parametrize("limbs", [3, 4, 5, 6])
+@pytest.mark.parametrize("offsets", [0.0, 0.15])
+def test_exact_data_give_the_device_itself(limbs, offsets):
+    rng = np.random.default_rng(100 + limbs)
+    exo = random_exo(rng, limbs)
+    device = near(exo, rng, joints=0.005, offsets=offsets)
+    unknowns = (*JOINTS, "length_offsets") if offsets else JOINTS
+    arm = Rotation.random(60, rng)
+    found = ep.calibrate(*measured_by_mujoco(device, arm), exo, unknowns=unknowns)
+    a, b = found.joints
+    np.testing.assert_allclose(a, device.base, atol=1e-11)
+    np.testing.assert_allclose(b, device.platform, atol=1e-11)
+    np.testing.assert_allclose(found.length_offsets, device.offsets, atol=1e-11)
+    np.testing.assert_allclose(found.exo.inverse_kinematics(arm).lengths, measured(device, arm)[1] + device.offsets)
+    assert not found.undetermined
+    assert np.abs(found.residuals).max() < 1e-12
+
+
+@pytest.mark.parametrize("limbs", [3, 5])
+def test_exact_data_give_offsets_and_mountings_of_rigid_rings(limbs):
+    rng = np.random.default_rng(200 + limbs)
+    exo = random_exo(rng, limbs)
+    device = near(exo, rng, joints=0.0, offsets=0.05, mounting=0.3, rings=(0.01, 0.015))
+    # Sensors along other axes of the body, as they are often mounted.
+    flip = Rotation.from_euler("XYZ", [90.0, 0.0, -90.0], degrees=True)
+    device = device._replace(torso=device.torso * flip, arm=flip * device.arm)
+    found = ep.calibrate(*measured_by_mujoco(device, Rotation.random(60, rng)), exo, unknowns=RIGID)
+    assert (found.torso_mounting * device.torso.inv()).magnitude() < 1e-10
+    assert (found.arm_mounting * device.arm.inv()).magnitude() < 1e-10
+    np.testing.assert_allclose(found.centre_offset.base, (device.base - exo.geometry.base_points)[0], atol=1e-11)
+    shift = (device.platform - exo.geometry.platform_points)[0]
+    np.testing.assert_allclose(found.centre_offset.cuff, shift, atol=1e-11)
+    np.testing.assert_array_equal(found.exo.geometry.base_points, exo.geometry.base_points)
+
+
+def test_calibrated_device_gives_the_forces_of_the_real_one():
+    rng = np.random.default_rng(3)
+    exo = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
+    device = near(exo, rng, rings=(0.006, 0.006))
+    found = ep.calibrate(*measured(device, poses(rng, 40)), exo)
+    arm = poses(rng, 5)
+    real = exo.replace(geometry=exo.geometry.replace(base_points=device.base, platform_points=device.platform))
+    answer = found.exo.reaction(arm, centre_offset=found.centre_offset)
+    np.testing.assert_allclose(answer.actuator_forces, real.reaction(arm).actuator_forces, rtol=1e-6)
+
+
+def one_limb(seen, lengths, near_base, near_platform):
+    """A and B of one limb in closed form: l² = |a|² + |b|² - 2 R : a bᵀ is linear in |a|² + |b|² and in a bᵀ."""
+    R = seen.as_matrix().reshape(-1, 9)
+    found = np.linalg.lstsq(np.column_stack([np.ones(len(R)), -2.0 * R]), lengths**2, rcond=None)[0]
+    left, sizes, right = np.linalg.svd(found[1:].reshape(3, 3))
+    assert sizes[1] < 1e-9 * sizes[0]
+    twins = []
+    for square in np.roots([1.0, -found[0], sizes[0] ** 2]).real:
+        for sign in (1.0, -1.0):
+            size = np.sqrt(square)
+            twins.append((sign * size * left[:, 0], sign * sizes[0] / size * right[0]))
+    return min(twins, key=lambda ab: np.linalg.norm(ab[0] - near_base) + np.linalg.norm(ab[1] - near_platform)), twins
+
+
+def test_one_limb_agrees_with_its_closed_form_and_has_four_twins():
+    rng = np.random.default_rng(4)
+    exo = ep.load("prototype")
+    device = near(exo, rng)
+    arm = Rotation.random(40, rng)
+    seen, lengths = measured(device, arm)
+    a, b = ep.calibrate(seen, lengths, exo).joints
+    geometry = exo.geometry
+    for i in range(3):
+        (base, platform), twins = one_limb(seen, lengths[:, i], geometry.base_points[i], geometry.platform_points[i])
+        np.testing.assert_allclose(a[i], base, atol=1e-10)
+        np.testing.assert_allclose(b[i], platform, atol=1e-10)
+        assert len(twins) == 4
+        for other in twins:
+            twin = np.linalg.norm(seen.apply(other[1]) - other[0], axis=1)
+            np.testing.assert_allclose(twin, lengths[:, i], atol=1e-10)
+
+
+def test_another_optimiser_from_another_start_finds_the_same():
+    rng = np.random.default_rng(5)
+    exo = random_exo(rng, 4)
+    seen, lengths = measured(near(exo, rng), Rotation.random(40, rng), rng, length_noise=5e-4)
+    found = ep.calibrate(seen, lengths, exo)
+
+    def misfit(x):
+        a, b = x.reshape(2, 4, 3)
+        return np.concatenate([lengths[:, i] - np.linalg.norm(seen.apply(b[i]) - a[i], axis=1) for i in range(4)])
+
+    start = np.concatenate(found.joints).ravel() + 0.01 * rng.normal(size=24)
+    other = least_squares(misfit, start, method="lm", jac="3-point", xtol=1e-14, ftol=1e-14)
+    np.testing.assert_allclose(np.concatenate(found.joints).ravel(), other.x, atol=1e-8)
+    # Its noise is estimated from what is left.
+    assert found.length_noise == pytest.approx(np.sqrt(2 * other.cost / (160 - 24)), rel=1e-9)
+    assert found.length_noise == pytest.approx(5e-4, rel=0.15)
+    spread = found.length_noise**2 * np.linalg.inv(other.jac.T @ other.jac)
+    np.testing.assert_allclose(found.covariance, spread, rtol=1e-4, atol=1e-12)
+
+
+def test_errors_of_orientations_agree_with_unknown_true_poses():
+    rng = np.random.default_rng(6)
+    exo, noise, turn = random_exo(rng, 3), 3e-4, np.radians(0.3)
+    seen, lengths = measured(near(exo, rng), Rotation.random(25, rng), rng, noise, turn)
+    found = ep.calibrate(seen, lengths, exo, length_noise=noise, orientation_noise=turn)
+
+    def misfit(x):
+        # The true pose is the measured one and a small turn, which is unknown.
+        a, b = x[:18].reshape(2, 3, 3)
+        turns = x[18:].reshape(-1, 3)
+        ends = (Rotation.from_rotvec(turns) * seen).as_matrix() @ b.T
+        left = lengths - np.linalg.norm(np.swapaxes(ends, 1, 2) - a, axis=2)
+        return np.concatenate([left.ravel() / noise, turns.ravel() / turn])
+
+    start = np.concatenate([np.concatenate(found.joints).ravel(), np.zeros(75)])
+    joint = least_squares(misfit, start, jac="3-point", xtol=1e-14, ftol=1e-14)
+    spread = np.linalg.inv(joint.jac.T @ joint.jac)[:18, :18]
+    # First order in the errors: the difference is of second order.
+    difference = (np.concatenate(found.joints).ravel() - joint.x[:18]) / np.sqrt(np.diag(spread))
+    assert np.abs(difference).max() < 0.2
+    np.testing.assert_allclose(found.standard_deviations, np.sqrt(np.diag(spread)), rtol=0.05)
+    # Without them the estimate is worse: the weights are wrong.
+    plain = ep.calibrate(seen, lengths, exo, length_noise=noise)
+    assert plain.probability < 1e-6 < 0.01 < found.probability
+    assert "contradict" in plain.verdict
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_robust_losses_resist_outliers(loss):
+    rng = np.random.default_rng(7)
+    exo = random_exo(rng, 3)
+    device = near(exo, rng)
+    seen, lengths = measured(device, Rotation.random(80, rng), rng, length_noise=3e-4)
+    wrong = rng.choice(lengths.size, 20, replace=False)
+    spoiled = lengths.copy()
+    spoiled.reshape(-1)[wrong] += rng.choice([-1, 1], 20) * rng.uniform(0.01, 0.03, 20)
+    truth = np.concatenate([device.base, device.platform]).ravel()
+    errors = {}
+    for name in ("linear", loss):
+        found = ep.calibrate(seen, spoiled, exo, loss=name)
+        errors[name] = np.abs(np.concatenate(found.joints).ravel() - truth).max()
+    assert errors[loss] < 0.1 * errors["linear"]
+    assert {k * 3 + i for k, i in found.outliers.tolist()} >= set(wrong.tolist())
+    assert found.length_noise == pytest.approx(3e-4, rel=0.3)
+    clean = np.concatenate(ep.calibrate(seen, lengths, exo).joints).ravel()
+    assert np.abs((np.concatenate(found.joints).ravel() - clean) / found.standard_deviations).max() < 1.5
+
+
+def test_prediction_at_other_poses_is_right_within_its_deviation():
+    rng = np.random.default_rng(8)
+    exo = ep.load("prototype")
+    device = near(exo, rng)
+    found = ep.calibrate(*measured(device, poses(rng, 40), rng, 3e-4), exo, length_noise=3e-4)
+    there = poses(rng, 200).as_quat().reshape(20, 10, 4)
+    lengths, deviations = found.predict(Rotation.from_quat(there))
+    error = (lengths - measured(device, Rotation.from_quat(there.reshape(-1, 4)))[1].reshape(20, 10, 3)) / deviations
+    assert lengths.shape == deviations.shape == (20, 10, 3)
+    assert 0.3 < np.sqrt((error**2).mean()) < 2.0
+    # A frame that is undetermined does not matter for lengths.
+    free = ep.calibrate(found.orientations, found.lengths, exo, unknowns=(*JOINTS, "torso_mounting"), length_noise=3e-4)
+    again = free.predict(Rotation.from_quat(there))
+    np.testing.assert_allclose(again[0], lengths, atol=1e-8)
+    np.testing.assert_allclose(again[1], deviations, rtol=1e-5)
+
+
+def test_other_units_are_named():
+    exo, arm = ep.load("prototype"), poses(np.random.default_rng(9), 20)
+    lengths = exo.inverse_kinematics(arm).lengths
+    for unit, factor in {"millimetres": 1e3, "centimetres": 1e2, "inches": 1 / 0.0254}.items():
+        for unknowns, missing in ((JOINTS, 0.0), ((*JOINTS, "length_offsets"), 0.1)):
+            with pytest.raises(InvalidInput, match=unit):
+                ep.calibrate(arm, factor * (lengths - missing), exo, unknowns=unknowns)
+
+
+def test_mixed_up_measurements_are_named():
+    rng = np.random.default_rng(10)
+    exo = ep.load("prototype")
+    # Below 90°, where angles of the wrong order still say what they were read from.
+    angles = rng.uniform([0.0, -4.0, -20.0], [85.0, 85.0, 85.0], (40, 3))
+    arm = ep.shoulder_rotation(*angles.T, degrees=True)
+    lengths = measured(near(exo, rng, 0.003), arm, rng, 3e-4)[1]
+    theta = np.radians(angles * [-1.0, 1.0, -1.0])
+    read_wrong = ep.thesis_rotation(theta[:, 1], theta[:, 0], theta[:, 2])
+    flip = np.array([-1.0, 1.0, -1.0, 1.0])
+    for seen, columns, words in (
+        (arm, lengths[:, [1, 0, 2]], "column 2 is limb 1, column 1 is limb 2"),
+        (arm, lengths[:, [2, 0, 1]], "column 2 is limb 1, column 3 is limb 2, column 1 is limb 3"),
+        (arm.inv(), lengths, "inverted"),
+        (Rotation.from_quat(arm.as_quat() * flip), lengths, "other side"),
+        (read_wrong, lengths, "Y-X-Z .* were read as X-Y-Z"),
+    ):
+        with pytest.warns(SuspectMeasurements, match=words):
+            ep.calibrate(seen, columns, exo, tolerances=dict.fromkeys(JOINTS, 0.01), length_noise=3e-4)
+    other = ep.thesis_rotation(*np.radians(rng.uniform([0, -85, -40], [85, 0, 40], (40, 3))).T)
+    a, b, c = ep.thesis_angles(other).T
+    read_wrong = Rotation.from_euler("YXZ", np.stack([b, a, c], axis=1))
+    with pytest.warns(SuspectMeasurements, match="X-Y-Z .* were read as Y-X-Z"):
+        ep.calibrate(read_wrong, measured(near(exo, rng, 0.003), other)[1], exo)
+
+
+def test_bad_input_is_refused():
+    exo, arm = ep.load("prototype"), poses(np.random.default_rng(11), 20)
+    lengths = exo.inverse_kinematics(arm).lengths
+    for arguments, options in (
+        ((arm.as_quat(), lengths, exo), {}),
+        ((arm[0], lengths[0], exo), {}),
+        ((arm, lengths[:, :2], exo), {}),
+        ((arm, lengths[:19], exo), {}),
+        ((arm, lengths, exo.geometry), {}),
+        ((arm, np.where(np.arange(20)[:, None] == 3, np.nan, lengths), exo), {}),
+        ((arm, lengths - 0.5, exo), {}),
+        ((arm, 20.0 * lengths, exo), {}),
+        ((arm, lengths, exo), {"length_noise": -1e-3}),
+        ((arm, lengths, exo), {"length_noise": 0.3}),
+        ((arm, lengths, exo), {"orientation_noise": 0.01}),
+        ((arm, lengths, exo), {"orientation_noise": 2.0, "length_noise": 1e-3}),
+        ((arm, lengths, exo), {"tolerances": {"base_points": 1e-3}}),
+        ((arm, lengths, exo), {"tolerances": {"cuff_offset": 1e-3}, "length_noise": 1e-3}),
+        ((arm, lengths, exo), {"tolerances": 3, "length_noise": 1e-3}),
+        ((arm, lengths, exo), {"torso_mounting": arm}),
+        ((arm, lengths, exo), {"arm_mounting": [0, 0, 0, 1]}),
+        ((arm[:6], lengths[:6], exo), {}),
+        ((arm, lengths, exo), {"unknowns": ()}),
+    ):
+        with pytest.raises(InvalidInput):
+            ep.calibrate(*arguments, **options)
+    for options in ({"unknowns": ("A",)}, {"loss": "l1"}):
+        with pytest.raises(UnknownName):
+            ep.calibrate(arm, lengths, exo, **options)
+
+
+def test_result_prints_its_verdict_first():
+    rng = np.random.default_rng(12)
+    exo = ep.load("prototype")
+    device = near(exo, rng, offsets=0.1)
+    seen, lengths = measured(device, poses(rng, 30), rng, 3e-4)
+    lengths[4, 1] += 0.02
+    found = ep.calibrate(seen, lengths, exo, unknowns=GROUPS, length_noise=3e-4, loss="cauchy")
+    text = str(found)
+    assert text.startswith(found.verdict)
+    assert sum(direction.is_exact for direction in found.undetermined) == 12
+    assert f"do not determine {len(found.undetermined)} of 33 directions" in found.verdict
+    for words in (
+        "pose 4, limb 2: +",
+        "turn of the base frame {O_A} about x",
+        "length offset 3, mm",
+        "torso mounting, deg",
+    ):
+        assert words in text
+    assert "of 33" in repr(found)

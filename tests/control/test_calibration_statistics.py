@@ -1,0 +1,115 @@
+"""Estimates lie within their covariance: chi-square and coverage over many sets of measurements."""
+
+import numpy as np
+import pytest
+from measured_devices import measured, near, random_exo
+from scipy import stats
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+
+JOINTS = ("base_points", "platform_points")
+SETS = 80
+
+
+def vector(device, exo, unknowns):
+    """True values of the unknowns, as changes from the design."""
+    geometry = exo.geometry
+    parts = {
+        "base_points": (device.base - geometry.base_points).ravel(),
+        "platform_points": (device.platform - geometry.platform_points).ravel(),
+    }
+    return np.concatenate([parts[name] for name in unknowns])
+
+
+def judge(errors, covariances, lowest=0.005):
+    """The errors are normal with these covariances: chi-square of each set, and coverage of single unknowns."""
+    squares = np.array([e @ np.linalg.solve(C, e) for e, C in zip(errors, covariances, strict=True)])
+    assert stats.kstest(squares, stats.chi2(errors.shape[1]).cdf).pvalue > lowest
+    z = errors / np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
+    inside = (np.abs(z) < 1.96).mean()
+    assert inside == pytest.approx(0.95, abs=0.025)
+
+
+@pytest.mark.parametrize(("length", "turn"), [(3e-4, 0.0), (3e-4, np.radians(0.2))])
+def test_stated_noise(length, turn):
+    rng = np.random.default_rng(20)
+    exo = random_exo(rng, 3)
+    errors, covariances, probabilities = [], [], []
+    for _ in range(SETS):
+        device = near(exo, rng)
+        seen, lengths = measured(device, Rotation.random(40, rng), rng, length, turn)
+        found = ep.calibrate(seen, lengths, exo, length_noise=length, orientation_noise=turn)
+        errors.append(found.values - vector(device, exo, JOINTS))
+        covariances.append(found.covariance)
+        probabilities.append(found.probability)
+    judge(np.array(errors), np.array(covariances))
+    assert stats.kstest(probabilities, "uniform").pvalue > 0.005
+
+
+def test_estimated_noise():
+    rng = np.random.default_rng(21)
+    exo = random_exo(rng, 3)
+    ratios = []
+    for _ in range(SETS):
+        device = near(exo, rng)
+        found = ep.calibrate(*measured(device, Rotation.random(20, rng), rng, 3e-4), exo)
+        error = found.values - vector(device, exo, JOINTS)
+        ratios.append(error @ np.linalg.solve(found.covariance, error) / 18)
+    # Hotelling: with the variance estimated from 60 - 18 lengths the ratio is F distributed.
+    assert stats.kstest(ratios, stats.f(18, 42).cdf).pvalue > 0.005
+
+
+def test_tolerances():
+    # Four poses alone determine nothing; the tolerances of the workshop and the poses together do.
+    rng = np.random.default_rng(22)
+    exo = random_exo(rng, 3)
+    errors, covariances = [], []
+    for _ in range(SETS):
+        device = near(exo, rng, joints=0.002)
+        found = ep.calibrate(
+            *measured(device, Rotation.random(4, rng), rng, 3e-4),
+            exo,
+            length_noise=3e-4,
+            tolerances=dict.fromkeys(JOINTS, 0.002),
+        )
+        errors.append(found.values - vector(device, exo, JOINTS))
+        covariances.append(found.covariance)
+    assert len(found.undetermined) >= 6
+    assert (found.standard_deviations < 0.002).all()
+    judge(np.array(errors), np.array(covariances))
+
+
+@pytest.mark.parametrize("loss", [pytest.param("huber", marks=pytest.mark.full), "cauchy"])
+def test_robust_losses(loss):
+    # Normal errors, a tenth of them ten times as large.
+    rng = np.random.default_rng(23)
+    exo = random_exo(rng, 3)
+    z, spread = [], {"linear": [], loss: []}
+    for _ in range(SETS // 3):
+        device = near(exo, rng)
+        seen, lengths = measured(device, Rotation.random(40, rng))
+        lengths = lengths + 3e-4 * rng.normal(size=lengths.shape) * np.where(rng.random(lengths.shape) < 0.1, 10, 1)
+        for name in spread:
+            found = ep.calibrate(seen, lengths, exo, loss=name)
+            error = found.values - vector(device, exo, JOINTS)
+            spread[name].append(error @ error)
+        z.append(error / found.standard_deviations)
+    assert np.median(spread[loss]) < 0.3 * np.median(spread["linear"])
+    assert (np.abs(z) < 1.96).mean() == pytest.approx(0.95, abs=0.04)
+
+
+def test_centre_by_rings_that_differ_from_rigid_ones():
+    # The centre moved with the ring, and the joints stray: the stated deviation holds both.
+    rng = np.random.default_rng(24)
+    exo = random_exo(rng, 6)
+    z = []
+    for _ in range(SETS):
+        device = near(exo, rng, joints=0.0005, rings=(0.01, 0.0))
+        shift = 0.01 * rng.normal(size=3)
+        device = device._replace(base=exo.geometry.base_points + shift + 5e-4 * rng.normal(size=(6, 3)))
+        found = ep.calibrate(*measured(device, Rotation.random(30, rng), rng, 1e-4), exo, length_noise=1e-4)
+        ring = found.rings[0]
+        z.append((ring.translation - shift) / np.sqrt(np.diag(ring.covariance))[:3])
+    # Twelve degrees of freedom are left for the scatter: Student's t.
+    assert (np.abs(z) < stats.t(12).ppf(0.975)).mean() == pytest.approx(0.95, abs=0.04)

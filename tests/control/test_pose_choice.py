@@ -1,0 +1,94 @@
+"""Which poses to measure: against measurement itself, every subset of a few candidates, and bad input."""
+
+import itertools
+
+import numpy as np
+import pytest
+from measured_devices import measured, near, poses, random_exo
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.control import pose_information, suggest_poses
+from exo_pin.core.errors import InvalidInput, UnknownName
+
+JOINTS = ("base_points", "platform_points")
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.003])
+def test_expected_deviations_are_those_of_a_measurement(turn):
+    rng = np.random.default_rng(50)
+    exo, arm = ep.load("prototype"), poses(rng, 40)
+    expected = pose_information(arm, exo, length_noise=3e-4, orientation_noise=turn)
+    seen, lengths = measured(near(exo, rng, joints=1e-5), arm)
+    found = ep.calibrate(seen, lengths, exo, length_noise=3e-4, orientation_noise=turn)
+    np.testing.assert_allclose(expected.standard_deviations, found.standard_deviations, rtol=5e-3)
+    # Singular values, from their definition.
+    if not turn:
+        jacobian = found.model.evaluate(np.zeros(18), arm.as_matrix()).by_unknowns.reshape(-1, 18) / 3e-4
+        np.testing.assert_allclose(expected.singular_values, np.linalg.svd(jacobian, compute_uv=False), rtol=1e-9)
+        size = np.linalg.slogdet(jacobian.T @ jacobian)[1]
+        assert expected.typical_deviation == pytest.approx(np.exp(-size / 36), rel=1e-9)
+    assert str(expected).startswith("40 poses determine all 18 unknowns")
+
+
+@pytest.mark.parametrize("criterion", ["variance", "determinant"])
+def test_suggested_poses_are_nearly_the_best_of_all_subsets(criterion):
+    rng = np.random.default_rng(51)
+    exo = random_exo(rng, 3)
+    candidates = Rotation.random(10, rng)
+
+    def cost(chosen):
+        information = pose_information(candidates[list(chosen)], exo, length_noise=1e-3)
+        if criterion == "determinant":
+            return information.typical_deviation
+        return (information.standard_deviations**2).sum() if not information.information.undetermined else np.inf
+
+    costs = [cost(subset) for subset in itertools.combinations(range(10), 7)]
+    found = suggest_poses(exo, 7, candidates, length_noise=1e-3, criterion=criterion)
+    assert len(set(found.chosen.tolist())) == 7
+    assert (found.orientations * candidates[found.chosen].inv()).magnitude().max() < 1e-15
+    # An exchange of single poses stops at a local optimum.
+    assert np.mean(np.array(costs) < cost(found.chosen) * (1 - 1e-9)) < 0.02
+
+
+def test_suggested_poses_are_better_than_random_ones():
+    exo = ep.load("prototype")
+    found = suggest_poses(exo, 20, length_noise=3e-4)
+    # All are reachable by the dummy's shoulder.
+    assert exo.mechanism.shoulder.allows(found.orientations).all()
+    rng = np.random.default_rng(52)
+    others = [pose_information(poses(rng, 20), exo, length_noise=3e-4) for _ in range(15)]
+    rms = [np.sqrt((each.standard_deviations**2).mean()) for each in [found.expected, *others]]
+    assert rms[0] < min(rms[1:])
+    assert rms[0] < 0.85 * np.median(rms[1:])
+
+
+def test_what_cannot_be_determined_is_left_aside():
+    exo = ep.load("prototype")
+    found = suggest_poses(exo, 12, unknowns=(*JOINTS, "base_offset"), length_noise=3e-4)
+    lost = found.expected.information.undetermined
+    assert [direction.description.split(",")[0] for direction in lost] == [
+        f"all joints of the base along {axis}" for axis in "xyz"
+    ]
+    assert "do not determine 3 of 21 directions" in str(found.expected)
+
+
+def test_bad_input_is_refused():
+    exo, rng = ep.load("prototype"), np.random.default_rng(53)
+    for count, candidates, options in (
+        (0, None, {}),
+        (2.5, None, {}),
+        (True, None, {}),
+        (9, poses(rng, 8), {}),
+        (3, poses(rng, 8)[0], {}),
+        (3, poses(rng, 8), {"length_noise": 0.0}),
+        (3, poses(rng, 8), {"orientation_noise": -1.0}),
+        (3, poses(rng, 8), {"unknowns": ()}),
+        (3, poses(rng, 8), {"tolerances": {"base_points": 0.0}}),
+    ):
+        with pytest.raises(InvalidInput):
+            suggest_poses(exo, count, candidates, **{"length_noise": 3e-4} | options)
+    with pytest.raises(UnknownName):
+        suggest_poses(exo, 3, length_noise=3e-4, criterion="E")
+    with pytest.raises(InvalidInput):
+        pose_information(poses(rng, 8), exo.geometry, length_noise=3e-4)

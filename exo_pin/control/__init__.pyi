@@ -14,8 +14,8 @@ from .controllers.proportional_integral import PIGains as PIGains
 from .controllers.proportional_integral import ProportionalIntegral as ProportionalIntegral
 from .controllers.tension_program import Tensions as Tensions
 from .controllers.tension_program import tensions_for_motion as tensions_for_motion
-from .controllers.thesis_controller import ContractionController as ContractionController
 from .controllers.thesis_controller import TABLE_5_5 as TABLE_5_5
+from .controllers.thesis_controller import ContractionController as ContractionController
 from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
 from .experiments.catalogue import hung_outward as hung_outward

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -23,9 +24,7 @@ def constant(pose):
 
 
 def seen(pose, pressures, velocity=(0.0, 0.0, 0.0), **more):
-    return SimpleNamespace(
-        orientation=pose, angular_velocity=np.array(velocity), pressures=np.array(pressures), **more
-    )
+    return SimpleNamespace(orientation=pose, angular_velocity=np.array(velocity), pressures=np.array(pressures), **more)
 
 
 def pressures_of(controller):
@@ -36,13 +35,21 @@ def pressures_of(controller):
 def test_plan_at_the_wanted_pose_is_that_of_statics():
     controller = ModelController(PLANT, constant(POSE))
     controller(0.0, seen(POSE, np.zeros(3)))
-    planned = controller.planned
-    assert np.linalg.norm(planned.missing_moment) < 2e-3
-    exo = ep.ShoulderExo.from_mechanism(PLANT.mechanism)
-    forces = exo.reaction(POSE, actuator_bounds=(-1.0, 60.0))
-    # Three limbs: statics alone gives the tensions, where none would have to push.
-    np.testing.assert_allclose(planned.tensions, np.maximum(forces.actuator_forces, 0.0), atol=0.15)
-    np.testing.assert_allclose(planned.shoulder_force, forces.shoulder_force, atol=0.2)
+    planned, exo = controller.planned, ep.ShoulderExo.from_mechanism(PLANT.mechanism)
+    # Plain equilibrium pushes with limb 2 by little; without that a little moment is missing.
+    forces, arms = exo.reaction(POSE), exo.jacobian(POSE).T
+    assert -1.0 < forces.actuator_forces[1] < 0.0
+    moment = arms @ forces.actuator_forces
+    law = [muscle_model("tang-optimised", nominal) for nominal in (0.15, 0.25, 0.25)]
+    lengths = exo.inverse_kinematics(POSE).lengths
+    x = [m.length + e - long for m, e, long in zip(law, (0.126, 0.154, 0.154), lengths, strict=True)]
+    greatest = [max(float(m.unchecked_force(c, 4e5)), 1e-9) for m, c in zip(law, x, strict=True)]
+    best = lsq_linear(arms, moment, (np.zeros(3), greatest), method="bvls", tol=1e-14)
+    np.testing.assert_allclose(planned.tensions, best.x, atol=1e-6)
+    np.testing.assert_allclose(planned.missing_moment, moment - arms @ best.x, atol=1e-9)
+    along = exo.inverse_kinematics(POSE).directions
+    expected = forces.shoulder_force + along.T @ (best.x - forces.actuator_forces)
+    np.testing.assert_allclose(planned.shoulder_force, expected, atol=1e-6)
 
 
 def test_pressures_give_the_planned_tensions_back():
@@ -50,7 +57,9 @@ def test_pressures_give_the_planned_tensions_back():
     controller(0.0, seen(POSE, np.zeros(3)))
     tensions, lengths = controller.planned.tensions, controller._contractions.lengths(POSE)
     pressures = pressures_of(controller)
-    found = np.array([PLANT_tension(i, length, p) for i, (length, p) in enumerate(zip(lengths, pressures, strict=True))])
+    found = np.array(
+        [PLANT_tension(i, length, p) for i, (length, p) in enumerate(zip(lengths, pressures, strict=True))]
+    )
     np.testing.assert_allclose(found, tensions, atol=1e-5)
     pulling = tensions > 1e-3
     assert pulling.sum() == 2
@@ -59,7 +68,7 @@ def test_pressures_give_the_planned_tensions_back():
     assert float(law.unchecked_force(x, pressures[2])) == pytest.approx(tensions[2], abs=1e-4)
 
 
-def PLANT_tension(i, length, pressure):  # noqa: N802
+def PLANT_tension(i, length, pressure):
     from exo_pin.control.plant.equations.muscle_kernels import tension
 
     return tension(PLANT.tables.law, PLANT.tables.muscles[i], i, length, 0.0, pressure, 0.0)[0]

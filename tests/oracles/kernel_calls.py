@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from harvest import NUMERICAL
 from moving_chains import moving
+from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -120,6 +121,6 @@ def _plants(folder):
         plant.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.004, start, rtol=1e-4)
     plain.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.001, start, method="chain", rtol=1e-4)
     pose, rest = start.orientation, np.zeros(3)
-    control.missing_moments(plain, pose.reshape(1))
+    control.missing_moments(plain, Rotation.from_quat(pose.as_quat()[None]))
     planned = control.ModelController(plain, control.abduction())
     planned(0.0, control.Measurement(pose, rest, rest, 4e5, rest, rest))

@@ -109,6 +109,14 @@ def test_code_on_closed_chains_runs(monkeypatch, capsys, tmp_path):
     assert np.ptp(names["run"].energy) < 1e-8
 
 
+def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
+    names = run_code_of("plant.md", monkeypatch, tmp_path)
+    assert "polytropic_exponent = 1" in capsys.readouterr().out
+    assert names["run"].status == names["fallen"].status == "completed"
+    falls = ep.shoulder_angles(names["fallen"].rotations, degrees=True)[:, 1]
+    assert falls[0] > 40.0 > 20.0 > falls[-1]
+
+
 def test_ledger_is_not_stale():
     page = (Path(__file__).parents[1] / "docs" / "thesis.md").read_text(encoding="utf-8")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger()))

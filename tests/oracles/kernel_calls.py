@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 from harvest import NUMERICAL
 from moving_chains import moving
+from scipy.spatial.transform import Rotation
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
+from exo_pin import control
 from exo_pin.core import compiled
 from exo_pin.numerics import least_forces
 
@@ -118,3 +120,7 @@ def _plants(folder):
         start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
         plant.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.004, start, rtol=1e-4)
     plain.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.001, start, method="chain", rtol=1e-4)
+    pose, rest = start.orientation, np.zeros(3)
+    control.missing_moments(plain, Rotation.from_quat(pose.as_quat()[None]))
+    planned = control.ModelController(plain, control.abduction())
+    planned(0.0, control.Measurement(pose, rest, rest, 4e5, rest, rest))

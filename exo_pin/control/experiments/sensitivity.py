@@ -106,6 +106,7 @@ CHANGES: tuple[Change, ...] = (
     _option("shoulder_viscous", "× 3", lambda c: 3.0 * c),
     _option("shoulder_coulomb", "none", lambda _: 0.0),
     _option("shoulder_coulomb", "0.2 N m", lambda _: 0.2),
+    _option("shoulder_presliding", "× 4", lambda d: 4.0 * d),
     _option("stop_stiffness", "× 1/2", lambda k: 0.5 * k),
     _option("second_flange", "yes", lambda _: True),
     _gains("error in percent × 1/2", 0.5, 1.0),

@@ -143,7 +143,7 @@ class Tracking(Record):
         return {
             "start_deg": float(main[0]),
             "end_deg": float(main[-1]),
-            "wanted_end_deg": float(wanted[-1]),
+            "wanted_end_deg": float(wanted[-1]) + 0.0,
             "furthest_deg": float(main.max()),
             "rms_error_deg": float(np.degrees(self.rms_error())),
             "reachable_share": float(self.reachable.mean()),
@@ -164,7 +164,7 @@ class Tracking(Record):
         if self.run.status != "completed":
             end = f"the run {self.run.status}"
         else:
-            end = f"{name} ends at {numbers['end_deg']:.0f}° of {numbers['wanted_end_deg']:.0f}°"
+            end = f"{name} ends at {numbers['end_deg']:.0f}° of {round(numbers['wanted_end_deg']) + 0:.0f}°"
         return (
             f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); "
             f"|F_s| up to {numbers['peak_F_s_N']:.0f} N."

@@ -1,9 +1,9 @@
 """The inertial sensor on the arm and what it adds to the truth.
 
-A reading is R_GS, from the sensor's own frame S to the ground G. The calibration block of Figure 5-9 makes the pose of
-the arm of it, R_TS' = R_GTᵀ R_GS R_SS' (:class:`exo_pin.wrist.velocity.sensors.OrientationChain`). A simulated reading is
-R_GS = R_d R_GT R R_SS'ᵀ R_n of the true pose R, with the drift R_d, a turn of the ground frame that grows steadily, and
-the noise R_n, white, a small turn about random axes of the sensor.
+A reading is R_GS, from the sensor's own frame S to the ground G. The calibration block of Figure 5-9,
+:class:`exo_pin.wrist.velocity.sensors.OrientationChain`, makes the pose of the arm of it: R_TS' = R_GTᵀ R_GS R_SS'. A
+simulated reading is R_GS = R_d R_GT R R_SS'ᵀ R_n of the true pose R. R_d is the drift, a turn of the ground frame that
+grows steadily; R_n is the noise, white, a small turn about random axes of the sensor.
 """
 
 from __future__ import annotations

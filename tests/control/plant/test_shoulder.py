@@ -101,7 +101,7 @@ def test_a_rest_without_an_end_is_refused(prototype):
 
 def test_dry_friction_holds_the_arm_where_it_is_put(prototype):
     start = ep.shoulder_rotation(30.0, 10.0, 0.0, degrees=True)
-    plant = ep.Plant(prototype, ep.PlantOptions(shoulder_coulomb=1.5, shoulder_viscous=0.1))
+    plant = ep.Plant(prototype, ep.PlantOptions(shoulder_coulomb=1.5, shoulder_viscous=0.5))
     held = plant.simulate(lambda t, seen: [-1.0] * 3, 2.0, plant.state(start))
     moment = held.plant.tables.mass * 9.81 * np.linalg.norm(start.apply(held.plant.tables.centre)[:2])
     assert moment < 1.5

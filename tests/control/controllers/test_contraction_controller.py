@@ -1,0 +1,129 @@
+"""The thesis's controller, sample by sample."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import exo_pin as ep
+from exo_pin.control import (
+    TABLE_5_5,
+    ContractionController,
+    Contractions,
+    Imu,
+    ImuSensor,
+    Measurement,
+    PIGains,
+    abduction,
+    lengths_over_time,
+)
+from exo_pin.control.controllers.controller import as_controller
+from exo_pin.core.errors import InvalidInput, MissingData
+
+EXO = ep.load("prototype")
+POSE = ep.thesis_rotation(8.8, -13.4, -8.8, degrees=True)
+
+
+def seen(pose=POSE, **more):
+    return SimpleNamespace(orientation=pose, angular_velocity=np.zeros(3), pressures=np.zeros(3), **more)
+
+
+def test_ratios_are_those_of_5_4():
+    contractions = Contractions(EXO.mechanism)
+    lengths = EXO.inverse_kinematics(POSE).lengths
+    np.testing.assert_allclose(contractions.lengths(POSE), lengths, atol=1e-15)
+    muscles = lengths - [0.126, 0.154, 0.154]
+    np.testing.assert_allclose(contractions.ratios(lengths), ([0.15, 0.25, 0.25] - muscles) / [0.15, 0.25, 0.25])
+    stack = contractions.lengths(ep.thesis_rotation([0.1, 0.2], 0.0, 0.0))
+    assert stack.shape == (2, 3)
+
+
+def test_first_sample_is_proportional_with_the_printed_gains():
+    reference = abduction()
+    controller = ContractionController(EXO.mechanism, reference)
+    contractions = Contractions(EXO.mechanism)
+    error = contractions.ratios(contractions.lengths(reference(2.0).orientation))
+    error = error - contractions.ratios(contractions.lengths(POSE))
+    gains = np.array([2.3e-2, 3.3e-2, 3.3e-2])
+    duty = np.clip(gains * 100.0 * error, 0.0, 1.0)
+    assert (duty > 0.0).any()
+    assert (duty == 0.0).any()
+    np.testing.assert_allclose(controller(2.0, seen()), 2.0 * duty - 1.0, atol=1e-14)
+    # The second sample has a hundredth of a second of integral, where the output was not at its limit.
+    more = np.clip(gains * 100.0 * error * (1.0 + 0.01 / np.array([0.662, 0.95, 0.95])), 0.0, 1.0)
+    np.testing.assert_allclose(controller(2.0, seen())[2], 2.0 * more[2] - 1.0, atol=1e-12)
+    controller.reset()
+    np.testing.assert_allclose(controller(2.0, seen()), 2.0 * duty - 1.0, atol=1e-14)
+    assert TABLE_5_5[0.150].T_i == 0.662
+
+
+def test_lengths_as_reference_give_the_commands_of_their_orientation():
+    reference, contractions = abduction(), Contractions(EXO.mechanism)
+    times = np.linspace(0.0, 5.0, 5001)
+    table = lengths_over_time(times, contractions.lengths(reference(times).orientation))
+    by_pose = ContractionController(EXO.mechanism, reference)
+    by_length = ContractionController(EXO.mechanism, lengths=table)
+    for t in (0.0, 1.234, 4.9):
+        np.testing.assert_allclose(by_length(t, seen()), by_pose(t, seen()), atol=1e-6)
+
+
+@pytest.mark.parametrize(("on_loss", "expected"), [("hold", "same"), ("go on", "more"), ("vent", "shut")])
+def test_lost_sensor(on_loss, expected):
+    controller = ContractionController(EXO.mechanism, abduction(), on_loss=on_loss)
+    before = controller(2.0, seen())
+    after = controller(2.01, seen(lost=True))
+    if expected == "same":
+        np.testing.assert_array_equal(after, before)
+    elif expected == "shut":
+        np.testing.assert_array_equal(after, -1.0)
+    else:
+        assert after[2] > before[2]
+
+
+def test_sensor_puts_the_pose_that_it_reads_in_place_of_the_true_one():
+    exact = Measurement(POSE, np.zeros(3), np.full(3, 1e5), 4e5, EXO.inverse_kinematics(POSE).lengths, np.zeros(3))
+    sensor = ImuSensor(Imu(drift=0.1), EXO.mechanism)
+    sensor(0.0, exact)
+    read = sensor(0.5, exact)
+    assert (read.orientation * POSE.inv()).magnitude() == pytest.approx(0.05)
+    np.testing.assert_allclose(read.lengths, EXO.inverse_kinematics(read.orientation).lengths, atol=1e-15)
+    np.testing.assert_array_equal(read.pressures, exact.pressures)
+    assert not read.lost
+    assert set(Measurement._fields) < set(read._fields)
+
+
+def test_separate_valves_take_the_duty_as_it_is():
+    three_way = ContractionController(EXO.mechanism, abduction())(2.0, seen())
+    separate = ContractionController(EXO.mechanism, abduction(), layout="fill and vent")(2.0, seen())
+    np.testing.assert_allclose(three_way, 2.0 * separate - 1.0, atol=1e-14)
+
+
+def test_a_plain_function_is_a_controller():
+    calls = []
+    made = as_controller(lambda t, measurement: calls.append(t) or [0.0, 0.0, 0.0])
+    made.reset()
+    assert list(made(0.5, None)) == [0.0, 0.0, 0.0]
+    assert calls == [0.5]
+    with pytest.raises(InvalidInput):
+        as_controller(3.0)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {}, {"reference": abduction(), "lengths": lambda t: np.ones(3)}, {"reference": abduction(), "on_loss": "pray"},
+        {"reference": abduction(), "gains": [PIGains(1.0, 1.0)]}, {"reference": abduction(), "rate": 0.0},
+    ],
+)  # fmt: skip
+def test_bad_input_is_refused(options):
+    with pytest.raises(InvalidInput):
+        ContractionController(EXO.mechanism, **options)
+
+
+def test_missing_strokes_and_wrong_tables_are_named():
+    with pytest.raises(MissingData, match="limb 1"):
+        Contractions(ep.load("appendix-d").mechanism)
+    with pytest.raises(InvalidInput):
+        lengths_over_time([0.0, 0.0], np.ones((2, 3)))
+    with pytest.raises(InvalidInput):
+        lengths_over_time([0.0, 1.0], -np.ones((2, 3)))

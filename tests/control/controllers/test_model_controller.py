@@ -1,0 +1,122 @@
+"""The controller that knows the plant: plan, pressures and valves at one sample."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+from scipy.spatial.transform import Rotation
+
+import exo_pin as ep
+from exo_pin.control import FeedbackGains, ModelController, hung_outward
+from exo_pin.control.trajectories.reference import ReferenceState
+from exo_pin.core.errors import InvalidInput
+from exo_pin.muscle import muscle_model
+from exo_pin.muscle.valve.flow import ATMOSPHERE, mass_flow
+
+PLANT = ep.Plant(hung_outward(ep.load("prototype").mechanism))
+#: Held by the three muscles; see the experiment held-abduction.
+POSE = ep.shoulder_rotation(25.0, 55.0, 30.0, degrees=True)
+
+
+def constant(pose):
+    return lambda t: ReferenceState(pose, np.zeros(3), np.zeros(3))
+
+
+def seen(pose, pressures, velocity=(0.0, 0.0, 0.0), **more):
+    return SimpleNamespace(orientation=pose, angular_velocity=np.array(velocity), pressures=np.array(pressures), **more)
+
+
+def pressures_of(controller):
+    """Pressures that were planned at the last sample."""
+    return controller._pressures(controller.planned.tensions, controller._contractions.lengths(POSE))
+
+
+def test_plan_at_the_wanted_pose_is_that_of_statics():
+    controller = ModelController(PLANT, constant(POSE))
+    controller(0.0, seen(POSE, np.zeros(3)))
+    planned, exo = controller.planned, ep.ShoulderExo.from_mechanism(PLANT.mechanism)
+    # Plain equilibrium pushes with limb 2 by little; without that a little moment is missing.
+    forces, arms = exo.reaction(POSE), exo.jacobian(POSE).T
+    assert -1.0 < forces.actuator_forces[1] < 0.0
+    moment = arms @ forces.actuator_forces
+    law = [muscle_model("tang-optimised", nominal) for nominal in (0.15, 0.25, 0.25)]
+    lengths = exo.inverse_kinematics(POSE).lengths
+    x = [m.length + e - long for m, e, long in zip(law, (0.126, 0.154, 0.154), lengths, strict=True)]
+    greatest = [max(float(m.unchecked_force(c, 4e5)), 1e-9) for m, c in zip(law, x, strict=True)]
+    best = lsq_linear(arms, moment, (np.zeros(3), greatest), method="bvls", tol=1e-14)
+    np.testing.assert_allclose(planned.tensions, best.x, atol=1e-6)
+    np.testing.assert_allclose(planned.missing_moment, moment - arms @ best.x, atol=1e-9)
+    along = exo.inverse_kinematics(POSE).directions
+    expected = forces.shoulder_force + along.T @ (best.x - forces.actuator_forces)
+    np.testing.assert_allclose(planned.shoulder_force, expected, atol=1e-6)
+
+
+def test_pressures_give_the_planned_tensions_back():
+    controller = ModelController(PLANT, constant(POSE))
+    controller(0.0, seen(POSE, np.zeros(3)))
+    tensions, lengths = controller.planned.tensions, controller._contractions.lengths(POSE)
+    pressures = pressures_of(controller)
+    found = np.array(
+        [PLANT_tension(i, length, p) for i, (length, p) in enumerate(zip(lengths, pressures, strict=True))]
+    )
+    np.testing.assert_allclose(found, tensions, atol=1e-5)
+    pulling = tensions > 1e-3
+    assert pulling.sum() == 2
+    law = muscle_model("tang-optimised", 0.25)
+    x = 0.25 + 0.154 - lengths[2]
+    assert float(law.unchecked_force(x, pressures[2])) == pytest.approx(tensions[2], abs=1e-4)
+
+
+def PLANT_tension(i, length, pressure):
+    from exo_pin.control.plant.equations.muscle_kernels import tension
+
+    return tension(PLANT.tables.law, PLANT.tables.muscles[i], i, length, 0.0, pressure, 0.0)[0]
+
+
+def test_duty_of_a_pressure_that_is_reached_balances_the_flows():
+    controller = ModelController(PLANT, constant(POSE))
+    controller(0.0, seen(POSE, np.zeros(3)))
+    commands = controller(0.01, seen(POSE, pressures_of(controller)))
+    fill, vent = PLANT.units[0].paths
+    for command, pressure in zip(commands, pressures_of(controller), strict=True):
+        if not -1.0 < command < 1.0:
+            assert pressure == 0.0
+            continue
+        p, share = pressure + ATMOSPHERE, 0.5 * (1.0 + command)
+        inflow = mass_flow(4e5 + ATMOSPHERE, p, fill.conductance, fill.critical_ratio)
+        outflow = mass_flow(p, ATMOSPHERE, vent.conductance, vent.critical_ratio)
+        assert share * inflow == pytest.approx((1.0 - share) * outflow, rel=1e-9)
+
+
+def test_feedback_adds_spring_damper_and_integral():
+    gains = FeedbackGains(stiffness=0.1, damping=0.02, integral_time=0.5)
+    turn = np.array([0.02, -0.01, 0.015])
+    off = Rotation.from_rotvec(-turn) * POSE
+    velocity = np.array([0.1, 0.2, -0.1])
+    plain, controller = (ModelController(PLANT, constant(POSE), g) for g in (FeedbackGains(0.0, 0.0, np.inf), gains))
+    wanted = []
+    for each in (plain, controller):
+        each(0.0, seen(off, np.full(3, 1e5), velocity))
+        arms = ep.ShoulderExo.from_mechanism(PLANT.mechanism).jacobian(off).T
+        wanted.append(each.planned.missing_moment + arms @ each.planned.tensions)
+    # What the limbs shall put on the arm is minus Jᵀ f.
+    np.testing.assert_allclose(wanted[0] - wanted[1], 0.1 * turn - 0.02 * velocity, atol=1e-12)
+    np.testing.assert_allclose(
+        controller._integral, 0.01 / 0.5 * (0.1 * turn + controller.planned.missing_moment), atol=1e-14
+    )
+
+
+def test_without_a_reading_the_arm_is_taken_to_be_at_the_reference():
+    lost, there = (ModelController(PLANT, constant(POSE)) for _ in range(2))
+    away = ep.shoulder_rotation(10.0, 20.0, 20.0, degrees=True)
+    commands = lost(0.0, seen(away, np.full(3, 1e5), lost=True))
+    np.testing.assert_allclose(commands, there(0.0, seen(POSE, np.full(3, 1e5))), atol=1e-12)
+
+
+@pytest.mark.parametrize("gains", [{"stiffness": -1.0}, {"damping": np.nan}, {"integral_time": 0.0}])
+def test_bad_input_is_refused(gains):
+    with pytest.raises(InvalidInput):
+        FeedbackGains(**gains)
+    with pytest.raises(InvalidInput):
+        ModelController(PLANT, "abduction")

@@ -119,7 +119,7 @@ def check_class(kind, examples):
 @pytest.mark.parametrize("kind", public_classes(), ids=lambda kind: f"{kind.__module__}.{kind.__qualname__}")
 def test_every_public_class(kind, examples):
     if kind.__module__.startswith("exo_pin.person.") and not has_persons():
-        pytest.skip("needs the extra person: pip install '.[person]'")
+        pytest.skip("needs the extra person: pip install 'exo_pin[person]'")
     check_class(kind, examples)
 
 

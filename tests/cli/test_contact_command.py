@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+pytest.importorskip("myo_sim", reason="needs the extra person: pip install 'exo_pin[person]'")
 
 from exo_pin.cli import main
 

@@ -14,4 +14,4 @@ class NoisyMovement(ExoPinWarning):
 
 
 class OutsideHumanRange(ExoPinWarning):
-    """A pose that a human shoulder of that side does not reach, or a number that looks like one in another unit."""
+    """A pose that a human shoulder of that side does not reach, or an angle in the wrong unit."""

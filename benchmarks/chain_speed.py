@@ -6,8 +6,10 @@
 
 Forward dynamics: Pinocchio's ``constraintDynamics`` alone, with its memory made beforehand and nothing checked;
 MuJoCo's ``mj_forward`` of the same chain, which solves soft constraints; and ``ClosedChain.forward_dynamics``, which
-checks the input, the loops, the velocity, singular configurations, inertia and the answer. toolbox-parallel-robots has
-no forward dynamics; benchmarks/dynamics.py and closing.py measure what it has.
+checks the input, the loops, the velocity, singular configurations, inertia and the answer. The last column is the
+largest difference of the accelerations, as a share of the largest. Cassie is cassie_v2.sdf of example-robot-data, whose
+hinges that close loops Pinocchio gets as two points each. toolbox-parallel-robots has no forward dynamics;
+benchmarks/dynamics.py and closing.py measure what it has.
 
 Reactions: ``inverse_dynamics`` alone, and with the reaction and certificate of every joint and closure.
 
@@ -27,9 +29,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"
 import mujoco
 import numpy as np
 import pinocchio as pin
-from large_chains import cassies, state_of
+from large_chains import cassie, cassies, state_of
 from mechanisms import five_bar, four_bar
 from spatial_mechanisms import delta
+
+from exo_pin.chain.structure.memory.workspace import proximal_constraints
 
 TURNS, SECONDS = 7, 0.02
 
@@ -53,9 +57,10 @@ def medians(solvers):
 
 
 def raw(chain, q, v, tau):
-    """Pinocchio's constrained dynamics with nothing around it."""
+    """Pinocchio's constrained dynamics with nothing around it; springs and dampers are among the efforts."""
+    tau = tau + chain.passive.force(q, v)
     models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
-    for constraint in chain.constraint_models:
+    for constraint in proximal_constraints(chain.model, chain.closures, chain.topology):
         models.append(constraint)
         datas.append(constraint.createData())
     model, data = chain.model, pin.Data(chain.model)
@@ -65,7 +70,7 @@ def raw(chain, q, v, tau):
 
 
 def simulated(chain, q):
-    """MuJoCo's forward dynamics of the same chain at rest; None if it cannot be written as MJCF."""
+    """MuJoCo's forward dynamics of the same chain at rest."""
     with tempfile.TemporaryDirectory() as folder:
         model = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(folder, q)))
     data = mujoco.MjData(model)
@@ -89,23 +94,30 @@ def named(mechanism, seed=0):
 
 def main():
     """Measure and print both tables."""
-    print(f"{'forward dynamics':22}{'nv':>4}{'rows':>5}{'Pinocchio':>12}{'MuJoCo':>10}{'exo_pin':>10}{'ratio':>8}")
+    heads = f"{'forward dynamics':22}{'nv':>4}{'rows':>5}{'Pinocchio':>12}{'MuJoCo':>10}{'exo_pin':>10}"
+    print(f"{heads}{'ratio':>8}  differ by")
     robots = {
         "four-bar": named(four_bar()),
         "five-bar": named(five_bar()),
         "delta, rigid closures": named(delta("rigid")),
         "legs of Cassie": (robot := cassies(1), *state_of(robot)),
     }
+    if (real := cassie()) is not None:
+        robots["Cassie (SDF)"] = (real, *state_of(real))
     for name, (chain, q, v, tau) in robots.items():
+        solve = raw(chain, q, v, tau)
+        own = chain.forward_dynamics(q, v, tau).a
+        wrong = np.abs(solve() - own).max() / np.abs(own).max()
         found = medians(
             {
-                "raw": raw(chain, q, v, tau),
+                "raw": solve,
                 "mujoco": simulated(chain, q),
                 "own": lambda chain=chain, q=q, v=v, tau=tau: chain.forward_dynamics(q, v, tau),
             }
         )
         cells = "".join(f"{found[key] * 1e6:>{width}.1f}" for key, width in (("raw", 12), ("mujoco", 10), ("own", 10)))
-        print(f"{name:22}{chain.model.nv:>4}{chain.row_count:>5}{cells}{found['own'] / found['raw']:>7.1f}x")
+        ratio = found["own"] / found["raw"]
+        print(f"{name:22}{chain.model.nv:>4}{chain.row_count:>5}{cells}{ratio:>7.1f}x{wrong:>12.1e}")
     print(f"\n{'reactions':22}{'joints':>9}{'inverse dynamics':>18}{'and reactions':>16}{'ratio':>8}")
     for name, mechanism in (("five-bar", five_bar()), ("delta", delta()), ("delta, rigid closures", delta("rigid"))):
         chain, q, v, _ = named(mechanism)

@@ -1,11 +1,13 @@
 """Large chains to measure: robots with the legs and loops of Cassie, and ladders of any number of loops."""
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 
 from exo_pin.chain import ClosedChain, Closure, Closures
 
-__all__ = ["cassies", "ladder"]
+__all__ = ["cassie", "cassies", "ladder", "state_of"]
 
 #: A body: 1 kg, as large as a rod of 0.3 m.
 BODY = pin.Inertia(1.0, np.array([0.02, -0.01, -0.15]), np.diag([0.01, 0.009, 0.002]))
@@ -61,6 +63,15 @@ def cassies(count):
             closures.append(Closure(f"heel_{name}", "spherical", end, heel))
             closures.append(Closure(f"toe_{name}", "spherical", rod_end, toe))
     return ClosedChain(model, Closures("cassies", closures=tuple(closures)))
+
+
+def cassie():
+    """The real Cassie, cassie_v2.sdf of example-robot-data, which comes with pin; None if it is not there."""
+    folders = (Path(pin.__file__).parents[3] / "share", *Path(pin.__file__).parents)
+    name = Path("example-robot-data") / "robots" / "cassie_description" / "robots" / "cassie_v2.sdf"
+    paths = [path for folder in folders for path in (folder / name, folder / "cmeel.prefix" / "share" / name)]
+    found = next((path for path in paths if path.exists()), None)
+    return None if found is None else ClosedChain.from_sdf(found, right_angle_tolerance=2e-5)
 
 
 def ladder(loops):

@@ -16,7 +16,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_mapping, as_real, frozen
 from ..structure.chain_state import CLOSED, ChainState
 from ..structure.inertia import has_inertia, massless_joints
-from ..structure.memory.workspace import PINOCCHIO_TYPES
+from ..structure.memory.workspace import PROXIMAL_TYPES
 from .equation_kernels import missed
 from .equations_of_motion import (
     equations_of_motion,
@@ -121,8 +121,8 @@ def forward_dynamics(
     below 1e-9 characteristic lengths or rad a second, and at its stop within 1e-9 of it. With friction at rest or
     an active stop "projected" is used.
 
-    "proximal" is Pinocchio's constrained dynamics, for rigid and
-    spherical closures and chains whose links all have inertia. "projected" solves the equations in the null
+    "proximal" is Pinocchio's constrained dynamics, for rigid, spherical
+    and revolute closures and chains whose links all have inertia. "projected" solves the equations in the null
     space of the closures, a = a_0 + Z z with J Z = 0. It takes every closure type, redundant closures, and links
     without mass if every motion of the chain has inertia. "auto" takes Pinocchio's where it is applicable.
 
@@ -236,10 +236,10 @@ def chosen_method(state: ChainState, method: Method, stabilisation: float) -> st
     """
     fits = state.fits_pinocchio and not stabilisation
     if method == "proximal" and not fits:
-        others = [closure.name for closure in state.closures if closure.type not in PINOCCHIO_TYPES]
+        others = [closure.name for closure in state.closures if closure.type not in PROXIMAL_TYPES]
         reason = "stabilisation" if stabilisation else f"closures {', '.join(others)}" if others else "no closure"
         raise InvalidInput(
-            f"method 'proximal' is not applicable with {reason}: expected rigid and spherical closures and no "
-            "stabilisation, use 'projected'"
+            f"method 'proximal' is not applicable with {reason}: expected rigid, spherical and revolute closures and "
+            "no stabilisation, use 'projected'"
         )
     return "proximal" if fits and method != "projected" else "projected"

@@ -19,7 +19,14 @@ from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
-from .memory.workspace import PINOCCHIO_TYPES, ProximalProblem, Workspace, constraint_models
+from .memory.workspace import (
+    PINOCCHIO_TYPES,
+    PROXIMAL_TYPES,
+    ProximalProblem,
+    Workspace,
+    constraint_models,
+    proximal_constraints,
+)
 from .passive import PassiveForces
 from .topology import Part, all_parts, frame_table, make_topology, refuse_model
 
@@ -145,8 +152,8 @@ class ChainState:
 
     @cached_property
     def fits_pinocchio(self) -> bool:
-        """Whether there are closures and Pinocchio has a constraint for each."""
-        return bool(self.closures) and all(closure.type in PINOCCHIO_TYPES for closure in self.closures)
+        """Whether there are closures and Pinocchio's constrained dynamics can have each."""
+        return bool(self.closures) and all(closure.type in PROXIMAL_TYPES for closure in self.closures)
 
     @cached_property
     def body_names(self) -> tuple[str, ...]:
@@ -291,5 +298,6 @@ class ChainState:
         """This thread's memory for Pinocchio's constrained dynamics."""
         problem = getattr(self._local, "proximal", None)
         if problem is None:
-            problem = self._local.proximal = ProximalProblem(self.model, self.workspace.data, self.constraint_models)
+            constraints = proximal_constraints(self.model, self.closures, self.topology)
+            problem = self._local.proximal = ProximalProblem(self.model, self.workspace.data, constraints)
         return problem

@@ -18,10 +18,19 @@ from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
 
-__all__ = ["PINOCCHIO_TYPES", "ProximalProblem", "Workspace", "constraint_models"]
+__all__ = [
+    "PINOCCHIO_TYPES",
+    "PROXIMAL_TYPES",
+    "ProximalProblem",
+    "Workspace",
+    "constraint_models",
+    "proximal_constraints",
+]
 
 #: The closure types that Pinocchio has a constraint for.
 PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
+#: And those that its constrained dynamics can have.
+PROXIMAL_TYPES = (*PINOCCHIO_TYPES, "revolute")
 #: Pinocchio's proximal iteration: absolute accuracy, proximal parameter, most steps.
 _PROXIMAL = (1e-14, 1e-10, 40)
 
@@ -177,18 +186,32 @@ def constraint_models(
     model: pin.Model, closures: tuple[Closure, ...], topology: Topology
 ) -> list[pin.RigidConstraintModel]:
     """Pinocchio's constraints, one for each closure; see :attr:`exo_pin.chain.ClosedChain.constraint_models`."""
-    models = []
-    for closure, joints, frames in zip(closures, topology.joints.tolist(), topology.local, strict=True):
+    for closure in closures:
         if closure.type not in PINOCCHIO_TYPES:
             raise InvalidInput(
                 f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
                 f"of type {' or '.join(PINOCCHIO_TYPES)}"
             )
+    return proximal_constraints(model, closures, topology)
+
+
+def proximal_constraints(
+    model: pin.Model, closures: tuple[Closure, ...], topology: Topology
+) -> list[pin.RigidConstraintModel]:
+    """Pinocchio's constraints of the closures of :data:`PROXIMAL_TYPES`, for its constrained dynamics.
+
+    A hinge is two points on its axis, a characteristic length apart: six rows of rank five, which the proximal
+    iteration takes.
+    """
+    models, axes, half = [], pin.ReferenceFrame.LOCAL, 0.5 * topology.length
+    for closure, joints, frames in zip(closures, topology.joints.tolist(), topology.local, strict=True):
         a, b = (pin.SE3(local[:3].T.copy(), local[3].copy()) for local in frames)
-        kind, axes = PINOCCHIO_TYPES[closure.type], pin.ReferenceFrame.LOCAL
-        constraint = pin.RigidConstraintModel(kind, model, joints[0], a, joints[1], b, axes)
-        constraint.name = closure.name
-        models.append(constraint)
+        kind = PINOCCHIO_TYPES.get(closure.type, pin.ContactType.CONTACT_3D)
+        for along in (-half, half) if closure.type == "revolute" else (0.0,):
+            step = pin.SE3(np.eye(3), np.array([0.0, 0.0, along]))
+            constraint = pin.RigidConstraintModel(kind, model, joints[0], a * step, joints[1], b * step, axes)
+            constraint.name = closure.name
+            models.append(constraint)
     return models
 
 

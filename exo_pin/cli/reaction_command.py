@@ -71,8 +71,9 @@ def add_commands(commands: Any) -> None:
     add_approach(parser)
     parser.add_argument(
         "--muscles",
-        action="store_true",
-        help="with --person: the load of the joint with their own muscles too (extra person; about a second)",
+        action=argparse.BooleanOptionalAction,
+        help="with --person: the load of the joint with their own muscles too (default: in the report on a pose, where "
+        "the extra person is installed; under a second)",
     )
     parser.add_argument(
         "--table", action="store_true", help="print every force, with those of cuff and harness, as a table"
@@ -119,7 +120,7 @@ def _reaction(options: argparse.Namespace) -> int:
     orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
     caution_offset(options)
     answers = answers_of(exo, orientation, bounds, options)
-    contact = _contact(exo, orientation, answers[0], options) if options.muscles else None
+    contact = _contact(exo, orientation, answers[0], options)
     if options.json:
         print(_json(exo, angles, answers, bounds, options, contact))
         return _hold_status(answers, options)
@@ -144,16 +145,31 @@ def _reaction(options: argparse.Namespace) -> int:
     return _hold_status(answers, options)
 
 
-def _contact(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> JointContact:
-    """The load of the joint with the wearer's own muscles and the limb forces of the answer."""
-    if options.person is None:
+def _contact(
+    exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace
+) -> JointContact | None:
+    """The load of the joint with the wearer's own muscles and the limb forces of the answer, if it is to be shown."""
+    if options.muscles and options.person is None:
         raise InvalidInput("--muscles needs to know whose: give --person too")
+    plain = options.json or options.table or options.compare is not None
+    if options.person is None or options.muscles is False or (plain and not options.muscles):
+        return None
     from ..person import Person  # here, because few queries need one
+    from ..person.limb.myoarm import is_installed
 
+    if not options.muscles and not is_installed():
+        return None
     height, mass, sex = person_numbers(options.person)
     bend, load = options.elbow_flexion, options.payload
-    person = Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
-    return exo.joint_contact(orientation, person, answer, outside="mark")
+    try:
+        person = Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+    except InvalidInput:
+        if options.muscles:
+            raise
+        return None
+    contact = exo.joint_contact(orientation, person, answer, outside="mark")
+    bare = contact.without_device
+    return contact if options.muscles or (bare is not None and bare.has_result) else None
 
 
 def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:

@@ -26,8 +26,8 @@ _WIDTH = 100
 #: muscles make most of it.
 _WITHOUT_DEVICE = (
     "For comparison: raising an arm without a device loads the joint with about 73 to 81 % of body weight, mostly by "
-    "the wearer's own muscles (instrumented implants); those muscles are not part of the number above; --person "
-    "and --muscles add them."
+    "the wearer's own muscles (instrumented implants); those muscles are not part of the number above; with "
+    "--person they are added, where the extra person is installed."
 )
 #: Where to see more of a singular pose.
 _GRAPH = "--approach FILE.png draws the forces on the way into the singular pose."

@@ -101,7 +101,7 @@ def test_contact_beside_the_literature(capsys):
 
 def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
     pose = ["--flexion", "60", "--abduction", "30"]
-    assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male", "--muscles"]) == 0
+    assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male"]) == 0
     text = " ".join(capsys.readouterr().out.split())
     person, exo = ep.Person(1.75, 75, "male"), ep.load("four-cables")
     orientation = exo.pose(60, 30, 0)
@@ -117,6 +117,37 @@ def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
     text = " ".join(capsys.readouterr().out.split())
     assert "N without the device" in text
     assert "The device has no limb forces in this pose." in text
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        ["--no-muscles"],
+        ["--elbow-flexion", "140"],  # beyond the joint of the model
+        ["--internal-rotation", "120"],  # outside the range of motion
+        ["not installed"],
+    ],
+)
+def test_reaction_has_its_usual_yardstick_where_muscles_cannot_be_counted(capsys, monkeypatch, more):
+    if more == ["not installed"]:
+        monkeypatch.setattr("exo_pin.person.limb.myoarm.is_installed", lambda: False)
+        more = []
+    assert main(["reaction", "four-cables", "--flexion", "60", "--person", "1.75,75,male", *more]) == 0
+    out = capsys.readouterr().out
+    assert "For comparison: raising an arm without a device" in out
+    assert "least effort" not in out
+
+
+@pytest.mark.parametrize("more", [["--table"], ["--compare"], ["--json"]])
+def test_tables_have_muscles_only_on_request(capsys, more):
+    query = ["reaction", "four-cables", "--flexion", "60", "--person", "1.75,75,male", *more]
+    assert main(query) == 0
+    plain = capsys.readouterr().out
+    assert "own muscles" not in plain
+    assert "with_muscles" not in plain
+    assert main([*query, "--muscles"]) == 0
+    with_them = capsys.readouterr().out
+    assert "own muscles" in with_them or "with_muscles" in with_them
 
 
 @pytest.mark.parametrize(

@@ -196,3 +196,35 @@ def test_centre_path_holds_in_every_plane_of_elevation():
         outwards = path.displacement[-1, 1] * (1 if side == "left" else -1)
         assert outwards < -0.03  # the centre moves to the body
         assert path.displacement[-1, 2] > 0.04  # and up
+
+
+def test_model_without_the_meshes_of_pictures_moves_as_the_whole_one():
+    """Only the scapula's mesh is needed for forces; the others take most of the time of compiling."""
+    light, whole = myoarm(), myoarm(all_bones=True)
+    assert light.model.nmesh == 1 < whole.model.nmesh
+    for name in (
+        "body_pos",
+        "body_quat",
+        "body_parentid",
+        "site_pos",
+        "site_bodyid",
+        "jnt_axis",
+        "eq_data",
+        "jnt_range",
+    ):
+        np.testing.assert_array_equal(getattr(light.model, name), getattr(whole.model, name))
+    for name in ("root", "scapula", "humerus", "ulna", "radius"):
+        assert getattr(light, name) == getattr(whole, name)
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        q = rng.uniform(*light.model.jnt_range.T)
+        lengths = []
+        for limb in (light, whole):
+            data = limb.mujoco.MjData(limb.model)
+            data.qpos[:] = q
+            limb.mujoco.mj_kinematics(limb.model, data)
+            limb.mujoco.mj_comPos(limb.model, data)
+            limb.mujoco.mj_tendon(limb.model, data)
+            lengths.append(data.ten_length.copy())
+        np.testing.assert_array_equal(*lengths)
+    np.testing.assert_array_equal(scapula_mesh(light)[0], scapula_mesh(whole)[0])

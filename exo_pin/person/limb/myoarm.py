@@ -39,6 +39,7 @@ __all__ = ["MyoArm", "is_installed", "myoarm"]
 #: Major version of MuJoCo that myo_sim knows.
 _MUJOCO = 3
 _ELEVATION, _PLANE, _PLANE_BACK, _ROTATION = "shoulder_elv_r", "elv_angle_r", "shoulder1_r2_r", "shoulder_rot_r"
+_SOCKET_MESH = "scapula_r"
 _ELBOW, _FOREARM = "elbow_flexion_r", "pro_sup_r"
 
 
@@ -103,8 +104,14 @@ def is_installed() -> bool:
 
 
 @functools.cache
-def myoarm() -> MyoArm:
+def myoarm(all_bones: bool = False) -> MyoArm:
     """The model, compiled at the first call of the process (under a second).
+
+    Parameters
+    ----------
+    all_bones : bool
+        Whether it has the meshes of all bones, or that of the scapula alone. Bodies have the same indices; their
+        masses, which are not used, differ.
 
     Raises
     ------
@@ -126,8 +133,21 @@ def myoarm() -> MyoArm:
         axis /= np.linalg.norm(axis)
         elevation = np.array(spec.joint(_ELEVATION).axis, dtype=np.float64)
         spec.joint(_ELEVATION).axis = elevation - elevation @ axis * axis
+        if not all_bones:
+            _drop_meshes(mujoco, spec)
         model = spec.compile()
     return _indexed(mujoco, model)
+
+
+def _drop_meshes(mujoco: Any, spec: Any) -> None:
+    """Leave the scapula's mesh alone: the others are for pictures, and take most of the time of compiling."""
+    for geom in list(spec.geoms):
+        if geom.type == mujoco.mjtGeom.mjGEOM_MESH and geom.name != _SOCKET_MESH:
+            spec.delete(geom)
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
 
 
 def _indexed(mujoco: Any, model: Any) -> MyoArm:

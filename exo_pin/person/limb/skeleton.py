@@ -59,7 +59,6 @@ class LimbShape(NamedTuple):
         return reduced_tuple(self)
 
 
-@functools.cache
 def bone_meshes(side: str) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
     """Vertices, shape (v, 3), m, and triangles, shape (t, 3), of each of :data:`BONES` of one side.
 
@@ -68,8 +67,17 @@ def bone_meshes(side: str) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
     side : {"left", "right"}
         Side of the arm; a left one is the mirror image.
     """
-    limb = myoarm()
-    data = placed(limb, np.zeros(3), 0.0, 0.0)
+    right = _right_meshes()
+    if side == "right":
+        return right
+    return {name: (vertices @ MIRROR, faces[:, ::-1]) for name, (vertices, faces) in right.items()}
+
+
+@functools.cache
+def _right_meshes() -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
+    limb = myoarm(all_bones=True)
+    data = limb.mujoco.MjData(limb.model)
+    limb.mujoco.mj_kinematics(limb.model, data)
     found = {}
     for name, root in zip(BONES, _roots(limb), strict=True):
         origin, axes = data.xpos[root], data.xmat[root].reshape(3, 3)
@@ -83,8 +91,7 @@ def bone_meshes(side: str) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
             vertices.append((there - origin) @ axes)
             faces.append(triangles + count)
             count += len(own)
-        mesh, corners = np.concatenate(vertices), np.concatenate(faces)
-        found[name] = (mesh @ MIRROR, corners[:, ::-1]) if side == "left" else (mesh, corners)
+        found[name] = np.concatenate(vertices), np.concatenate(faces)
     return found
 
 

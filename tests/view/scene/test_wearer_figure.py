@@ -211,12 +211,12 @@ def test_wrong_calls_are_refused(device, monkeypatch):
     with pytest.raises(InvalidInput, match="leave out stature"):
         device.view(person=WEARER, stature=1.7)
     monkeypatch.setattr("exo_pin.person.limb.skeleton.myoarm", _missing)
-    bone_meshes.cache_clear()
+    monkeypatch.setattr("exo_pin.person.limb.skeleton._right_meshes", _missing)
     with pytest.raises(MissingExtra):
         device.view(person=WEARER)
 
 
-def _missing():
+def _missing(**_):
     raise MissingExtra("person", "myo_sim and mujoco")
 
 

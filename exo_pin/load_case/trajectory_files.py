@@ -51,6 +51,7 @@ def read_movement(
     side: str = "left",
     smoothing: str | None = "gcv",
     sensor_noise: float | None = None,
+    ends: str = "free",
 ) -> Movement:
     """Read a movement from a CSV file whose header declares the angle convention.
 
@@ -69,6 +70,8 @@ def read_movement(
         As in :meth:`Movement.from_samples`: how much to smooth is found from the data, or nothing is smoothed.
     sensor_noise : float, optional
         Standard deviation of the samples about each axis, rad, if it is known.
+    ends : {"free", "rest"}
+        As in :meth:`Movement.from_samples`: "rest" where the arm is at rest at the first and at the last sample.
 
     Returns
     -------
@@ -85,7 +88,7 @@ def read_movement(
     values = table.numbers(("time_s", *columns))
     with naming_file(path):
         orientations = build(values[:, 1:], degrees, side) if len(values) else Rotation.identity(0)
-        return Movement.from_samples(values[:, 0], orientations, smoothing, sensor_noise)
+        return Movement.from_samples(values[:, 0], orientations, smoothing, sensor_noise, ends)
 
 
 def _convention(table: CsvTable) -> tuple[tuple[str, ...], Any]:

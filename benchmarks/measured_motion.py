@@ -2,13 +2,13 @@
 
 ::
 
-    python benchmarks/measured_motion.py            # the table, about two minutes
+    python benchmarks/measured_motion.py            # both tables, about two minutes
     python benchmarks/measured_motion.py --seeds 20 # more cases a row
 
 A movement with known ω and η (turns by 26° at 0.6 Hz and by 21° at 0.4 Hz, three seconds) is sampled with white noise
 about each axis. "Least" is the error of the smoothing parameter that is best for the true forces, which no method can
 know. Half of the cases are evenly sampled; the others have jitter of a third of the spacing, 5 % of the samples missing
-at random and a gap of 5 % of the time.
+at random and a gap of 5 % of the time. The second table is of a reach from rest to rest, with ends="free" and "rest".
 """
 
 import argparse
@@ -50,6 +50,20 @@ def main():
     print(f"\n|F_s|, root mean square: {cases[0].size:.0f} N. Smoothed / least in {len(everywhere)} cases:")
     for name, ratios in (("all samples", everywhere), ("without end effects", inside)):
         print(f"{name}: median {np.median(ratios):.2f}, mean {np.mean(ratios):.2f}, largest {max(ratios):.2f}")
+    _ends(measured, exo, seeds)
+
+
+def _ends(measured, exo, seeds):
+    """Print what knowledge of rest at the ends is worth."""
+    heads = "noise, °|rate, Hz|free, N|rest, N|free, within 0.1 s of the ends, N|rest, there, N"
+    print(f"\n| {heads.replace('|', ' | ')} |\n{'| --- ' * 6}|")
+    for noise in NOISES:
+        for rate in RATES:
+            (free, near), (rest, there) = np.median(
+                [measured.end_errors(exo, seed, rate, noise)[0] for seed in range(seeds)], axis=0
+            )
+            cells = [f"{noise:g}", str(rate), *(f"{value:.2g}" for value in (free, rest, near, there))]
+            print(f"| {' | '.join(cells)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -91,6 +91,12 @@ def add_commands(commands: Any) -> None:
         metavar="DEG",
         help="with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
     )
+    parser.add_argument(
+        "--ends",
+        choices=("free", "rest"),
+        default="free",
+        help="of a measured movement: rest if the arm is at rest at its first and last sample",
+    )
     parser.add_argument("--progress", action="store_true", help="show a progress bar")
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     parser.set_defaults(run=_reaction)
@@ -207,7 +213,7 @@ def _follow(options: argparse.Namespace) -> int:
         raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
     smoothing = None if options.smoothing == "none" else options.smoothing
     known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
-    movement = read_movement(options.trajectory, exo.side, smoothing, known)
+    movement = read_movement(options.trajectory, exo.side, smoothing, known, options.ends)
     bounds = _bounds(options.side_force_limit)
     split = chosen_split(exo, bounds, options)
     query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}

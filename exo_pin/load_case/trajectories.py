@@ -18,16 +18,18 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, frozen
+from ..core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation, frozen
 from ..numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
 from ..numerics.smoothing.smoothing_splines import FEWEST, SmoothedSamples, fit_samples, interpolate_samples
 from .measurement_noise import MeasurementNoise
 from .motion_and_load import FASTEST, Motion
 
-__all__ = ["SMOOTHINGS", "Movement"]
+__all__ = ["ENDS", "SMOOTHINGS", "Movement"]
 
 #: Ways of :meth:`Movement.from_samples` to smooth.
 SMOOTHINGS = ("gcv", None)
+#: What is known of the arm at the ends of a record: nothing, or that it is at rest there.
+ENDS = ("free", "rest")
 #: Fewest samples that determine a second derivative.
 _FEWEST = 4
 #: Samples nearer in time than this, s, are one sample.
@@ -68,6 +70,7 @@ class Movement(Record):
         orientations: Rotation,
         smoothing: str | None = "gcv",
         sensor_noise: float | None = None,
+        ends: str = "free",
     ) -> Movement:
         """Differentiate sampled orientations.
 
@@ -93,6 +96,10 @@ class Movement(Record):
         sensor_noise : float, optional
             Standard deviation of the samples about each axis, rad, if it is known: the smoothing is then the one
             that is best for this noise. It needs 12 samples.
+        ends : {"free", "rest"}
+            "rest" where the arm is at rest at the first and at the last sample: the smoothed movement then has ω = 0
+            and η = 0 there, which is the best remedy for the errors at the ends. It is an assumption, not checked
+            against the samples: an arm that moves there is bent to it. Interpolated samples are not changed by it.
 
         Returns
         -------
@@ -102,12 +109,17 @@ class Movement(Record):
         ------
         InvalidInput
             If times do not rise, there are too few samples, two of them are more than 120° apart, or
-            ``sensor_noise`` is given together with ``smoothing=None``.
+            ``sensor_noise`` or ``ends="rest"`` is given together with ``smoothing=None``.
+        UnknownName
+            If ``smoothing`` or ``ends`` is none of the above.
         """
         t = as_finite("times", times, (None,))
         poses = as_rotation("orientations", orientations)
         _check_samples(t, poses)
         stated = _stated(smoothing, sensor_noise, len(t))
+        rest = as_choice("ends", ends, ENDS) == "rest"
+        if rest and smoothing is None:
+            raise InvalidInput('expected ends="rest" with smoothing, got smoothing=None; leave one of them out')
         q = continuous_quaternions(poses)
         # Scaled to spacing 1, so that the spline's conditioning does not depend on the unit of time.
         unit = float(t[-1] - t[0]) / (len(t) - 1)
@@ -115,11 +127,11 @@ class Movement(Record):
         if smoothing is None:
             curve = interpolate_samples(x, q, _AXES)
         else:
-            curve = fit_samples(x, q, _AXES, None if stated is None else _HALF * stated)
+            curve = fit_samples(x, q, _AXES, None if stated is None else _HALF * stated, rest)
         u, velocity, acceleration = motion_of_quaternions(curve.values, unit)
         _check_acceleration(acceleration, curve.penalty == 0.0)
         settled = poses if curve.penalty == 0.0 else Rotation.from_quat(u)
-        return cls(t, settled, Motion(velocity, acceleration), _noise_of(t, curve, unit, stated))
+        return cls(t, settled, Motion(velocity, acceleration), _noise_of(t, curve, unit, stated, rest))
 
     @property
     def duration(self) -> float:
@@ -171,7 +183,7 @@ def _stated(smoothing: Any, sensor_noise: Any, count: int) -> float | None:
     return value
 
 
-def _noise_of(t: FloatArray, curve: SmoothedSamples, unit: float, stated: float | None) -> MeasurementNoise:
+def _noise_of(t: FloatArray, curve: SmoothedSamples, unit: float, stated: float | None, rest: bool) -> MeasurementNoise:
     """Noise of the samples and of the derivatives, in rad and s."""
     found = curve.noise / _HALF
     scale = (found if stated is None else stated) / unit ** np.arange(3)
@@ -182,13 +194,17 @@ def _noise_of(t: FloatArray, curve: SmoothedSamples, unit: float, stated: float 
     else:
         # A smoothing spline passes 1 / (1 + λ h (2 π f)⁸) of an oscillation with frequency f (h = 1 here).
         method, cutoff = "gcv" if stated is None else "sensor noise", curve.penalty ** (-1 / 8) / (2.0 * np.pi * unit)
-        ends = _near_ends(t, max(0.5 / cutoff, 2.0 * unit))
+        ends = _near_ends(t, max(0.5 / cutoff, 2.0 * unit), rest)
     return MeasurementNoise(method, found, stated, float(cutoff), frozen(covariance), frozen(ends))
 
 
-def _near_ends(t: FloatArray, reach: float) -> Any:
-    """Whether a sample is within ``reach`` of an end of the record, or of a gap as long as ``reach``."""
+def _near_ends(t: FloatArray, reach: float, rest: bool) -> Any:
+    """Whether a sample is within ``reach`` of an end of the record, or of a gap as long as ``reach``.
+
+    The ends of a record at rest do not count: the curve is held there.
+    """
     after = np.diff(t) >= reach
-    edges = t[np.concatenate([[True], after]) | np.concatenate([after, [True]])]
+    edges = t[np.concatenate([[not rest], after]) | np.concatenate([after, [not rest]])]
+    edges = np.concatenate([[-np.inf], edges, [np.inf]])
     above = np.searchsorted(edges, t).clip(1, len(edges) - 1)
     return np.minimum(np.abs(t - edges[above - 1]), np.abs(edges[above] - t)) < reach

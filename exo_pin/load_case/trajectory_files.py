@@ -50,6 +50,7 @@ def read_movement(
     side: str = "left",
     smoothing: str | None = "gcv",
     sensor_noise: float | None = None,
+    ends: str = "free",
 ) -> Movement:
     """Read a movement from a CSV file whose header declares the angle convention.
 
@@ -68,6 +69,8 @@ def read_movement(
         As in :meth:`Movement.from_samples`: how much to smooth is found from the data, or nothing is smoothed.
     sensor_noise : float, optional
         Standard deviation of the samples about each axis, rad, if it is known.
+    ends : {"free", "rest"}
+        As in :meth:`Movement.from_samples`: "rest" where the arm is at rest at the first and at the last sample.
 
     Returns
     -------
@@ -85,7 +88,7 @@ def read_movement(
         raise _unknown_header(table, "time_s")
     times = table.numbers(("time_s",))[:, 0]
     with naming_file(path):
-        return Movement.from_samples(times, orientations, smoothing, sensor_noise)
+        return Movement.from_samples(times, orientations, smoothing, sensor_noise, ends)
 
 
 def orientation_columns(table: CsvTable, side: str) -> tuple[tuple[str, ...], Rotation]:

@@ -177,3 +177,45 @@ def test_bad_smoothing_is_named():
     shaken = measured.noisy(np.random.default_rng(0), ep.shoulder_rotation(fast, 0.2, 0), 0.02)
     with pytest.raises(ep.InvalidInput, match="noise multiplied"):
         Movement.from_samples(fast, shaken, smoothing=None)
+
+
+@pytest.mark.parametrize(("noise", "rate"), [(0.01, 100), (0.3, 50), (0.3, 1000), (1.0, 200)])
+def test_ends_at_rest(noise, rate):
+    """Knowledge that the arm rests at the ends takes most of the error there away, and the noise is found as before."""
+    exo = EXO
+    errors, movements = zip(*(measured.end_errors(exo, seed, rate, noise) for seed in range(4)), strict=True)
+    (free, near), (rest, there) = np.median(errors, axis=0)
+    assert rest < 0.5 * free
+    assert there < 0.4 * near
+    for loose, held in movements:
+        assert held.noise.found == pytest.approx(np.radians(noise), rel=0.15)
+        assert loose.noise.end_effects.any()
+        assert not held.noise.end_effects.any()
+        ends = [0, -1]
+        speed = np.abs(held.motion.angular_velocity)
+        assert speed[ends].max() < 1e-4 * speed.max()
+        change = np.abs(held.motion.angular_acceleration)
+        assert change[ends].max() < 1e-3 * change.max()
+        # The posterior deviation is honest there, too: zero where the arm is known to rest.
+        assert held.noise.angular_acceleration[ends].max() < 0.1 * loose.noise.angular_acceleration[ends].max()
+
+
+def test_gaps_keep_their_marks_in_a_record_at_rest():
+    rng = np.random.default_rng(5)
+    t = np.concatenate([np.linspace(0.0, 0.6, 61), np.linspace(1.0, 1.5, 51)])
+    poses = measured.noisy(rng, measured.reach(t)[0], np.radians(0.3))
+    marks = Movement.from_samples(t, poses, ends="rest").noise.end_effects
+    assert marks[[60, 61]].all()
+    assert not marks[[0, -1]].any()
+
+
+def test_rest_at_the_ends_needs_smoothing():
+    t = np.linspace(0.0, 1.5, 31)
+    poses = measured.reach(t)[0]
+    with pytest.raises(ep.InvalidInput, match="smoothing"):
+        Movement.from_samples(t, poses, smoothing=None, ends="rest")
+    with pytest.raises(ep.UnknownName, match="free"):
+        Movement.from_samples(t, poses, ends="still")
+    # Samples without noise are interpolated, and stay as they are.
+    exact = Movement.from_samples(t, poses, ends="rest")
+    np.testing.assert_array_equal(exact.orientations.as_quat(), poses.as_quat())

@@ -32,6 +32,15 @@ def movement(t, rate=1.0, spin=0.0):
     return pose * START, Motion(omega, eta)
 
 
+def reach(t, duration=1.5):
+    """A reach of 50° about one axis from rest to rest with the least jerk (Flash and Hogan), and its motion."""
+    tau, axis = t / duration, np.array([0.3, -0.8, 0.2])
+    angle = 10 * tau**3 - 15 * tau**4 + 6 * tau**5
+    speed = (30 * tau**2 - 60 * tau**3 + 30 * tau**4) / duration
+    change = (60 * tau - 180 * tau**2 + 120 * tau**3) / duration**2
+    return Rotation.from_rotvec(np.outer(angle, axis)) * START, Motion(np.outer(speed, axis), np.outer(change, axis))
+
+
 def sample_times(rng, rate, duration, uneven=False):
     """Evenly spaced, or with jitter of a third of the spacing, a gap of 5 % and 5 % of the samples missing."""
     t = np.linspace(0.0, duration, round(rate * duration) + 1)
@@ -118,3 +127,18 @@ def measured_case(exo, seed, rate, degrees, duration=3.0, uneven=False, pace=1.0
         rms(error), min(map(rms, others)), rms(error[inside]), min(rms(other[inside]) for other in others), rough,
         rms(true), found,
     )  # fmt: skip
+
+
+def end_errors(exo, seed, rate, degrees, duration=1.5):
+    """Errors of F_s, root mean square, N, of a reach with ends taken as free and as at rest.
+
+    Of all samples, and of those within 0.1 s of the ends: shape (2, 2), and the two movements.
+    """
+    rng = np.random.default_rng(seed)
+    t = sample_times(rng, rate, duration)
+    poses, motion = reach(t, duration)
+    true, measured = forces(exo, poses, motion), noisy(rng, poses, np.radians(degrees))
+    near = (t < 0.1) | (t > duration - 0.1)
+    found = [Movement.from_samples(t, measured, ends=ends) for ends in ("free", "rest")]
+    errors = [forces(exo, one.orientations, one.motion) - true for one in found]
+    return np.array([[rms(error), rms(error[near])] for error in errors]), found

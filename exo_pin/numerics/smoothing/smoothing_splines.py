@@ -76,7 +76,9 @@ class SmoothedSamples:
         return noise * float(np.sqrt(self.covariance[:, 2, 2].mean()))
 
 
-def fit_samples(x: FloatArray, y: FloatArray, components: int, noise: float | None = None) -> SmoothedSamples:
+def fit_samples(
+    x: FloatArray, y: FloatArray, components: int, noise: float | None = None, rest: bool = False
+) -> SmoothedSamples:
     """Smooth samples with noise, interpolate samples without.
 
     Parameters
@@ -89,12 +91,14 @@ def fit_samples(x: FloatArray, y: FloatArray, components: int, noise: float | No
         How many independent components the noise of a sample has, at most D.
     noise : float, optional
         Standard deviation of each, if it is known.
+    rest : bool
+        Whether the curve starts and ends at rest: f' = f'' = 0 there, unless samples without noise are interpolated.
     """
     plain = interpolate_samples(x, y, components)
     if len(x) < FEWEST or noise == 0.0:
         return plain
     try:
-        smooth = smooth_samples(x, y, components, noise)
+        smooth = smooth_samples(x, y, components, noise, rest)
     except np.linalg.LinAlgError:
         # The samples lie in a few clusters: they do not determine a smooth curve.
         return plain
@@ -145,9 +149,11 @@ def _noise_of_differences(x: FloatArray, y: FloatArray, components: int) -> floa
     return float(np.sqrt((left**2).sum(axis=1).mean() / components))
 
 
-def smooth_samples(x: FloatArray, y: FloatArray, components: int, noise: float | None = None) -> SmoothedSamples:
+def smooth_samples(
+    x: FloatArray, y: FloatArray, components: int, noise: float | None = None, rest: bool = False
+) -> SmoothedSamples:
     """Fit the smoothing spline whose λ the data choose; arguments of :func:`fit_samples`, N >= :data:`FEWEST`."""
-    search = _Search(x, y, components, noise)
+    search = _Search(x, y, components, noise, rest)
     penalty = search.best()
     basis = search.basis(penalty)
     factor = basis.factor(penalty)
@@ -160,8 +166,8 @@ def smooth_samples(x: FloatArray, y: FloatArray, components: int, noise: float |
 class _Search:
     """Scores of λ for given samples."""
 
-    def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None) -> None:
-        self.x, self.y, self.components, self.noise = x, y, components, noise
+    def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None, rest: bool = False) -> None:
+        self.x, self.y, self.components, self.noise, self.rest = x, y, components, noise, rest
         #: The knots can be halved so often.
         self.levels = max(0, int(np.log2(len(x) / 6.0)))
         self._bases: dict[int, SplineBasis] = {}
@@ -170,7 +176,7 @@ class _Search:
         """The basis with the knots that this λ needs."""
         level = int(np.clip(np.ceil(np.log(penalty / _LARGEST) / np.log(_HALVING)), 0, self.levels))
         if level not in self._bases:
-            self._bases[level] = SplineBasis(self.x, 2**level, _NEAREST)
+            self._bases[level] = SplineBasis(self.x, 2**level, _NEAREST, self.rest)
         return self._bases[level]
 
     def score(self, log_penalty: float) -> float:

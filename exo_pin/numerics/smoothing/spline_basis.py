@@ -14,6 +14,8 @@ __all__ = ["SplineBasis", "log_determinant"]
 _DEGREE = 7
 #: Order of the derivative in the penalty.
 _ORDER = 4
+#: Weight of the conditions at the ends beside that of a sample: large, and small enough for double precision.
+_HELD = 1e5
 #: Half the step in log λ of the difference that gives tr H.
 _STEP = 0.01
 
@@ -29,9 +31,11 @@ class SplineBasis:
         Knots stand at every ``stride``-th sample; with 1 the splines can interpolate.
     nearest : float
         Samples nearer than this, in mean spacings, share a knot.
+    rest : bool
+        Whether f' and f'' are zero at the first and the last sample.
     """
 
-    def __init__(self, x: FloatArray, stride: int = 1, nearest: float = 0.0) -> None:
+    def __init__(self, x: FloatArray, stride: int = 1, nearest: float = 0.0, rest: bool = False) -> None:
         inner = _apart(x[_ORDER:-_ORDER][::stride], float(x[0]), float(x[-1]), nearest)
         # Knots beyond the ends instead of manifold knots at the ends: the equations are far better conditioned.
         beyond = float(x[-1] - x[0]) / (len(inner) + 1) * np.arange(_DEGREE + 1)
@@ -51,6 +55,13 @@ class SplineBasis:
         fourth = design(places, knots[_ORDER], _DEGREE - _ORDER) @ down[_ORDER]
         self._penalty = _bands(fourth.T @ fourth.multiply((half * weights).reshape(-1, 1)).tocsr())
         self._normal = _bands(self.rows[0].T @ self.rows[0])
+        #: Conditions at the ends, which take as many freedoms.
+        self._conditions = 4 if rest else 0
+        if rest:
+            for row in self.rows[1:]:
+                held = row[[0, -1]]
+                held = _HELD * held / np.sqrt(held.multiply(held).sum(axis=1)).reshape(-1, 1)
+                self._normal += _bands(held.T.tocsr() @ held.tocsr())
 
     def _lowered(self, order: int) -> Any:
         """Matrix from the coefficients of a spline's derivative of this order to those of the next."""
@@ -77,7 +88,7 @@ class SplineBasis:
     def freedom(self, penalty: float) -> float:
         """tr H, for H the matrix from y to the fitted values: K - d log det(X'X + λ P) / d log λ."""
         ahead, behind = (log_determinant(self.factor(penalty * np.exp(sign * _STEP))) for sign in (1, -1))
-        return self._normal.shape[1] - (ahead - behind) / (2.0 * _STEP)
+        return self._normal.shape[1] - self._conditions - (ahead - behind) / (2.0 * _STEP)
 
     def covariance(self, factor: FloatArray) -> FloatArray:
         """Posterior covariance of value, first and second derivative at the samples, shape (N, 3, 3), for σ = 1."""

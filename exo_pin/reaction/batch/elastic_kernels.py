@@ -7,6 +7,10 @@ ball joint with F_s = -K_s δ. Equilibrium with N, the force at O of load and te
     δ = (K_s + K_X)⁻¹ N,    K_X = Σ k_i X_i X_iᵀ,    N = F - Σ f_i s_i.
 
 Of all g and F_s that balance N these have the least strain energy ½ Σ g_i²/k_i + ½ F_sᵀ K_s⁻¹ F_s.
+
+These formulas of aligned centres stand here a second time, for speed, and on purpose apart from those for any offset,
+which ``exo.reaction`` uses (:mod:`exo_pin.wrist.forces.side_forces`, :mod:`exo_pin.wrist.forces.affine_state`): each
+is a check of the other, in tests/reaction/batch.
 """
 
 from __future__ import annotations

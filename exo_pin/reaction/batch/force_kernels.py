@@ -1,6 +1,8 @@
 """Forces of one pose of massless limbs in closed form, compiled: limbs without side force, and a wrist on its own.
 
-The formulas of :mod:`exo_pin.numerics.vectors`, with their symbols and signs.
+The formulas of :mod:`exo_pin.numerics.vectors`, with their symbols and signs. The affine state that ``exo.reaction``
+solves (:mod:`exo_pin.wrist.forces.affine_state`) is made another way, from closure wrenches of any limbs: the two are
+checks of each other, in tests/reaction/batch.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def recorded_calls(folder):
     compiled.Kernel._make_plain = recording
     try:
         with compiled.mode("plain"):
-            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces, _plants):
+            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces):
                 scenario(folder)
     finally:
         compiled.Kernel._make_plain = make
@@ -109,12 +109,3 @@ def _workspaces(folder):
     limb = ep.Limb("SPS", actuator=ep.Actuator("cable", pull_limit=400.0))
     exo = ep.ShoulderExo.from_mechanism(spare).replace(limbs=[limb] * 6)
     exo.workspace(55.0, ep.Criteria(largest_shoulder_force=120.0))
-
-
-def _plants(folder):
-    exo = ep.load("prototype")
-    plain, sprung = ep.Plant(exo), ep.Plant(exo, ep.PlantOptions(series_spring=2e3, shoulder_coulomb=0.1))
-    for plant, pressures in ((plain, [1e5, 0.0, 3e5]), (sprung, 2e5)):
-        start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
-        plant.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.004, start, rtol=1e-4)
-    plain.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.001, start, method="chain", rtol=1e-4)

@@ -60,7 +60,7 @@ def recorded_calls(folder):
     compiled.Kernel._make_plain = recording
     try:
         with compiled.mode("plain"):
-            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces, _plants):
+            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces):
                 scenario(folder)
     finally:
         compiled.Kernel._make_plain = make

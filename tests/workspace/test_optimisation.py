@@ -224,3 +224,17 @@ def test_worst_margin_by_hand():
     scales = {"singularity": 0.08, "forces": 5.0, "shoulder_force": 150.0, "clearance": 0.03}
     least = min(float((margins.margins[name][inside] / scale).min()) for name, scale in scales.items())
     assert found.objectives["worst_margin"] == pytest.approx(least, rel=1e-6)
+
+
+def test_spare_length_costs_no_pose():
+    """A linear actuator that is at its family's limit is not made longer, for then its shortest length would rise."""
+    linear = start(ep.Actuator("linear", pull_limit=400.0, push_limit=400.0), 3)
+    lengths = np.tile([[0.35], [0.45], [0.60]], (1, 3))  # 0.35 = 0.60/2 + 0.1/2
+    for spare in (0.0, 0.002):
+        stroke = fitted_strokes(linear, lengths, np.full(3, 1 / 3), spare).limbs[0].stroke
+        ends = [stroke.end_fitting + ratio * stroke.nominal_length for ratio in (stroke.shortest, stroke.longest)]
+        assert ends == pytest.approx([0.35, 0.60], abs=1e-9)
+    # Where there is room the spare is taken at both ends.
+    roomy = fitted_strokes(linear, [*lengths, [0.1], [0.0], [0.0]], np.full(3, 1 / 3), 0.002).limbs[0].stroke
+    ends = [roomy.end_fitting + ratio * roomy.nominal_length for ratio in (roomy.shortest, roomy.longest)]
+    assert ends == pytest.approx([0.448, 0.602], abs=1e-9)

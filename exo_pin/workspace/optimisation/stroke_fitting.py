@@ -128,8 +128,9 @@ def _fitted(actuator: Actuator, short: float, long: float, spare: float, end_fit
     family, travel = actuator.family, actuator.travel_limit
     least = least_length(family, end_fitting)
     share, constant = family_limits(family, least)
-    longest = long + spare
-    shortest = max(short - spare, share * longest + constant)
-    if travel is not None:
-        shortest = max(shortest, longest - travel)
+    travel_room = np.inf if travel is None else travel
+    # What is spared beyond the long end must not cost poses at the short one.
+    most = min((short - constant) / share if share > 0.0 else np.inf, short + travel_room)
+    longest = max(long, min(long + spare, most))
+    shortest = max(short - spare, share * longest + constant, longest - travel_room)
     return fitting_stroke(family, min(shortest, longest), longest, least, travel)

@@ -25,6 +25,7 @@ def test_there_are_notebooks():
         "04_muscles_from_data.ipynb",
         "05_your_own_mechanism.ipynb",
         "06_design_study.ipynb",
+        "08_the_prototype_in_motion.ipynb",
     } <= {path.name for path in NOTEBOOKS}
 
 

@@ -101,7 +101,7 @@ def _form(value):
 def harvest(folder):
     """Examples by class, one of every form (types of attributes), up to ``MOST``."""
     with Catcher() as catcher:
-        for scenario in (_forces, _unknowns, _wrists, _chains, _files, _pictures, _persons):
+        for scenario in (*NUMERICAL, _files, _pictures, _persons):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
     made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
@@ -206,6 +206,17 @@ def _chains(folder):
     ep.ClosedChain.from_urdf(*urdf.mechanism_urdf(ep.load("prototype").mechanism))
 
 
+def _plants(folder):
+    exo = ep.load("prototype")
+    plain, sprung = ep.Plant(exo), ep.Plant(exo, ep.PlantOptions(series_spring=2e3, shoulder_coulomb=0.1))
+    fault = ep.Fault("stuck valve", 1, command=0.5)
+    for plant, pressures in ((plain, [1e5, 0.0, 3e5]), (sprung, 2e5)):
+        start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
+        plant.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.004, start, faults=fault, rtol=1e-4)
+    plain.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.001, start, method="chain", rtol=1e-4)
+    plain.assumptions[-1].__str__()
+
+
 def _files(folder):
     exo = ep.load("prototype")
     exo.save(folder / "exo.toml")
@@ -241,4 +252,4 @@ def _pictures(folder):
 
 
 #: Queries of every kind, without pictures.
-NUMERICAL = (_forces, _unknowns, _wrists, _chains)
+NUMERICAL = (_forces, _unknowns, _wrists, _chains, _plants)

@@ -60,7 +60,7 @@ def recorded_calls(folder):
     compiled.Kernel._make_plain = recording
     try:
         with compiled.mode("plain"):
-            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces, _plants):
+            for scenario in (*NUMERICAL, _more_wrists, _more_chains, _workspaces, _controllers):
                 scenario(folder)
     finally:
         compiled.Kernel._make_plain = make
@@ -113,14 +113,9 @@ def _workspaces(folder):
     exo.workspace(55.0, ep.Criteria(largest_shoulder_force=120.0))
 
 
-def _plants(folder):
-    exo = ep.load("prototype")
-    plain, sprung = ep.Plant(exo), ep.Plant(exo, ep.PlantOptions(series_spring=2e3, shoulder_coulomb=0.1))
-    for plant, pressures in ((plain, [1e5, 0.0, 3e5]), (sprung, 2e5)):
-        start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
-        plant.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.004, start, rtol=1e-4)
-    plain.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.001, start, method="chain", rtol=1e-4)
-    pose, rest = start.orientation, np.zeros(3)
-    control.missing_moments(plain, Rotation.from_quat(pose.as_quat()[None]))
-    planned = control.ModelController(plain, control.abduction())
-    planned(0.0, control.Measurement(pose, rest, rest, 4e5, rest, rest))
+def _controllers(folder):
+    plant, still = ep.Plant(ep.load("prototype")), np.zeros(3)
+    pose = ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True)
+    control.missing_moments(plant, Rotation.from_quat(pose.as_quat()[None]))
+    controller = control.ModelController(plant, control.abduction())
+    controller(0.0, control.Measurement(pose, still, still, 4e5, still, still))

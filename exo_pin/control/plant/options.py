@@ -65,7 +65,9 @@ class PlantOptions:
 
     Notes
     -----
-    Source: thesis Sections 5.2.1, 5.4.1, 5.4.3, 6.2; Table 5-6; (3-16), (3-21); Table A-1.
+    The flange bearing is that of thesis Section 5.4.3, the spring that of Section 6.2.
+
+    Source: thesis Table 5-6, Table A-1, Figure 5-20.
     """
 
     supply: Supply | None = None

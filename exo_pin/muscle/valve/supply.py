@@ -89,8 +89,8 @@ class ValveUnit:
 
     Notes
     -----
-    Source: thesis Section 5.2.1: a manifold with four branches, in each a solenoid valve, printed as "three way two
-    port", and a restriction valve; pulses of 20 Hz. Read here as a 3/2-way valve.
+    Thesis Section 5.2.1 has a manifold with four branches, each with a solenoid valve, printed as "three way two port"
+    and read here as a 3/2-way valve, and a restriction valve; its pulses come at 20 Hz.
     """
 
     fill: Valve

@@ -136,7 +136,10 @@ def _with_spring(law: Any, row: Any, i: int, x: float, bar: float) -> Any:
 
 @kernel
 def friction_bound(row: Any, x: float, bar: float, pull: float) -> float:
-    """Largest Coulomb friction in N: the constant, or (3-16) with the pull in place of the hung weight."""
+    """Largest Coulomb friction in N: the constant, or (3-16) with the pull in place of the hung weight.
+
+    Source: thesis (3-16).
+    """
     bound = row[_CONSTANT]
     factor = bar - row[_LOAD] * pull / _STANDARD_GRAVITY
     polynomial = (row[_N2] * x + row[_N1]) * x + row[_N0]
@@ -152,6 +155,8 @@ def tension(law: Any, row: Any, i: int, length: float, speed: float, pressure: f
     ``length`` in m and ``speed``, the rate of the limb's length, in m/s; ``pressure`` gauge, Pa; ``bristle`` from -1 to
     1, the state of the friction. Returns tension N, loss W, contraction of the bladder m, and its slopes by the limb's
     contraction and by pressure, m/Pa.
+
+    Source: thesis (3-21), (5-4).
     """
     bar = max(pressure, 0.0) / _BAR
     x, shortening = row[_LENGTH] + row[_FITTING] - length, -speed
@@ -167,7 +172,10 @@ def tension(law: Any, row: Any, i: int, length: float, speed: float, pressure: f
 
 @kernel
 def air_volume(row: Any, bladder: float) -> Any:
-    """Volume of a muscle's air and of its tube in m³, and dV/dx in m², at a contraction of its bladder in m."""
+    """Volume of a muscle's air and of its tube in m³, and dV/dx in m², at a contraction of its bladder in m.
+
+    Source: thesis (3-2), (3-3), (3-4).
+    """
     length = row[_LENGTH] - bladder
     square = 4.0 * math.pi * row[_TURNS] * row[_TURNS]
     thread = row[_THREAD] * row[_THREAD]

@@ -187,7 +187,7 @@ def _muscle_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: floa
 def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     """Fill the rates of the state ``y`` relative to the orientation of the quaternion ``q`` (x, y, z, w).
 
-    Source: thesis (D-2), (D-6), (D-10), with the weight's moment and the true acceleration.
+    Source: thesis (D-2), (D-6), (D-10).
     """
     n = t.base.shape[0]
     R = rows_of(q, y)

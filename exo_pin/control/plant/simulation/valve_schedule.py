@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ....core.records import Record
 from ....core.validation import FloatArray
 from ....muscle.valve.supply import ValveUnit
 from ..equations.plant_kernels import FLOWS
@@ -18,7 +19,7 @@ _SAME = 1e-9
 
 
 @dataclass
-class Valves:
+class Valves(Record):
     """The valves of n muscles, driven by commands.
 
     Attributes

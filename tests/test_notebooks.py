@@ -26,6 +26,7 @@ def test_there_are_notebooks():
         "05_your_own_mechanism.ipynb",
         "06_design_study.ipynb",
         "07_the_person_inside.ipynb",
+        "08_the_prototype_in_motion.ipynb",
     } <= {path.name for path in NOTEBOOKS}
 
 

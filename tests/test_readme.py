@@ -117,6 +117,20 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
     assert falls[0] > 40.0 > 20.0 > falls[-1]
 
 
+def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
+    names = run_code_of("control.md", monkeypatch, tmp_path)
+    model = names["tracking"]
+    assert capsys.readouterr().out.startswith(model.verdict)
+    assert (tmp_path / "run.csv").stat().st_size > 100_000
+    page = (Path(__file__).parents[1] / "docs" / "control.md").read_text(encoding="utf-8")
+    found = re.search(r"\| `held-abduction` \| pi \|(.*)\n.*\n\| \| model \|(.*)\n", page)
+    for row, tracking in zip(found.groups(), (ep.experiment("held-abduction").run(), model), strict=True):
+        shown = [float(value) for value in re.findall(r"\d+\.?\d*", row)]
+        keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")
+        computed = [tracking.summary()[key] for key in keys]
+        assert shown == pytest.approx(computed, abs=0.5, rel=0.02)
+
+
 def test_ledger_is_not_stale():
     page = (Path(__file__).parents[1] / "docs" / "thesis.md").read_text(encoding="utf-8")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger()))

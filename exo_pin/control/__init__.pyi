@@ -21,6 +21,7 @@ from .experiments.catalogue import experiments as experiments
 from .experiments.catalogue import hung_outward as hung_outward
 from .experiments.catalogue import prototype_options as prototype_options
 from .experiments.catalogue import reference_of as reference_of
+from .experiments.designs import fourth_muscle_holes as fourth_muscle_holes
 from .experiments.designs import with_fourth_muscle as with_fourth_muscle
 from .experiments.designs import with_longer_muscles as with_longer_muscles
 from .experiments.experiment import Experiment as Experiment

@@ -114,8 +114,8 @@ def _workspaces(folder):
 
 
 def _controllers(folder):
-    plant = ep.Plant(ep.load("prototype"))
-    pose, rest = ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), np.zeros(3)
+    plant, still = ep.Plant(ep.load("prototype")), np.zeros(3)
+    pose = ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True)
     control.missing_moments(plant, Rotation.from_quat(pose.as_quat()[None]))
-    planned = control.ModelController(plant, control.abduction())
-    planned(0.0, control.Measurement(pose, rest, rest, 4e5, rest, rest))
+    controller = control.ModelController(plant, control.abduction())
+    controller(0.0, control.Measurement(pose, still, still, 4e5, still, still))

@@ -13,14 +13,14 @@ from ...core.validation import FloatArray, as_finite, as_positive
 from ...design import Limb, Mechanism, Stroke, WristGeometry
 from ..controllers.contraction import Contractions
 from ..plant.plant import Plant
-from .holdable import missing_moments
+from .holdable import HELD, missing_moments
 
-__all__ = ["ADDED_ANGLE", "SHORT_FITTING", "with_fourth_muscle", "with_longer_muscles"]
+__all__ = ["ADDED_ANGLE", "SHORT_FITTING", "fourth_muscle_holes", "with_fourth_muscle", "with_longer_muscles"]
 
 #: End fittings of a limb with as much muscle as its joints leave room for, m: an assumption, two short yokes.
 SHORT_FITTING = 0.025
 #: Hole of the fourth muscle, degrees from the x axis. Figure 5-6 shows one without a number; of the holes every 10° it
-#: is the one with which long muscles hold most poses of the abduction test (docs/control.md has the command).
+#: is the one with which muscles that are long enough for both tests of 5.4.1 hold most of the abduction test.
 ADDED_ANGLE = 160.0
 #: By how much points on a circle may be off, m.
 _ROUND = 1e-6
@@ -88,7 +88,11 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
 
 
 def fourth_muscle_holes(
-    mechanism: Mechanism, poses: Rotation, angles_deg: Sequence[float] | None = None, tolerance: float = 5e-3
+    mechanism: Mechanism,
+    poses: Rotation,
+    sized_for: Rotation | None = None,
+    angles_deg: Sequence[float] | None = None,
+    tolerance: float = HELD,
 ) -> dict[float, float]:
     """Share of poses that long muscles hold, by the hole of the fourth one.
 
@@ -98,6 +102,8 @@ def fourth_muscle_holes(
         With three muscles on circles.
     poses : Rotation
         Stack of shape (N,).
+    sized_for : Rotation, optional
+        Stack of poses in which no muscle shall be stretched; ``poses`` if left out.
     angles_deg : sequence of float, optional
         Of the holes; every 10° if left out.
     tolerance : float
@@ -109,7 +115,7 @@ def fourth_muscle_holes(
             design = with_fourth_muscle(mechanism, angle)
         except InvalidInput:
             continue
-        plant = Plant(with_longer_muscles(design, poses))
+        plant = Plant(with_longer_muscles(design, poses if sized_for is None else sized_for))
         missing: FloatArray = missing_moments(plant, poses)
         shares[float(angle)] = float((missing <= tolerance).mean())
     return shares

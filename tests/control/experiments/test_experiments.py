@@ -4,9 +4,19 @@ import functools
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import Experiment, Imu, flexion, missing_moments, prototype_options, sensitivity
+from exo_pin.control import (
+    Experiment,
+    Imu,
+    abduction,
+    flexion,
+    fourth_muscle_holes,
+    missing_moments,
+    prototype_options,
+    sensitivity,
+)
 from exo_pin.control.experiments.findings import greatest_ratios, out_of_stroke
 from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
@@ -206,6 +216,16 @@ def test_variants_of_the_design():
     lengths = exo.inverse_kinematics(exo.pose(abduction=[0.0, 45.0, 90.0])).lengths
     for limb, most in zip(long.limbs, lengths.max(axis=0), strict=True):
         assert limb.stroke.nominal_length + limb.stroke.end_fitting >= most - 1e-12
+
+
+def test_fourth_muscle_is_in_the_hole_that_holds_most():
+    times = np.linspace(0.0, 5.0, 26)
+    lift = abduction()(times).orientation
+    both = Rotation.concatenate([lift, flexion()(times).orientation])
+    prototype = ep.experiment("abduction-outward").mechanism
+    shares = fourth_muscle_holes(prototype, lift, both, [140.0, 150.0, 160.0, 170.0, -180.0])
+    assert max(shares, key=shares.get) == 160.0
+    assert shares[160.0] == pytest.approx(0.73, abs=0.01)
 
 
 def test_longer_muscles_reach_further():

@@ -1,0 +1,19 @@
+# ruff: noqa: F821
+"""What notebook 08 shows holds; run.py runs this in its kernel."""
+
+# Abduction from beyond the singular pose stops by the stroke; nothing of it can be held.
+assert 55.0 < tracking.summary()["end_deg"] < 75.0
+assert not tracking.reachable.any()
+assert any("runs out of stroke" in text for text in tracking.findings)
+# Two estimates decide, the others move the end by a few degrees.
+start = table["start_deg"]
+beyond = start > 9.0
+fitting = np.array([name.startswith("end fitting") for name in table["parameter"]])
+assert (table["end_deg"][~beyond] < 0.0).all()
+assert (ends < 0.0).sum() == 4
+assert (np.abs(ends[beyond & ~fitting] - ends[0]) < 8.0).all()
+# The model-based controller is better by far where the muscles can hold the pose.
+assert runs["pi"].rms_error() > 5.0 * runs["model"].rms_error()
+assert np.degrees(runs["model"].rms_error()) < 3.0
+assert ep.experiment("abduction-long").run().summary()["end_deg"] > 80.0
+assert ep.experiment("abduction-flange").run().summary()["end_deg"] < 65.0

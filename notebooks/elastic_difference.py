@@ -74,7 +74,7 @@ def main() -> None:
         right.plot(SIZES, middle, "o-", color=colour, ms=4, label=f"{label}")
         right.plot(SIZES, most, "o:", color=colour, ms=4, label="ninth decile" if colour == "tab:red" else None)
     right.set(xlabel="offset of the device's centre, mm", ylabel="error of the linear formula in F_s, %")
-    right.set_ylim(0.0, 50.0)
+    right.set_ylim(0.0, 40.0)
     right.legend(fontsize=7, ncols=2, loc="upper left")
     right.set_title("poses of daily activities with |det X| > 0.05; lines: median", fontsize=10)
     figure.savefig(Path(__file__).parents[1] / "docs" / "elastic.png", dpi=120)

@@ -83,6 +83,9 @@ class ElasticPoses(Record):
         """Put the device where x has it."""
         self.device = MovedDevice(self.equations, np.arange(len(self.x)), self.x)
         rows = answered(self.status)
+        unstable = np.isnan(self.device.movement.bending[rows]).any(axis=1)
+        self.status[rows[unstable]] = QUERY_STATUS.index("no_equilibrium")
+        rows = rows[~unstable]
         # Moved, a pose may come nearer to the singular surface, but not onto it: no path of finite forces leads there.
         self.status[rows] = np.maximum(self.status[rows], np.minimum(self.device.displaced.status[rows], 1))
 

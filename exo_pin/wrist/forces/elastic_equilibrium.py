@@ -89,7 +89,8 @@ class ElasticEquations(Record):
         own, geometry = mechanism.interfaces, mechanism.geometry
         self.harness, self.soft_cuff = own.harness, own.cuff
         self.flexibility, self.resists = guide_flexibility(mechanism)
-        self._ends = np.zeros((len(base), mechanism.limb_count, 4))
+        #: Turns of the guides' ends at the last evaluation of each pose.
+        self.ends = np.zeros((len(base), mechanism.limb_count, 4))
         self._fixed = None if locked else loads(np.arange(len(base)), query.matrices)
         aligned = geometry.platform_points @ np.swapaxes(query.matrices, 1, 2) - geometry.base_points
         self.lengths = np.linalg.norm(aligned, axis=-1)
@@ -151,8 +152,8 @@ class ElasticEquations(Record):
         x, share = z[:, :-1], z[:, -1]
         placement, arm = self.place(rows, x, share)
         # The turns of the guides' ends differ little from those of the evaluation before.
-        side, ends = self.sides(placement, self._ends[rows], copies)
-        self._ends[rows[::copies]] = np.nan_to_num(ends[::copies].real)
+        side, ends = self.sides(placement, self.ends[rows], copies)
+        self.ends[rows[::copies]] = np.nan_to_num(ends[::copies].real)
         g = side.stiffness * side.deflection
         closure, limb_share = self._limbs(rows, placement, side)
         own = share[:, None, None] * closure

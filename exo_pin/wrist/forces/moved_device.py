@@ -17,6 +17,7 @@ from ...load_case.pose_stacks import Query
 from .bent_guides import largest_deflection
 from .displaced import Displaced
 from .elastic_equilibrium import ElasticEquations
+from .side_forces import SideWrenches, side_wrenches
 
 __all__ = ["MovedDevice", "Movement"]
 
@@ -36,7 +37,8 @@ class Movement(NamedTuple):
     twist : ndarray
         φ_i of the guides, shape (N, n), rad.
     bending : ndarray
-        How far the guides bend off the line A_i B_i, over its length, shape (N, n).
+        How far the guides bend off the line A_i B_i, over its length, shape (N, n); NaN where they have no stable
+        shape.
     lengths : ndarray
         Of the limbs, shape (N, n), m.
     forces : ndarray or None
@@ -83,7 +85,15 @@ class MovedDevice:
         self.loads = equations.loads(rows, arm)
         query = Query((len(rows),), at.matrices, *(part[rows] for part in own[2:]))
         mechanism = equations.mechanism
-        side, turns = equations.sides(at)
+        side, turns = equations.sides(at, equations.ends[rows])
+        lost = np.isnan(turns).any(axis=(1, 2))
+        if lost.any():
+            # No stable shape of a guide is near: no equilibrium either, and the forces of straight guides have no NaN.
+            straight = side_wrenches(mechanism, at.matrices, at.base, at.cuff, at.base_points)
+            pairs = zip(side, straight, strict=True)
+            side = SideWrenches(
+                *(np.where(lost.reshape(-1, *[1] * (one.ndim - 1)), other, one) for one, other in pairs)
+            )
         self.displaced = Displaced(mechanism, query, at.base, at.cuff, *self.loads[:2], at.base_points, side)
         delta, _, harness, cuff = (x[:, part] for part in equations.parts)
         self.misfit: FloatArray = side.deflection - (side.forces @ delta[..., None])[..., 0]

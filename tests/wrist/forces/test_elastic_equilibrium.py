@@ -127,6 +127,18 @@ def test_most_poses_have_an_answer(worn):
         assert (answer.residual[answer.has_answer] < 1e-9).all()
 
 
+def test_guides_without_a_stable_shape_spoil_no_other_pose(worn):
+    """Soft guides under a large misfit: some find no shape at the full offset, which is no answer and no NaN."""
+    exo, rng = guided(worn, ep.LimbGuide(2.0, 200.0), 3e4), np.random.default_rng(41)
+    poses = regular_poses(exo.mechanism, rng, 60, margin=0.02)
+    base, cuff = offsets(rng, 60, 0.1), offsets(rng, 60, 0.1)
+    answer = exo.reaction(poses, split="elastic", centre_offset=ep.CentreOffset(base, cuff))
+    assert 0.2 < answer.has_answer.mean() < 1.0
+    assert np.isfinite(answer.shoulder_force[answer.has_answer]).all()
+    assert (answer.residual[answer.has_answer] < 1e-9).all()
+    assert np.isnan(answer.shoulder_force[~answer.has_answer]).all()
+
+
 def test_linear_formula_is_the_limit(worn):
     """Its error falls with the square of load and offset, so that relative to F_s it falls with the first power."""
     exo = guided(worn, ep.LimbGuide(60.0, 50.0), 2e4).replace(gravity=[0, 0, 0])

@@ -95,7 +95,7 @@ def add_commands(commands: Any) -> None:
         "--ends",
         choices=("free", "rest"),
         default="free",
-        help="of a measured movement: rest if the arm is at rest at its first and last sample",
+        help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
     )
     parser.add_argument("--progress", action="store_true", help="show a progress bar")
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")

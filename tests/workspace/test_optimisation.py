@@ -235,6 +235,7 @@ def test_spare_length_costs_no_pose():
         ends = [stroke.end_fitting + ratio * stroke.nominal_length for ratio in (stroke.shortest, stroke.longest)]
         assert ends == pytest.approx([0.35, 0.60], abs=1e-9)
     # Where there is room the spare is taken at both ends.
-    roomy = fitted_strokes(linear, [*lengths, [0.1], [0.0], [0.0]], np.full(3, 1 / 3), 0.002).limbs[0].stroke
+    shorter = np.tile([[0.45], [0.50], [0.60]], (1, 3))
+    roomy = fitted_strokes(linear, shorter, np.full(3, 1 / 3), 0.002).limbs[0].stroke
     ends = [roomy.end_fitting + ratio * roomy.nominal_length for ratio in (roomy.shortest, roomy.longest)]
     assert ends == pytest.approx([0.448, 0.602], abs=1e-9)

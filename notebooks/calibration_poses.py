@@ -27,7 +27,9 @@ JOINTS = ("base_points", "platform_points")
 MODES: dict[str, tuple[str, ...]] = {
     "joints": JOINTS,
     "joints, length offsets": (*JOINTS, "length_offsets"),
-    "centre, offsets, mountings": ("base_offset", "cuff_offset", "length_offsets", "torso_mounting", "arm_mounting"),
+    "centre": ("base_offset", "cuff_offset"),
+    "centre, length offsets": ("base_offset", "cuff_offset", "length_offsets"),
+    "centre, length offsets, mountings": ("base_offset", "cuff_offset", "length_offsets", "torso_mounting", "arm_mounting"),
 }
 COUNTS = (8, 12, 20, 30, 50, 80)
 
@@ -118,15 +120,16 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
 
 
 def print_table(exo: ep.ShoulderExo) -> None:
-    """Largest expected standard deviation with suggested poses."""
+    """Largest expected standard deviation with suggested poses: of a joint, or of the centre, mm."""
     for name, unknowns in MODES.items():
         for turn in (0.0, 0.1, 1.0):
             cells = []
             for count in (20, 50, 100):
                 found = suggest_poses(
                     exo, count, unknowns=unknowns, length_noise=NOISE, orientation_noise=np.radians(turn)
-                ).expected.standard_deviations
-                cells.append(f"{1e3 * found.max():.2g}")
+                ).expected
+                own = [place[:1] in "AB" or "base" in place or "cuff" in place for place in found.names]
+                cells.append(f"{1e3 * found.standard_deviations[own].max():.2g}")
             print(f"| {name} | {turn:g} | {' | '.join(cells)} |")
 
 

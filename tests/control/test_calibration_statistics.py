@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 
 JOINTS = ("base_points", "platform_points")
-SETS = 80
+SETS = 60
 
 
 def vector(device, exo, unknowns):

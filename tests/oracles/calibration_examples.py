@@ -3,8 +3,7 @@
 import numpy as np
 
 import exo_pin as ep
-from exo_pin.control import pose_information, suggest_poses
-from exo_pin.core.errors import SuspectMeasurements
+from exo_pin.control import MeasuredRun, pose_information, suggest_poses
 
 
 def calibration_examples():
@@ -23,5 +22,5 @@ def calibration_examples():
         found.model.evaluate(found.values, poses.as_matrix()),
         pose_information(poses, exo, length_noise=1e-4),
         suggest_poses(exo, 3, poses, length_noise=1e-4),
-        SuspectMeasurements("the limbs are in another order"),
+        MeasuredRun(poses, lengths, np.arange(12.0)),
     ]

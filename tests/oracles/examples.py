@@ -60,6 +60,7 @@ def error_examples():
         errors.NoisyMovement("the forces are made of noise"),
         errors.OutsideHumanRange("this pose cannot be reached"),
         errors.NoisyMovement("noise"),
+        errors.SuspectMeasurements("the limbs are in another order"),
         errors.BrowserNotFound(["chromium"], "EXO_PIN_BROWSER"),
         errors.BrowserFailed("chromium", "no answer"),
         errors.SolverFailed("ProxQP", 1e-3, "in pose 3"),

@@ -72,9 +72,10 @@ def as_unknowns(names: str | Iterable[str]) -> tuple[str, ...]:
     InvalidInput
         If there is none, or one is unknown (:class:`exo_pin.UnknownName`).
     """
-    given = (names,) if isinstance(names, str) else names
-    if not isinstance(given, Iterable):
-        raise InvalidInput(f"expected unknowns as names, got {names!r:.60}")
+    try:
+        given = (names,) if isinstance(names, str) else tuple(names)
+    except TypeError:
+        raise InvalidInput(f"expected unknowns as names, got {names!r:.60}") from None
     found = {as_choice("unknown", name, GROUPS) for name in given}
     if not found:
         raise InvalidInput(f"expected one unknown or more of {', '.join(GROUPS)}, got none")

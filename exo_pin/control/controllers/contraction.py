@@ -3,7 +3,9 @@
     ratio_i = (l_0i - (l_i - e_i)) / l_0i
 
 with l_0i the nominal length of the muscle and e_i its end fittings, which (5-4) leaves out: it is only right if l_i
-there means the muscle and not the limb (errata 27).
+there means the muscle and not the limb.
+
+Source: thesis (5-4).
 """
 
 from __future__ import annotations

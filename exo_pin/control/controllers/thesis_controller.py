@@ -12,6 +12,8 @@ What the thesis does not print, and is taken here:
   than half a minute, and the error after 5 s would not be "within 5 %".
 * The duty 0 of a muscle that is longer than wanted: the valve then only vents.
 * Anti-windup: back-calculation with T_t = T_i. The thesis mentions none.
+
+Source: thesis Table 5-5, Figure 5-8.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def hung_outward(mechanism: Mechanism, y: float = OUTWARD) -> Mechanism:
     """The same design with the arm's centre of mass at another y in {O_B}, m, so that it hangs further out or in.
 
     By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
-    The dummy hung at +8.8°: what it carried there is not printed. Between the two lies the singular pose of errata 10.
+    The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
     """
     arm = mechanism.require_arm("another centre of mass")
     centre = np.array([arm.centre_of_mass[0], y, arm.centre_of_mass[2]])
@@ -125,7 +125,7 @@ _TASK_SOURCE = (
     "thesis Section 5.4.2; the measured trajectory is not printed, so the task is synthetic, within the published "
     "range of feeding"
 )
-_BEYOND = "the centre of mass is assumed, so that the arm starts beyond the singular pose of errata 10"
+_BEYOND = "the centre of mass is assumed, so that the arm starts beyond the singular pose at 6.2 degrees of abduction"
 
 #: Makers of the experiments, by name.
 _MAKERS: dict[str, Callable[[str], Experiment]] = {

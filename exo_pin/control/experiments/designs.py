@@ -40,7 +40,7 @@ def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = 
 
     Notes
     -----
-    Source: thesis Section 5.4.1, "for larger a range of motion, longer PMAs are needed".
+    Section 5.4.1 of the thesis asks for longer muscles.
     """
     short = as_positive("fitting", fitting)
     longest = np.asarray(Contractions(mechanism).lengths(poses)).reshape(-1, mechanism.limb_count).max(axis=0)

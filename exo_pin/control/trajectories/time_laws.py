@@ -35,7 +35,7 @@ class TimeLaw:
 
     Notes
     -----
-    Source: thesis 5.4.1 for constant speed, which states no blend; Flash and Hogan, J. Neurosci. 5 (1985) 1688 for
+    Thesis Section 5.4.1 for constant speed, which states no blend; Flash and Hogan, J. Neurosci. 5 (1985) 1688 for
     minimum jerk.
     """
 

@@ -16,6 +16,7 @@ from ..person import DeviceAction, Person
 from ..reaction import ActuatorBounds, Reaction
 from ..reaction.constraints.limb_limits import ForceLimits
 from ..reaction.constraints.side_force_bounds import symmetric
+from ..reaction.holding.actuator_limits import actuators_of
 from ..reaction.holding.hold_check import hold_check
 from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
@@ -84,6 +85,8 @@ def action_of_limbs(
     caution = ""
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
+        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
+            actuator_bounds = actuators_of(mechanism)
         limits = ForceLimits(actuator_bounds, shape, n, lambda: limb_lengths(mechanism, query.matrices, (base, cuff)))
         lower, upper, words = limits.lower, limits.upper, _CHOSEN[forces]
         least = forces.removeprefix("least_")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..control.plant import Plant
 from ..core.compiled import compilations, kernels, mode
 from ..core.conventions import shoulder_rotation
 from ..exo.shoulder_exo import ShoulderExo, load
@@ -30,6 +31,7 @@ def _warm_up(options: argparse.Namespace) -> int:
         _forces(exo)
         _chain(exo)
         _workspaces()
+        _plant(exo)
     ready = sum(each.is_ready for each in kernels())
     print(f"{ready} kernels are ready; {compilations()} functions were compiled now")
     return 0
@@ -66,6 +68,13 @@ def _workspaces() -> None:
         criteria = Criteria(largest_shoulder_force=100.0, body=BodyShape.from_height(1.75))
         exo.workspace(40.0, criteria)
         exo.workspace(_poses(2), criteria, Load(np.array([0.0, 0.0, -5.0])))
+
+
+def _plant(exo: ShoulderExo) -> None:
+    plant = Plant(exo)
+    start = plant.rest()
+    for method in ("minimal", "chain"):
+        plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, start, method=method)
 
 
 def _chain(exo: ShoulderExo) -> None:

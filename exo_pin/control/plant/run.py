@@ -12,7 +12,7 @@ from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE
-from ...reaction.query import reaction
+from ...reaction.query import as_split, reaction
 from ...reaction.result import Reaction
 from ...wrist_chain.equilibrium import EquilibriumModel
 from .equations.observation import observe
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from .plant import Plant
 
 __all__ = ["Run", "recorded"]
+
+#: Most limbs whose forces a motion determines.
+_DETERMINED = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +153,13 @@ class Run(Record):
         Returns
         -------
         Reaction
-            Of shape (N,). With three limbs its actuator forces are the run's tensions; with more they are the least
-            ones that make the same motion, unless ``actuator_bounds`` say otherwise.
+            Of shape (N,). Its actuator forces are the run's tensions: with three limbs the motion determines them, with
+            more they are given as ``actuator_bounds``, unless others are given or the split takes none.
         """
-        model = EquilibriumModel(self.plant.mechanism)
-        return reaction(model, self.rotations, self.motion, self.load(), split=split, **options)
+        model, law = EquilibriumModel(self.plant.mechanism), as_split(split)
+        if self.plant.count > _DETERMINED and "actuator_bounds" not in law.refusals:
+            options.setdefault("actuator_bounds", (self.tensions, self.tensions))
+        return reaction(model, self.rotations, self.motion, self.load(), split=law, **options)
 
     @property
     def shoulder_force(self) -> FloatArray:

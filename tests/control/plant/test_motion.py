@@ -100,6 +100,23 @@ def test_forces_along_the_run_are_the_reaction_query_s(swing):
     np.testing.assert_allclose(swing.reaction().shoulder_force, swing.shoulder_force, atol=1e-8 * scale)
 
 
+def test_a_fourth_muscle_keeps_its_tension_in_the_query(prototype):
+    geometry, mirror = prototype.geometry, np.array([1.0, -1.0, 1.0])
+    points = [np.vstack([p, p[1] * mirror]) for p in (geometry.base_points, geometry.platform_points)]
+    limbs = [*prototype.limbs, prototype.limbs[1]]
+    exo = ep.ShoulderExo(ep.WristGeometry(*points), prototype.arm, limbs, prototype.mechanism.shoulder)
+    plant = ep.Plant(exo)
+    start = plant.state(ep.thesis_rotation(40.0, -20.0, -10.0, degrees=True), pressures=[1e5, 1e5, 2e5, 1e5])
+    run = plant.simulate(lambda t, seen: [-0.2, 0.3, 0.4, -0.3], 0.4, start)
+    assert (run.tensions > 1.0).sum(axis=1).max() >= 2
+    for split in ("spherical", "minimal"):
+        answer = run.reaction(split)
+        np.testing.assert_allclose(answer.actuator_forces, run.tensions, atol=1e-9)
+    np.testing.assert_allclose(run.reaction().shoulder_force, run.shoulder_force, atol=1e-9)
+    least = np.linalg.norm(run.reaction("minimal").shoulder_force, axis=1)
+    assert (least <= np.linalg.norm(run.shoulder_force, axis=1) + 1e-9).all()
+
+
 def test_the_plant_settles_where_the_reaction_query_says(prototype, abducted):
     """Valves shut, shoulder viscous: the end is the static equilibrium, with the muscles' forces at these pressures."""
     still = ep.PlantOptions(valves=CLOSED, shoulder_viscous=0.3)

@@ -28,7 +28,7 @@ WAYS = {
     "copy": copy.copy,
     "deepcopy": copy.deepcopy,
 }
-PROTOCOLS = {"ForceLimited", "PressureActuator", "Reference"}
+PROTOCOLS = {"Controller", "ForceLimited", "PressureActuator", "Reference"}
 
 
 @pytest.fixture(scope="module")

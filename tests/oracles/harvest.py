@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 from calibration_examples import calibration_examples
+from control_examples import control_examples
 from examples import error_examples, muscle_examples, rare_examples
 from guided_limbs import guided
 from mckibben import McKibben
@@ -105,7 +106,7 @@ def harvest(folder):
             scenario(folder)
     # Made once in a process: a query of another test may have made them.
     made_once = (glenoid_surface(), myoarm()) if has_persons() else ()
-    control = (*trajectory_examples(), *calibration_examples())
+    control = (*trajectory_examples(), *calibration_examples(), *control_examples())
     for example in (
         *muscle_examples(),
         *rare_examples(),

@@ -11,6 +11,7 @@ Source: thesis (5-4).
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,11 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
+from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from ...design import Mechanism
 
-__all__ = ["Contractions", "lengths_over_time", "wanted_by_lengths", "wanted_by_orientation"]
+__all__ = ["Contractions", "LengthTable", "WantedByLengths", "WantedByOrientation"]
 
 
 class Contractions:
@@ -65,14 +67,11 @@ class Contractions:
         return np.asarray((self.nominal + self.fittings - l) / self.nominal)
 
 
-#: Wanted contraction ratios, shape (n,), at a time in s.
-Wanted = Callable[[float], FloatArray]
-
-
-def wanted_by_orientation(contractions: Contractions, reference: Callable[[float], Any]) -> Wanted:
+@dataclass(frozen=True)
+class WantedByOrientation:
     """Ratios of a reference of orientations, by inverse kinematics.
 
-    Parameters
+    Attributes
     ----------
     contractions : Contractions
         Of the design.
@@ -80,29 +79,42 @@ def wanted_by_orientation(contractions: Contractions, reference: Callable[[float
         ``reference(t)`` has an ``orientation``, as :class:`exo_pin.control.Reference`.
     """
 
-    def wanted(t: float) -> FloatArray:
-        return contractions.ratios(contractions.lengths(reference(t).orientation))
+    contractions: Contractions
+    reference: Callable[[float], Any]
 
-    return wanted
+    def __call__(self, t: float) -> FloatArray:
+        """Shape (n,), at a time in s."""
+        return self.contractions.ratios(self.contractions.lengths(self.reference(t).orientation))
 
 
-def wanted_by_lengths(contractions: Contractions, lengths: Callable[[float], ArrayLike]) -> Wanted:
-    """Ratios of a reference of limb lengths, ``lengths(t)`` of shape (n,) in m.
+@dataclass(frozen=True)
+class WantedByLengths:
+    """Ratios of a reference of limb lengths.
 
     Three lengths may fit several orientations, and four or more may fit none: such a reference says what the muscles
     shall do, not the arm.
+
+    Attributes
+    ----------
+    contractions : Contractions
+        Of the design.
+    lengths : callable
+        ``lengths(t)``, shape (n,), m.
     """
 
-    def wanted(t: float) -> FloatArray:
-        return contractions.ratios(lengths(t))
+    contractions: Contractions
+    lengths: Callable[[float], ArrayLike]
 
-    return wanted
+    def __call__(self, t: float) -> FloatArray:
+        """Shape (n,), at a time in s."""
+        return self.contractions.ratios(self.lengths(t))
 
 
-def lengths_over_time(times: ArrayLike, lengths: ArrayLike) -> Callable[[float], FloatArray]:
+@dataclass(frozen=True, eq=False)
+class LengthTable(Record):
     """Limb lengths between samples, linear; constant before the first and after the last.
 
-    Parameters
+    Attributes
     ----------
     times : array_like
         Shape (N,), s, rising.
@@ -114,14 +126,20 @@ def lengths_over_time(times: ArrayLike, lengths: ArrayLike) -> Callable[[float],
     InvalidInput
         If shapes do not fit, a time does not rise, or a length is not above zero.
     """
-    t = as_finite("times", times, (None,))
-    table = as_finite("lengths", lengths, (len(t), None))
-    if len(t) == 0 or (np.diff(t) <= 0.0).any():
-        raise InvalidInput("expected times in s that rise from sample to sample")
-    if (table <= 0.0).any():
-        raise InvalidInput(f"expected lengths in m above zero, got {table.min():g}")
 
-    def at(time: float) -> FloatArray:
-        return np.array([np.interp(time, t, column) for column in table.T])
+    times: Any
+    lengths: Any
 
-    return at
+    def __post_init__(self) -> None:
+        t = as_finite("times", self.times, (None,))
+        table = as_finite("lengths", self.lengths, (len(t), None))
+        if len(t) == 0 or (np.diff(t) <= 0.0).any():
+            raise InvalidInput("expected times in s that rise from sample to sample")
+        if (table <= 0.0).any():
+            raise InvalidInput(f"expected lengths in m above zero, got {table.min():g}")
+        object.__setattr__(self, "times", t)
+        object.__setattr__(self, "lengths", table)
+
+    def __call__(self, t: float) -> FloatArray:
+        """Shape (n,), m, at a time in s."""
+        return np.array([np.interp(t, self.times, column) for column in self.lengths.T])

@@ -26,7 +26,7 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_positive
 from ...design import Mechanism
-from .contraction import Contractions, Wanted, wanted_by_lengths, wanted_by_orientation
+from .contraction import Contractions, WantedByLengths, WantedByOrientation
 from .controller import command_of_duty
 from .proportional_integral import PIGains, ProportionalIntegral
 
@@ -83,11 +83,11 @@ class ContractionController:
         if (reference is None) == (lengths is None):
             raise InvalidInput("expected either a reference of orientations or one of lengths")
         self.contractions = Contractions(mechanism)
-        self.wanted: Wanted = (
-            wanted_by_orientation(self.contractions, reference)
-            if reference is not None
-            else wanted_by_lengths(self.contractions, lengths)  # type: ignore[arg-type]
-        )
+        self.wanted: Callable[[float], FloatArray]
+        if reference is not None:
+            self.wanted = WantedByOrientation(self.contractions, reference)
+        elif lengths is not None:
+            self.wanted = WantedByLengths(self.contractions, lengths)
         count = mechanism.limb_count
         chosen = table_5_5_gains(self.contractions.nominal.tolist()) if gains is None else tuple(gains)
         if len(chosen) != count:

@@ -72,6 +72,8 @@ class Imu:
             raise InvalidInput(f"expected chain to be an OrientationChain, got {type(self.chain).__name__}")
         for name in ("noise", "velocity_noise", "delay"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise InvalidInput(f"expected seed as a whole number of zero or more, got {self.seed!r:.40}")
         object.__setattr__(self, "drift", float(as_finite("drift", self.drift, ())))
         axis = (0.0, 0.0, 1.0) if self.drift_axis is None else self.drift_axis
         object.__setattr__(self, "drift_axis", tuple(as_unit_vector("drift_axis", axis).tolist()))
@@ -126,7 +128,7 @@ class ImuSignal:
 
     def reset(self) -> None:
         """Start again, with the same noise."""
-        self._random = np.random.default_rng(self.imu.seed)
+        self._samples = 0
         self._past: list[tuple[float, Rotation, FloatArray]] = []
         self._last: ImuReading | None = None
 
@@ -149,8 +151,9 @@ class ImuSignal:
         """
         imu = self.imu
         self._past.append((time, pose, np.asarray(angular_velocity, dtype=float)))
-        # Drawn in every sample, so that a loss does not change the noise of later ones.
-        turn, rate = self._random.standard_normal(3), self._random.standard_normal(3)
+        # Each sample has its own numbers, so that a loss does not change the noise of later ones.
+        turn, rate = np.random.default_rng([self.imu.seed, self._samples]).standard_normal((2, 3))
+        self._samples += 1
         when = time - imu.delay
         if self._last is not None and imu.is_lost(when):
             self._last = ImuReading(self._last.orientation, self._last.angular_velocity, True)

@@ -12,10 +12,10 @@ from exo_pin.control import (
     Contractions,
     Imu,
     ImuSensor,
+    LengthTable,
     Measurement,
     PIGains,
     abduction,
-    lengths_over_time,
 )
 from exo_pin.control.controllers.controller import as_controller
 from exo_pin.core.errors import InvalidInput, MissingData
@@ -60,7 +60,7 @@ def test_first_sample_is_proportional_with_the_printed_gains():
 def test_lengths_as_reference_give_the_commands_of_their_orientation():
     reference, contractions = abduction(), Contractions(EXO.mechanism)
     times = np.linspace(0.0, 5.0, 5001)
-    table = lengths_over_time(times, contractions.lengths(reference(times).orientation))
+    table = LengthTable(times, contractions.lengths(reference(times).orientation))
     by_pose = ContractionController(EXO.mechanism, reference)
     by_length = ContractionController(EXO.mechanism, lengths=table)
     for t in (0.0, 1.234, 4.9):
@@ -124,6 +124,6 @@ def test_missing_strokes_and_wrong_tables_are_named():
     with pytest.raises(MissingData, match="limb 1"):
         Contractions(ep.load("appendix-d").mechanism)
     with pytest.raises(InvalidInput):
-        lengths_over_time([0.0, 0.0], np.ones((2, 3)))
+        LengthTable([0.0, 0.0], np.ones((2, 3)))
     with pytest.raises(InvalidInput):
-        lengths_over_time([0.0, 1.0], -np.ones((2, 3)))
+        LengthTable([0.0, 1.0], -np.ones((2, 3)))

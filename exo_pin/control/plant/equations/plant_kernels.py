@@ -25,7 +25,7 @@ from ....core.compiled import kernel
 from ....core.validation import FloatArray
 from ....muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
-from .muscle_kernels import air_volume, tension
+from .muscle_kernels import COLUMNS, air_volume, tension
 from .stop_kernels import stop_moment
 
 __all__ = [
@@ -49,7 +49,7 @@ SHOULDER = (
 )  # fmt: skip
 AIR = ("exponent", "supply", "regulator", "regulator_ratio", "manifold")
 FLOWS = ("fill", "fill_ratio", "vent", "vent_ratio", "leak", "leak_ratio", "intact")
-_PRESLIDING = 12
+_PRESLIDING = COLUMNS.index("presliding")
 #: |z| of the friction below which it is elastic.
 _ELASTIC = 0.7
 #: Moment of a stop that only a trial step has, N m.

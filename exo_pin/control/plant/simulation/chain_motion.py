@@ -15,6 +15,7 @@ large scale integrated circuits, IEEE Trans. Computer-Aided Design 1 (1982) 131.
 from __future__ import annotations
 
 from bisect import bisect_right
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -155,7 +156,7 @@ class ChainMotion:
         before = np.array([air.at(t)[:count] for t in nodes.tolist()])
         for _ in range(_ITERATIONS):
             moved = self.chain.simulate(
-                self.q, self.v, nodes, self._efforts(air), external=self._external, rtol=self.rtol,
+                self.q, self.v, nodes, partial(self._efforts, air), external=self._external, rtol=self.rtol,
                 atol=0.01 * self.rtol,
             )  # fmt: skip
             lengths = self._neutral + moved.q[:, self._slides_q]
@@ -216,17 +217,12 @@ class ChainMotion:
             state = found.y[:, -1].copy()
         return _Air([piece.start for piece in pieces], solutions)
 
-    def _efforts(self, air: _Air) -> Any:
-        """Efforts of the chain in time: a tension pulls its slide back."""
-        pulls = np.zeros(len(self._slides_q))
-
-        def efforts(t: float, q: FloatArray, v: FloatArray) -> FloatArray:
-            tau = np.zeros(len(v))
-            tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], air.at(t), pulls)
-            tau[self._slides_v] = -self.intact * pulls
-            return tau
-
-        return efforts
+    def _efforts(self, air: _Air, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
+        """Efforts of the chain at a time: a tension pulls its slide back."""
+        pulls, tau = np.zeros(len(self._slides_q)), np.zeros(len(v))
+        tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], air.at(t), pulls)
+        tau[self._slides_v] = -self.intact * pulls
+        return tau
 
     def _external(self, t: float, q: FloatArray, v: FloatArray) -> dict[str, FloatArray]:
         """Load and stops of the shoulder on the arm, about O, world axes."""
@@ -237,7 +233,7 @@ class ChainMotion:
     def loads(self) -> tuple[FloatArray, dict[str, FloatArray]]:
         """Efforts and external wrenches at this instant."""
         still = _Air([0.0], [lambda t: self.y[self._air]])
-        return self._efforts(still)(0.0, self.q, self.v), self._external(0.0, self.q, self.v)
+        return self._efforts(still, 0.0, self.q, self.v), self._external(0.0, self.q, self.v)
 
 
 class _Air:

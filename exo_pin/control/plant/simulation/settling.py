@@ -9,6 +9,7 @@ from ....core.errors import SolverFailed
 from ....core.validation import FloatArray
 from ....muscle.valve.flow import ATMOSPHERE
 from ..equations.integrator import DONE, advance
+from ..equations.muscle_kernels import COLUMNS
 from ..equations.plant_kernels import AIR, FLOWS, SHOULDER, Tables, rates, state_size
 
 __all__ = ["settled"]
@@ -35,7 +36,7 @@ def settled(tables: Tables, pressures: FloatArray, near: Rotation) -> Rotation:
     shoulder[SHOULDER.index("viscous")] = _DAMPING
     shoulder[SHOULDER.index("coulomb")] = 0.0
     muscles = tables.muscles.copy()
-    muscles[:, 7:12] = 0.0
+    muscles[:, COLUMNS.index("friction") : COLUMNS.index("presliding")] = 0.0
     still = tables._replace(air=air, shoulder=shoulder, muscles=muscles)
     flows = np.zeros((n, len(FLOWS)))
     flows[:, FLOWS.index("intact")] = 1.0

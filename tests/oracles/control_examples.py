@@ -1,0 +1,33 @@
+"""Examples of the classes of controllers, sensors and experiments."""
+
+import numpy as np
+
+import exo_pin as ep
+from exo_pin import control
+from exo_pin.control.controllers.contraction import WantedByLengths, WantedByOrientation
+from exo_pin.control.sensors.imu import ImuSignal
+
+
+def control_examples():
+    """One of each, the ones with a memory after a sample or more."""
+    exo, reference = ep.load("prototype"), control.flexion()
+    plant, imu = ep.Plant(exo), control.Imu(noise=0.01, delay=0.015, lost=((0.02, 0.03),), seed=2)
+    pose = reference(1.0).orientation
+    exact = control.Measurement(pose, np.zeros(3), np.full(3, 1e5), 4e5, np.ones(3), np.zeros(3))
+    signal, sensor = ImuSignal(imu), control.ImuSensor(imu, exo.mechanism)
+    reading, seen = signal.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
+    contractions = control.Contractions(exo.mechanism)
+    lengths = control.LengthTable([0.0, 1.0], np.full((2, 3), 0.3))
+    by_length, by_pose = WantedByLengths(contractions, lengths), WantedByOrientation(contractions, reference)
+    thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
+    for controller in (thesis, model):
+        controller(0.0, seen)
+    tracking = ep.experiment("flexion").replace(duration=0.05, imu=imu).run()
+    gains = control.PIGains(0.1, 1.0)
+    pi = control.ProportionalIntegral([gains])
+    pi.step([1.0], 0.01)
+    feedback = control.FeedbackGains()
+    return (
+        imu, signal, sensor, reading, seen, contractions, lengths, by_length, by_pose, thesis, model, model.planned,
+        tracking, tracking.experiment, gains, pi, feedback,
+    )  # fmt: skip

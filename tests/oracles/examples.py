@@ -5,6 +5,7 @@ import numpy as np
 import exo_pin as ep
 from exo_pin import muscle
 from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
+from exo_pin.chain.dynamics.nonsmooth.settling import Impacts
 from exo_pin.chain.structure.description import JointProperties
 from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
@@ -44,6 +45,7 @@ def error_examples():
         errors.InfeasibleForces(3.5, ["f_1 at most 2"]),
         errors.MasslessMotion(["knee"]),
         errors.SingularConfiguration(q, -q, 0.1),
+        errors.MotionBlocked(["slider", "crank"]),
         errors.UnsupportedDynamics("dry friction", ["hip"], "take it out"),
         errors.NearSingularConfiguration(q, 1e-6, 1e-8),
         errors.SimulationStopped(0.2, q, frozen([1.0]), "it folds"),
@@ -117,6 +119,7 @@ def rare_examples():
         JointProperties("knee", 2.0, (0.1,), (0.2,)),
         bound,
         ForceDistribution(frozen([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0]]), (bound,), 1e-12),
+        Impacts(0.1, 2),
         Choice(*[0.0] * len(Choice._fields)),
         *SPLITS.values(),
         workspace(3),

@@ -54,6 +54,15 @@ def test_worn_by_a_person_is_worn_by_the_arm(device):
     assert np.array_equal(one.reaction(POSES).shoulder_force, two.reaction(POSES).shoulder_force)
 
 
+def test_limits_of_the_design_are_those_of_its_actuators():
+    cables = ep.load("four-cables")
+    pose = cables.pose(flexion=20, abduction=60)
+    own = cables.joint_contact(pose, PERSON, "least_effort", actuator_bounds="design")
+    pull = cables.limbs[0].actuator.pull_limit
+    given = cables.joint_contact(pose, PERSON, "least_effort", actuator_bounds=(0.0, pull))
+    assert np.array_equal(own.device_forces, given.device_forces)
+
+
 def test_chosen_forces_respect_bounds_and_beat_any_share(device):
     best = device.joint_contact(POSES, PERSON, "least_effort", actuator_bounds=(0.0, 400.0))
     assert (best.status == "ok").all()

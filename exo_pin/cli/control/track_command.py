@@ -29,18 +29,28 @@ def add_commands(commands: Any) -> None:
         "study", nargs="?", metavar="STUDY|FILE", help="name of an experiment (--list), or a CSV file of orientations"
     )
     parser.add_argument("--list", action="store_true", help="list the experiments")
-    parser.add_argument("--design", metavar="PRESET|FILE", help="of a FILE's movement (default: prototype)")
-    parser.add_argument("--controller", choices=("pi", "model"), help="the thesis's, or the one that knows the plant")
+    parser.add_argument(
+        "--design", metavar="PRESET|FILE", help="design for the movement of a FILE (default: prototype)"
+    )
+    parser.add_argument(
+        "--controller",
+        choices=("pi", "model"),
+        help="pi: that of the thesis; model: the one that knows the plant (default: as in the experiment)",
+    )
     parser.add_argument("--flange", action="store_true", help="with the second flange bearing of Section 5.4.3")
-    parser.add_argument("--supply", type=float, metavar="BAR", help="gauge pressure of the air")
+    parser.add_argument(
+        "--supply", type=float, metavar="BAR", help="gauge pressure of the air, bar (default: as in the experiment)"
+    )
     parser.add_argument("--lost-imu", metavar="FROM,TO", help="no reading of the inertial sensor, s")
-    parser.add_argument("--drift", type=float, metavar="DEG_S", help="drift of the inertial sensor, degrees a second")
-    parser.add_argument("--noise", type=float, metavar="DEG", help="noise of the inertial sensor, degrees")
-    parser.add_argument("--delay", type=float, metavar="S", help="of the inertial sensor")
-    parser.add_argument("--seed", type=int, default=0, help="of the noise (default 0)")
+    parser.add_argument(
+        "--drift", type=float, metavar="DEG_S", help="drift of the inertial sensor, degrees a second (default 0)"
+    )
+    parser.add_argument("--noise", type=float, metavar="DEG", help="noise of the inertial sensor, degrees (default 0)")
+    parser.add_argument("--delay", type=float, metavar="S", help="delay of the inertial sensor, s (default 0)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the noise (default 0)")
     parser.add_argument(
         "--fault", action="append", default=[], metavar="KIND,MUSCLE,START",
-        help="burst, torn, stuck-open or stuck-shut, muscle from 1, s; may be repeated",
+        help="burst, torn, stuck-open or stuck-shut, number of the muscle from 1, time in s; may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"

@@ -27,10 +27,24 @@ def add_commands(commands: Any) -> None:
     )
     add_design(parser)
     parser.add_argument(
-        "--unknowns", default=",".join(JOINTS), metavar="NAMES", help=f"of {', '.join(GROUPS)} (default: joints)"
+        "--unknowns",
+        default=",".join(JOINTS),
+        metavar="NAMES",
+        help=f"what to find, of {', '.join(GROUPS)} (default: joints)",
     )
-    parser.add_argument("--length-noise", type=float, metavar="MM", help="standard deviation; found if left out")
-    parser.add_argument("--orientation-noise", type=float, default=0.0, metavar="DEG", help="about each axis")
+    parser.add_argument(
+        "--length-noise",
+        type=float,
+        metavar="MM",
+        help="standard deviation of a length, mm (default: found from the data)",
+    )
+    parser.add_argument(
+        "--orientation-noise",
+        type=float,
+        default=0.0,
+        metavar="DEG",
+        help="standard deviation of an orientation about each axis, degrees (default 0)",
+    )
     parser.add_argument(
         "--tolerance",
         action="append",
@@ -38,7 +52,12 @@ def add_commands(commands: Any) -> None:
         metavar="NAME=SIZE",
         help="standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
     )
-    parser.add_argument("--loss", choices=tuple(LOSSES), default="linear", help="robust losses resist outliers")
+    parser.add_argument(
+        "--loss",
+        choices=tuple(LOSSES),
+        default="linear",
+        help="how residuals count; huber and cauchy resist outliers (default linear)",
+    )
     parser.add_argument("--out", type=Path, metavar="TOML", help="write the calibrated design")
     parser.set_defaults(run=_calibrate)
 

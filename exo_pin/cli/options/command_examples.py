@@ -23,6 +23,17 @@ DESCRIPTIONS = {
     "and say how near a singular configuration is.",
     "forces": "Compute actuator efforts and joint reactions at rest, for a design or for any robot with closed loops, "
     "and say which of them equilibrium determines.",
+    "person": "Compute the contact force in the shoulder joint with the wearer's own muscles, with the device and "
+    "without it, in a pose or over the box of daily activities.",
+    "contact": "The same as person: the contact force in the shoulder joint with the wearer's own muscles.",
+    "calibrate": "Find joint centres and offsets of a device from measured poses and limb lengths, with their standard "
+    "deviations and with what the measurements cannot determine.",
+    "workspace": "Say which poses of a grid a design reaches, holds and keeps safe, and what each criterion costs.",
+    "tasks": "Say how much of daily tasks a design reaches, from published ranges and from measured movements.",
+    "optimise": "Search for a design that reaches and holds as many poses as it can. The search is stored, can be "
+    "continued, and may be shared by several workers; the result is checked through Pinocchio.",
+    "track": "Simulate the built machine with muscles, air, valves, sensor and controller: an experiment of the thesis "
+    "by name, or a movement from a file.",
     "muscle": "Work with pneumatic muscles: forces, pressures, parameters from measurements, response to a step.",
     "view": "Show the design on a person with its forces, in three dimensions. Without --html or --png a live page is "
     "served on this machine until Ctrl-C.",
@@ -40,7 +51,14 @@ EXAMPLES = {
         "exo-pin reaction four-cables --trajectory lift.csv --out forces.csv",
         "exo-pin reaction prototype --abduction 90 --approach way.png",
     ),
-    "contact": ("exo-pin contact four-cables --flexion 60", "exo-pin contact --bare --abduction 90 --range"),
+    "person": ("exo-pin person four-cables --flexion 60", "exo-pin person --bare --abduction 90 --range"),
+    "contact": ("exo-pin contact four-cables --flexion 60",),
+    "calibrate": ("exo-pin calibrate measured.csv prototype --length-noise 0.3 --out calibrated.toml",),
+    "track": (
+        "exo-pin track --list",
+        "exo-pin track held-abduction --controller model --out run.csv --plot run.png",
+        "exo-pin track lift.csv --design prototype --fault burst,3,4",
+    ),
     "plot": ("exo-pin plot prototype --flexion 40 --out forces.png",),
     "sweep": (
         "exo-pin sweep prototype --vary r_A_mm=100:160:4",

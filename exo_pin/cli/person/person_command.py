@@ -37,11 +37,26 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     add_design(parser)
     add_pose(parser)
     parser.add_argument(
-        "--person", default="1.75,75,male", metavar="HEIGHT,MASS,SEX", help="the wearer (m, kg; default 1.75,75,male)"
+        "--person",
+        default="1.75,75,male",
+        metavar="HEIGHT,MASS,SEX",
+        help="the wearer: height in m, mass in kg, male or female (default 1.75,75,male)",
     )
-    parser.add_argument("--strength", type=float, default=100.0, metavar="PERCENT", help="of all muscles (default 100)")
-    parser.add_argument("--elbow-flexion", type=float, default=0.0, metavar="DEG", help="0 to 130 degrees (default 0)")
-    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="in the hand, kg")
+    parser.add_argument(
+        "--strength",
+        type=float,
+        default=100.0,
+        metavar="PERCENT",
+        help="strength of all muscles, percent (default 100)",
+    )
+    parser.add_argument(
+        "--elbow-flexion",
+        type=float,
+        default=0.0,
+        metavar="DEG",
+        help="bend of the elbow, 0 to 130 degrees (default 0)",
+    )
+    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="mass in the hand, kg (default 0)")
     parser.add_argument("--bare", action="store_true", help="without a device")
     parser.add_argument(
         "--share",
@@ -70,7 +85,9 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--any-direction", action="store_true", help="let the force leave the socket's rim")
     parser.add_argument("--range", action="store_true", help="change the assumptions one at a time")
     parser.add_argument("--map", action="store_true", help="over the box of daily activities instead of a pose")
-    parser.add_argument("--step", type=float, default=20.0, metavar="DEG", help="of the map's grid (default 20)")
+    parser.add_argument(
+        "--step", type=float, default=20.0, metavar="DEG", help="step of the map's grid, degrees (default 20)"
+    )
     parser.add_argument(
         "--literature",
         action="store_true",

@@ -31,16 +31,33 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "design", nargs="?", metavar="PRESET|FILE", help="design to start from; without one, --limbs of one --family"
     )
-    parser.add_argument("--side", choices=("left", "right"), help="side of the body")
-    parser.add_argument("--limbs", type=int, default=4, metavar="N", help="number of limbs (default 4)")
-    parser.add_argument("--family", choices=ACTUATOR_FAMILIES, default="cable", help="of actuators (default cable)")
     parser.add_argument(
-        "--pull", type=float, metavar="N", help="greatest pull (default 400, or that of the design to start from)"
+        "--side", choices=("left", "right"), help="side of the body (default: as in the design, else left)"
     )
-    parser.add_argument("--push", type=float, metavar="N", help="of linear actuators (default: as --pull)")
-    parser.add_argument("--travel", type=float, metavar="MM", help="greatest travel of a limb (default: of its family)")
-    parser.add_argument("--force-law", metavar="NAME", help="of pneumatic muscles, instead of --pull")
-    parser.add_argument("--supply", type=float, default=4.0, metavar="BAR", help="with --force-law (default 4)")
+    parser.add_argument("--limbs", type=int, default=4, metavar="N", help="number of limbs (default 4)")
+    parser.add_argument(
+        "--family", choices=ACTUATOR_FAMILIES, default="cable", help="family of the actuators (default cable)"
+    )
+    parser.add_argument(
+        "--pull",
+        type=float,
+        metavar="N",
+        help="greatest pull of a limb, N (default 400, or as in the design to start from)",
+    )
+    parser.add_argument(
+        "--push", type=float, metavar="N", help="greatest push of linear actuators, N (default: as --pull)"
+    )
+    parser.add_argument(
+        "--travel", type=float, metavar="MM", help="greatest travel of a limb, mm (default: that of its family)"
+    )
+    parser.add_argument(
+        "--force-law",
+        metavar="NAME",
+        help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle models",
+    )
+    parser.add_argument(
+        "--supply", type=float, default=4.0, metavar="BAR", help="gauge pressure with --force-law, bar (default 4)"
+    )
     parser.add_argument(
         "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
     )
@@ -48,20 +65,41 @@ def add_commands(commands: Any) -> None:
         "--vary", action="append", default=[], metavar="NAME=LOW:HIGH",
         help="such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
     )  # fmt: skip
-    parser.add_argument("--base-radius", metavar="LOW:HIGH", help="of free joints on the torso, mm (default 120:250)")
-    parser.add_argument("--arm-radius", metavar="LOW:HIGH", help="of free joints on the arm, mm (default 50:140)")
-    parser.add_argument("--drop", metavar="LOW:HIGH", help="of free joints below the shoulder, mm (default 80:280)")
+    parser.add_argument(
+        "--base-radius",
+        metavar="LOW:HIGH",
+        help="distance of free joints on the torso from the shoulder, mm (default 120:250)",
+    )
+    parser.add_argument(
+        "--arm-radius", metavar="LOW:HIGH", help="distance of free joints on the arm from its axis, mm (default 50:140)"
+    )
+    parser.add_argument(
+        "--drop", metavar="LOW:HIGH", help="how far free joints on the arm are below the shoulder, mm (default 80:280)"
+    )
     add_person(parser)
     add_criteria(parser)
     parser.add_argument(
-        "--objective", action="append", choices=tuple(OBJECTIVES), help="default: index; repeat for a Pareto front"
+        "--objective",
+        action="append",
+        choices=tuple(OBJECTIVES),
+        help="what to improve; repeat it for a Pareto front (default index)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random numbers (default 0)")
-    parser.add_argument("--budget", type=int, default=60_000, metavar="N", help="designs to evaluate (default 60000)")
-    parser.add_argument("--run-length", type=int, default=12_000, metavar="N", help="designs of a run (default 12000)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (default 0)")
+    parser.add_argument(
+        "--budget", type=int, default=60_000, metavar="N", help="number of designs to evaluate (default 60000)"
+    )
+    parser.add_argument(
+        "--run-length",
+        type=int,
+        default=12_000,
+        metavar="N",
+        help="number of designs in a run from one start (default 12000)",
+    )
     parser.add_argument("--refine", action="store_true", help="start from the design itself, with small steps")
     parser.add_argument("--storage", metavar="FILE|URL", help="SQLite file or database in which the study is stored")
-    parser.add_argument("--name", default="study", help="of the study and of the design that is written")
+    parser.add_argument(
+        "--name", default="study", help="name of the study and of the design that is written (default study)"
+    )
     parser.add_argument("--progress", action="store_true", help="show a progress bar")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write the best design as .toml")
     parser.set_defaults(run=_optimise)

@@ -25,7 +25,9 @@ def add_commands(commands: Any) -> None:
     add_design(parser)
     add_person(parser)
     add_criteria(parser)
-    parser.add_argument("--step", type=float, default=4.0, metavar="DEG", help="of the grid of poses (default 4)")
+    parser.add_argument(
+        "--step", type=float, default=4.0, metavar="DEG", help="step of the grid of poses, degrees (default 4)"
+    )
     parser.add_argument(
         "--one-by-one", action="store_true", help="also what each criterion costs when they are added one by one"
     )
@@ -45,7 +47,9 @@ def add_commands(commands: Any) -> None:
         "--movement", action="append", default=[], metavar="NAME=FILE", help="CSV of a task's movement; may be repeated"
     )
     tasks.add_argument("--no-ranges", action="store_true", help="leave the published ranges out")
-    tasks.add_argument("--step", type=float, default=8.0, metavar="DEG", help="of the grid of a range (default 8)")
+    tasks.add_argument(
+        "--step", type=float, default=8.0, metavar="DEG", help="step of the grid over a range, degrees (default 8)"
+    )
     tasks.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV too")
     tasks.set_defaults(run=_tasks)
 
@@ -53,22 +57,46 @@ def add_commands(commands: Any) -> None:
 def add_criteria(parser: argparse.ArgumentParser) -> None:
     """Add the criteria and their limits."""
     parser.add_argument(
-        "--criteria", metavar="NAMES", help="only these, with commas between them (default: all that the data allow)"
+        "--criteria",
+        metavar="NAMES",
+        help="names of criteria with commas between them (default: all that the data allow)",
     )
     parser.add_argument(
         "--body", type=float, metavar="HEIGHT", help="stature in m of the body that limbs must keep clear of"
     )
-    parser.add_argument("--gap", type=float, default=0.0, metavar="MM", help="distance to keep from it (default 0)")
-    parser.add_argument("--shoulder-force", type=float, metavar="N", help="largest |F_s|")
     parser.add_argument(
-        "--least-tension", type=float, default=0.0, metavar="N", help="of limbs that only pull (default 0)"
+        "--gap",
+        type=float,
+        default=0.0,
+        metavar="MM",
+        help="distance that limbs keep from body and arm and from one another, mm (default 0)",
     )
     parser.add_argument(
-        "--least-moment", type=float, default=0.0, metavar="NM", help="disturbing moment to hold besides (default 0)"
+        "--shoulder-force", type=float, metavar="N", help="largest shoulder force |F_s|, N (default: no limit)"
     )
-    parser.add_argument("--independence", type=float, default=0.05, metavar="X", help="least |det X| (default 0.05)")
     parser.add_argument(
-        "--stroke-rule", choices=("each", "not all short"), default="each", help="see the documentation of workspaces"
+        "--least-tension",
+        type=float,
+        default=0.0,
+        metavar="N",
+        help="least tension of limbs that only pull, N (default 0)",
+    )
+    parser.add_argument(
+        "--least-moment",
+        type=float,
+        default=0.0,
+        metavar="NM",
+        help="disturbing moment to hold besides, in any direction, N m (default 0)",
+    )
+    parser.add_argument(
+        "--independence", type=float, default=0.05, metavar="X", help="least |det X|, dimensionless (default 0.05)"
+    )
+    parser.add_argument(
+        "--stroke-rule",
+        choices=("each", "not all short"),
+        default="each",
+        help="when lengths put a pose outside: one limb beyond its stroke, or (Appendix C) all limbs too short "
+        "(default each)",
     )
 
 

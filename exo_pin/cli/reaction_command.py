@@ -6,11 +6,13 @@ import argparse
 import json
 import math
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
 
+from ..core.compile_mode import current_mode, mode
 from ..core.errors import InvalidInput
 from ..core.files import is_stream, write_figure
 from ..exo.shoulder_exo import ShoulderExo
@@ -182,7 +184,10 @@ def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: 
     """What would make the pose possible, where it is not; with given limits the answer itself says what is missing."""
     if (answer.has_answer and not answer.limits.violated) or answer.infeasibility is not None:
         return None
-    return exo.remedy(orientation, **_nearby(answer, options))
+    # One search with rigid limbs is over long before its functions would be compiled.
+    quick = current_mode() == "auto" and not SPLITS[answer.split].moves
+    with mode("plain") if quick else nullcontext():
+        return exo.remedy(orientation, **_nearby(answer, options))
 
 
 def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:

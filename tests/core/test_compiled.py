@@ -193,6 +193,13 @@ def test_compilation_is_announced_once_and_reading_the_cache_is_not(tmp_path):
     assert python(text, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))[1] == ""
 
 
+def test_the_search_for_a_pose_that_can_be_held_compiles_nothing(tmp_path):
+    text = "from exo_pin.cli import main\nmain(['reaction', 'prototype', '--flexion', '40'])\n"
+    printed, said = python(text, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+    assert "No pose within 60° can be held." in printed
+    assert said == ""
+
+
 FIRST = (
     "import sys, exo_pin as ep\n"
     "print(ep.load('prototype').reaction(ep.shoulder_rotation(60, 0, 0, degrees=True)).shoulder_force)\n"

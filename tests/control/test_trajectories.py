@@ -274,6 +274,16 @@ def test_bad_input_is_refused():
         control.flexion(side="up")
 
 
+def test_a_trajectory_without_states_cannot_be_made():
+    class Nowhere(control.Trajectory):
+        duration = 1.0
+
+    with pytest.raises(TypeError, match="abstract"):
+        Nowhere()
+    with pytest.raises(TypeError, match="abstract"):
+        control.Trajectory()
+
+
 def test_spline_that_swings_is_refused():
     # Two orientations a hundredth of a second apart, then nothing for ten seconds.
     poses = ep.shoulder_rotation(np.radians([0, 100, 0, 100]), 0, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -55,7 +56,7 @@ class Reference(Protocol):
         """State at the times t, s."""
 
 
-class Trajectory(Record):
+class Trajectory(Record, ABC):
     """Base of the trajectories of this room.
 
     Before time zero the arm rests at the start, after ``duration`` it rests at the end.
@@ -102,9 +103,9 @@ class Trajectory(Record):
             acceleration.reshape(*shape, 3),
         )
 
+    @abstractmethod
     def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Quaternions (N, 4), ω and η (N, 3), new arrays, for times (N,) from 0 to ``duration``."""
-        raise NotImplementedError
 
     @property
     def start(self) -> Rotation:

@@ -81,6 +81,23 @@ def test_a_slack_muscle_has_its_own_free_length(prototype):
     assert free[1] == pytest.approx(by_bar, rel=1e-5)
 
 
+@pytest.mark.parametrize("spring", [None, 2000.0])
+def test_the_bladder_s_slopes_are_its_derivatives_everywhere(prototype, spring):
+    """Also at half a bar, where the capability line leaves no pull and the muscle is not slack yet."""
+    t = tables_of(prototype, series_spring=spring)
+    rng, step, at_no_pull = np.random.default_rng(11), 1e-7, 0
+    for _ in range(2000):
+        x, pressure = 0.25 * rng.uniform(-0.01, 0.06), 1e5 * rng.uniform(0.3, 0.6)
+        pull, _, bladder, by_x, by_pressure = limb_tension(t, 1, x, pressure)
+        at_no_pull += pull == 0.0 and x > 0.0 and abs(bladder - x) < 1e-12
+        # On one side of a corner, if not on both.
+        sides = [(limb_tension(t, 1, x + s, pressure)[2] - bladder) / s for s in (-step, step)]
+        assert min(abs(by_x - side) for side in sides) < 1e-4, (x, pressure)
+        sides = [(limb_tension(t, 1, x, pressure + s)[2] - bladder) / s for s in (-0.1, 0.1)]
+        assert min(abs(by_pressure - side) for side in sides) < 1e-4 * max(abs(by_pressure), 1e-9), (x, pressure)
+    assert at_no_pull > 20
+
+
 def test_the_braid_is_as_stiff_as_table_a_1_says(prototype):
     rows = dict(zip(table("a-1").rows, table("a-1").printed, strict=True))
     x, J = [], []

@@ -111,7 +111,9 @@ def _with_spring(law: Any, row: Any, i: int, x: float, bar: float) -> Any:
     pull, bladder, by_x, by_bar, free_by_bar = muscle_pull(law, row, i, x, bar)
     stiffness = row[_SPRING]
     if pull <= 0.0:
-        return pull, bladder, 0.0, free_by_bar
+        # Beyond the free contraction the bladder keeps its length. Before it, where the capability line leaves no pull,
+        # it shortens with the limb.
+        return pull, bladder, 1.0 if 0.0 < x <= bladder else 0.0, free_by_bar
     if stiffness <= 0.0:
         return pull, bladder, 1.0 if x >= 0.0 else 0.0, 0.0
     low, high = 0.0, pull / stiffness

@@ -24,9 +24,9 @@ def block(mark):
 
 
 def numbers_aside(text):
-    """The text without its numbers, and the numbers."""
+    """The text line by line without its numbers and the width of its gaps, and the numbers."""
     pattern = r"-?\d+\.?\d*(?:e[+-]?\d+)?"
-    return re.sub(r"\s+", " ", re.sub(pattern, "#", text)), [float(n) for n in re.findall(pattern, text)]
+    return re.sub(r"[ \t]+", " ", re.sub(pattern, "#", text)), [float(n) for n in re.findall(pattern, text)]
 
 
 def assert_same(shown, printed):

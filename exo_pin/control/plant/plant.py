@@ -37,7 +37,8 @@ METHODS = ("minimal", "chain")
 class Plant(Record):
     """Arm, shoulder unit, muscles, air and valves.
 
-    Assumptions: the arm is one rigid body that turns about O; limbs are massless; muscles are those of the design's
+    Assumptions: the arm is one rigid body that turns about O; limbs are massless in minimal coordinates, and have the
+    masses of the design in the method "chain"; muscles are those of the design's
     actuators, through their end fittings, and never push; the rest are :class:`PlantOptions`.
 
     Parameters
@@ -128,7 +129,7 @@ class Plant(Record):
     def rest(self, pressures: ArrayLike = 0.0, near: Rotation | None = None) -> PlantState:
         """The state of rest at constant pressures: the stable equilibrium that a damped motion from ``near`` leads to.
 
-        Friction is left out, so with friction the plant may rest elsewhere, too.
+        Friction is left out, so with friction the plant may rest elsewhere, too. The weight of limbs counts.
 
         Parameters
         ----------
@@ -145,7 +146,7 @@ class Plant(Record):
             If the motion does not end.
         """
         start = self.state(near, pressures=pressures)
-        pose = settled(self.tables, np.array(start.pressures), start.orientation)
+        pose = settled(self.tables, np.array(start.pressures), start.orientation, self.mechanism.limbs)
         return self.state(pose, pressures=start.pressures)
 
     def simulate(

@@ -2,11 +2,12 @@
 
 With the error e = log(R_r Rᵀ), a rotation vector in the base frame, the limbs shall put on the arm the moment
 
-    M = I η_r + ω × I ω - C × m g + K e + D (ω_r - ω) + i         i' = K e / T_i - (M - M_given) / T_t
+    M = I η_r + ω × I ω - C × m g - M_load + K e + D (ω_r - ω) + i         i' = K e / T_i - (M - M_given) / T_t
 
-feed-forward of the reference's motion and of the weight, and feedback by a spring K, a damper D and an integral, which
-the moment that the muscles cannot give draws back (back-calculation with T_t = T_i). Why moments and not accelerations:
-an arm has so little inertia about its own axis that any friction there would beat a wanted acceleration.
+feed-forward of the reference's motion, of the weight and of the plant's constant load, and feedback by a spring K, a
+damper D and an integral, which the moment that the muscles cannot give draws back (back-calculation with T_t = T_i).
+Why moments and not accelerations: an arm has so little inertia about its own axis that any friction there would beat a
+wanted acceleration.
 
 The tensions for it are those nearest to the moment within what the muscles can pull at their lengths, and among these
 the ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). The static muscle law turns them
@@ -134,8 +135,8 @@ class ModelController:
         static_tensions(tables.law, tables.muscles, lengths, 0.0, least)
         static_tensions(tables.law, tables.muscles, lengths, self._supply.pressure, greatest)
         motion = Motion(velocity, wanted.angular_acceleration)
-        # The limbs carry what a load of the opposite moment would be.
-        load = Load(np.zeros(3), -feedback)
+        # The limbs carry what a load of the opposite moment would be, beside the plant's own.
+        load = Load(tables.force, -feedback, tables.point)
         return tensions_for_motion(self.plant.mechanism, pose, motion, np.maximum(greatest, least), least, load)
 
     def _pressures(self, tensions: FloatArray, lengths: FloatArray) -> FloatArray:

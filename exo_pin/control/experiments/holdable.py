@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.validation import FloatArray
-from ...load_case.pose_stacks import as_query, carried
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_rotation
+from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.active_set import least_forces
 from ...wrist import limb_jacobian
 from ..controllers.contraction import Contractions
@@ -29,7 +30,7 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     Parameters
     ----------
     plant : Plant
-        Friction and stops do not count.
+        With massless limbs. Its load counts; friction and stops do not.
     poses : Rotation
         Stack of shape (N,).
 
@@ -37,9 +38,19 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     -------
     ndarray
         Shape (N,), N m; zero where the pose can be held.
+
+    Raises
+    ------
+    InvalidInput
+        If a limb has mass, or poses are no stack of shape (N,).
     """
+    if not isinstance(plant, Plant):
+        raise InvalidInput(f"expected plant to be a Plant, got {type(plant).__name__}")
+    if len(as_rotation("poses", poses).shape) != 1:
+        raise InvalidInput(f"expected poses as a stack of shape (N,), got {poses.shape}")
     mechanism, tables = plant.mechanism, plant.tables
-    query = as_query(poses)
+    require_massless(mechanism)
+    query = as_query(poses, None, plant.load)
     arm = mechanism.require_arm("a pose to hold")
     moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
     lengths = Contractions(mechanism).lengths(poses)

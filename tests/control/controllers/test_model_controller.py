@@ -107,6 +107,18 @@ def test_feedback_adds_spring_damper_and_integral():
     )
 
 
+def test_the_load_of_the_plant_is_fed_forward():
+    force, at = np.array([3.0, -2.0, -8.0]), np.array([0.01, 0.02, -0.25])
+    loaded = ep.Plant(PLANT.mechanism, load=ep.Load(force, at=at))
+    arms, wanted = ep.ShoulderExo.from_mechanism(PLANT.mechanism).jacobian(POSE).T, []
+    for plant in (PLANT, loaded):
+        controller = ModelController(plant, constant(POSE))
+        controller(0.0, seen(POSE, np.zeros(3)))
+        wanted.append(controller.planned.missing_moment + arms @ controller.planned.tensions)
+    # The limbs put the opposite moment on the arm.
+    np.testing.assert_allclose(wanted[1] - wanted[0], np.cross(POSE.apply(at), force), atol=1e-12)
+
+
 def test_without_a_reading_the_arm_is_taken_to_be_at_the_reference():
     lost, there = (ModelController(PLANT, constant(POSE)) for _ in range(2))
     away = ep.shoulder_rotation(10.0, 20.0, 20.0, degrees=True)

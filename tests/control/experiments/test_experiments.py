@@ -1,9 +1,11 @@
 """The named experiments: what the thesis saw, for the reasons that it gives, and what differs."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
@@ -191,6 +193,35 @@ def test_held_poses_are_those_that_statics_allows():
     assert fine.sum() > 2
     assert (missing[fine] < 1e-9).all()
     assert (missing[(forces < -0.5).any(axis=1)] > 1e-4).all()
+
+
+def test_a_load_counts_for_what_can_be_held():
+    tracking = tracked("held-abduction", "model")
+    mechanism, poses = tracking.experiment.mechanism, tracking.wanted[::100]
+    load, exo = Load([2.0, -1.0, -6.0], at=[0.0, 0.02, -0.25]), ep.ShoulderExo.from_mechanism(mechanism)
+    plant = ep.Plant(mechanism, load=load)
+    missing = missing_moments(plant, poses)
+    laws = [muscle_model("tang-optimised", nominal) for nominal in (0.15, 0.25, 0.25)]
+    lines = [law.validity.capability_line(np.array(4e5)) for law in laws]
+    for pose, found in zip(poses, missing, strict=True):
+        arms, answer = exo.jacobian(pose).T, exo.reaction(pose, load=load)
+        x = np.array([0.276, 0.404, 0.404]) - exo.inverse_kinematics(pose).lengths
+        braid = np.array([0.3 * 2960.0 / law.length for law in laws]) * np.maximum(-x, 0.0)
+        pulls = [
+            float(np.clip(law.unchecked_force(max(c, 0.0), 4e5), 1e-12, line))
+            for law, c, line in zip(laws, x, lines, strict=True)
+        ]
+        best = lsq_linear(arms, arms @ answer.actuator_forces, (braid, braid + pulls), method="bvls", tol=1e-14)
+        assert found == pytest.approx(np.sqrt(2.0 * best.cost), abs=1e-6)
+    assert (missing > 0.1).any()
+    halves = {"platform_body": ep.LimbBody.rod(0.2, 0.1, 0.01)}
+    heavy = mechanism.replace(limbs=[replace(limb, **halves) for limb in mechanism.limbs])
+    with pytest.raises(InvalidInput, match="mass"):
+        missing_moments(ep.Plant(heavy), poses)
+    with pytest.raises(InvalidInput, match="stack"):
+        missing_moments(plant, poses[0])
+    with pytest.raises(InvalidInput, match="Plant"):
+        missing_moments(exo, poses)
 
 
 def test_sensitivity_is_a_table_of_named_changes():

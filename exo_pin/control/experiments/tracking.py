@@ -14,11 +14,12 @@ from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
 from ...core.pictures import drawn
 from ...core.records import Record
-from ...core.validation import FloatArray, frozen
+from ...core.validation import FloatArray, as_choice, frozen
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.contraction import Contractions
 from ..plant.equations.plant_tables import supply_of
 from ..plant.run import Run
+from .continuous_angles import continuous_angles
 from .findings import ANGLES, findings
 from .holdable import HELD, missing_moments
 
@@ -88,7 +89,10 @@ class Tracking(Record):
         return self.missing_moment <= HELD
 
     def angles(self, wanted: bool = False, convention: str = "shoulder", degrees: bool = True) -> FloatArray:
-        """Angles of the arm, or of the reference.
+        """Angles of the arm, or of the reference, over time.
+
+        The first sample has the angles of :func:`exo_pin.shoulder_angles`; from there on they do not jump, so that an
+        arm that is raised to 120° has 120° of abduction.
 
         Parameters
         ----------
@@ -105,9 +109,11 @@ class Tracking(Record):
             Shape (N, 3).
         """
         pose = self.wanted if wanted else self.run.rotations
-        if convention == "thesis":
-            return thesis_angles(pose, degrees)
-        return shoulder_angles(pose, self.experiment.mechanism.side, degrees)
+        if as_choice("convention", convention, ("shoulder", "thesis")) == "thesis":
+            found = continuous_angles(thesis_angles(pose), 1.0)
+        else:
+            found = continuous_angles(shoulder_angles(pose, self.experiment.mechanism.side), -1.0)
+        return np.degrees(found) if degrees else found
 
     @property
     def main_angle(self) -> int:

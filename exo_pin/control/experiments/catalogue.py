@@ -27,7 +27,7 @@ __all__ = ["experiment", "experiments", "hung_outward", "prototype_options", "re
 #: Friction of the dummy's shoulder unit, N m s/rad and N m: not printed. Estimates: a tenth of critical damping for an
 #: arm that swings at 6.6 rad/s, and two per cent of the moment of the horizontal arm.
 VISCOUS, COULOMB = 0.04, 0.02
-#: Where the centre of mass is in :func:`hung_outward`, m.
+#: Where the centre of mass of a left arm is in :func:`hung_outward`, m.
 OUTWARD = -0.04
 #: Of the hand-to-mouth-like task, s.
 TASK_TIME = 20.0
@@ -57,14 +57,19 @@ def prototype_options(second_flange: bool = False) -> PlantOptions:
     return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB, second_flange=second_flange)
 
 
-def hung_outward(mechanism: Mechanism, y: float = OUTWARD) -> Mechanism:
+def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
     """The same design with the arm's centre of mass at another y in {O_B}, m, so that it hangs further out or in.
+
+    Without ``y`` it lies 40 mm towards the body: y = -40 mm of a left shoulder, 40 mm of a right one.
 
     By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
     The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
     """
+    if not isinstance(mechanism, Mechanism):
+        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
     arm = mechanism.require_arm("another centre of mass")
-    centre = np.array([arm.centre_of_mass[0], y, arm.centre_of_mass[2]])
+    inward = OUTWARD if mechanism.side == "left" else -OUTWARD
+    centre = np.array([arm.centre_of_mass[0], inward if y is None else y, arm.centre_of_mass[2]])
     moved = Arm(arm.mass, centre, arm.inertia, arm.device, arm.body_mass)
     return mechanism.replace(arm=moved, name=f"{mechanism.name}, arm hung outward")
 

@@ -12,11 +12,11 @@ from ...core.errors import InvalidInput
 from ...core.progress import track
 from ...design import Mechanism
 from ...muscle.laws.friction import LoadDependentFriction
-from ...muscle.valve.flow import Valve
-from ...muscle.valve.supply import Supply, ValveUnit
+from ...muscle.valve.supply import ValveUnit
 from ...study import StudyTable
 from ..controllers.proportional_integral import PIGains
 from ..controllers.thesis_controller import ContractionController, table_5_5_gains
+from ..plant.equations.plant_tables import supply_of
 from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
@@ -40,32 +40,44 @@ def _fitting(limb: int, by: float) -> Change:
 
 
 def _option(name: str, words: str, value: Callable[[Any], Any]) -> Change:
-    return name.replace("_", " "), words, lambda e: e.replace(**{name: value(getattr(e.options, name))})
+    def changed(experiment: Experiment) -> Experiment:
+        now = getattr(experiment.options, name)
+        if value(now) == now:
+            raise InvalidInput(f"{name} is {words} already")
+        return experiment.replace(**{name: value(now)})
 
-
-def _scaled_valve(valve: Valve | None, factor: float) -> Valve | None:
-    return None if valve is None else replace(valve, conductance=factor * valve.conductance)
+    return name.replace("_", " "), words, changed
 
 
 def _air_paths(factor: float) -> Change:
     def changed(valves: Any) -> ValveUnit:
         if not isinstance(valves, ValveUnit):
             raise InvalidInput("expected one kind of valve for all muscles")
-        return replace(valves, restrictor=_scaled_valve(valves.restrictor, factor))
+        if valves.restrictor is None:
+            raise InvalidInput("these valves have no restrictor to change")
+        return replace(
+            valves, restrictor=replace(valves.restrictor, conductance=factor * valves.restrictor.conductance)
+        )
 
     return _option("valves", f"restrictor × {factor:g}", changed)
 
 
 def _supply(pressure: float) -> Change:
-    return "supply", f"{pressure / 1e5:g} bar", lambda e: e.replace(supply=Supply(pressure))
+    def changed(experiment: Experiment) -> Experiment:
+        return experiment.replace(
+            supply=replace(supply_of(experiment.mechanism, experiment.options), pressure=pressure)
+        )
+
+    return "supply", f"{pressure / 1e5:g} bar", changed
 
 
-def _centre(y: float) -> Change:
-    words = f"y = {1e3 * y:+g} mm"
-    return "centre of mass of the arm", words, lambda e: e.replace(mechanism=_centred(e.mechanism, y))
+def _centre(outward: float) -> Change:
+    words = f"{1e3 * outward:+g} mm outward"
+    return "centre of mass of the arm", words, lambda e: e.replace(mechanism=_centred(e.mechanism, outward))
 
 
-def _centred(mechanism: Mechanism, y: float) -> Mechanism:
+def _centred(mechanism: Mechanism, outward: float) -> Mechanism:
+    y = outward if mechanism.side == "left" else -outward
     return hung_outward(mechanism, y).replace(name=mechanism.name)
 
 
@@ -85,7 +97,10 @@ def _gains(words: str, factor: float, times: float) -> Change:
             raise InvalidInput("the gains of Table 5-5 are those of the controller 'pi'")
         nominal = [limb.stroke.nominal_length for limb in experiment.mechanism.limbs if limb.stroke is not None]
         gains = [PIGains(factor * g.K_c, times * g.T_i) for g in table_5_5_gains(nominal)]
-        made = ContractionController(experiment.mechanism, experiment.reference, gains=gains, rate=experiment.rate)
+        made = ContractionController(
+            experiment.mechanism, experiment.reference, gains=gains, rate=experiment.rate,
+            layout=experiment.plant.units[0].layout,
+        )  # fmt: skip
         return experiment.replace(controller=made)
 
     return "gains of Table 5-5", words, changed
@@ -134,7 +149,7 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
         Which one.
     changes : iterable of Change, optional
         Parameter, value in words, and a function from experiment to changed experiment; :data:`CHANGES` if left out.
-        A change that does not fit the experiment is left out.
+        A change that does not fit the experiment, or changes nothing in it, is left out.
     progress : bool
         Whether to show a bar.
 

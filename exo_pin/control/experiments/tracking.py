@@ -145,12 +145,14 @@ class Tracking(Record):
     def summary(self) -> dict[str, float]:
         """The run in numbers, with units in the keys."""
         main, wanted = self.angles()[:, self.main_angle], self.angles(wanted=True)[:, self.main_angle]
-        force = np.linalg.norm(self.shoulder_force, axis=1)
+        force, ahead = np.linalg.norm(self.shoulder_force, axis=1), wanted - wanted[0]
+        # Backward, too: an extension, or an arm that is lowered.
+        way = -1.0 if ahead[np.abs(ahead).argmax()] < 0.0 else 1.0
         return {
             "start_deg": float(main[0]),
             "end_deg": float(main[-1]),
             "wanted_end_deg": float(wanted[-1]) + 0.0,
-            "furthest_deg": float(main.max()),
+            "furthest_deg": float(way * (way * main).max()),
             "rms_error_deg": float(np.degrees(self.rms_error())),
             "reachable_share": float(self.reachable.mean()),
             "rms_error_reachable_deg": float(np.degrees(self.rms_error(self.reachable))),

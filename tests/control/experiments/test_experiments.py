@@ -2,6 +2,7 @@
 
 import functools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,12 +10,14 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import control
 from exo_pin.control import (
     Experiment,
     Imu,
     abduction,
     flexion,
     fourth_muscle_holes,
+    hung_outward,
     missing_moments,
     prototype_options,
     sensitivity,
@@ -235,6 +238,44 @@ def test_sensitivity_is_a_table_of_named_changes():
         words = assumption.name.split(",")[0].replace("_", " ")
         known = any(part in words for part in (*names, "limbs[", "valves", "volume of the muscles", "force law"))
         assert known or words == "series spring", assumption.name
+
+
+def test_changes_keep_what_they_do_not_change():
+    from exo_pin.muscle.valve.flow import Valve
+    from exo_pin.muscle.valve.supply import Supply, ValveUnit
+
+    by_name = {(name, words): change for name, words, change in CHANGES}
+    path, regulator = Valve(1e-9, 0.3), Valve(5e-9, 0.3)
+    plain = ep.experiment("abduction").replace(
+        valves=ValveUnit(path, path, layout="fill and vent"), supply=Supply(4e5, regulator, 1e-3), shoulder_viscous=0.0
+    )
+    supply = by_name["supply", "3 bar"](plain).options.supply
+    assert (supply.pressure, supply.regulator, supply.volume) == (3e5, regulator, 1e-3)
+    # The duty is the command of these valves: zero holds the air, where a 3/2-way valve would vent.
+    pi = by_name["gains of Table 5-5", "error in percent × 2"](plain).controller
+    measured = SimpleNamespace(orientation=plain.reference(0.0).orientation)
+    np.testing.assert_array_equal(pi(0.0, measured), np.zeros(3))
+    # What changes nothing is no row of the table.
+    for key in (("valves", "restrictor × 2"), ("shoulder viscous", "none"), ("shoulder viscous", "× 3")):
+        with pytest.raises(InvalidInput):
+            by_name[key](plain)
+    assert by_name["shoulder viscous", "× 3"](ep.experiment("abduction")).options.shoulder_viscous == 0.12
+
+
+def test_the_arm_hangs_outward_on_both_sides():
+    angles = []
+    for side in ("left", "right"):
+        mechanism = hung_outward(ep.load("prototype", side=side).mechanism)
+        angles.append(ep.shoulder_angles(ep.Plant(mechanism).rest().orientation, side, degrees=True))
+    assert angles[0][1] > 5.0
+    np.testing.assert_allclose(angles[1], angles[0], atol=1e-6)
+
+
+def test_furthest_angle_of_a_reference_that_goes_down():
+    name, down = "held-abduction", ep.shoulder_rotation(25.0, [55.0, 40.0], 32.0, degrees=True)
+    reference = control.point_to_point(down[0], down[1], 0.3)
+    numbers = ep.experiment(name).replace(reference=reference).run().summary()
+    assert numbers["furthest_deg"] <= min(numbers["start_deg"], numbers["end_deg"])
 
 
 def test_variants_of_the_design():

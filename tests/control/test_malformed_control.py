@@ -1,6 +1,7 @@
 """Spoiled arguments of calibration and trajectories: a typed error, or an answer that is finite or says infinite."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,6 +77,63 @@ def trajectory(rng):
     state = made(either(rng, [0.0, 0.5]))
     assert np.isfinite(state.angular_acceleration).all()
     assert np.isfinite(state.orientation.as_quat()).all()
+
+
+PLANT, OPTIONS, MECHANISM = ep.Plant(EXO), ep.PlantOptions(), EXO.mechanism
+POSE, UNITS = Rotation.from_rotvec([0.1, -0.2, 0.3]), [control.PIGains(1.0, 1.0)]
+LAYOUTS = ("3/2", "fill and vent", "3/2")
+STUDY, UP = ep.experiment("abduction"), control.abduction()
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: PLANT.state(angular_velocity="fast"),
+        lambda: PLANT.simulate(None, 0.05),
+        lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 0.05, faults=3),
+        lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 0.05, sensor=3),
+        lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 1e11),
+        lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 1.0, sample_rate=1e11),
+        lambda: ep.PlantOptions(valves=3),
+        lambda: ep.Plant(EXO, ep.PlantOptions(valves=[OPTIONS.valves] * 2)),
+        lambda: STUDY.replace(valves=[replace(OPTIONS.valves, layout=each) for each in LAYOUTS]).run(),
+        lambda: ep.Fault("burst", 0, end="never"),
+        lambda: ep.Fault("burst", 0, end=[2.0, 3.0]),
+        lambda: control.daily_task(seed="x"),
+        lambda: control.daily_task(seed=-1),
+        lambda: control.ContractionController(MECHANISM, UP, layout="4/2"),
+        lambda: control.ContractionController(MECHANISM, 3),
+        lambda: control.ContractionController(MECHANISM, lengths=3),
+        lambda: control.ContractionController(MECHANISM, UP, gains=3),
+        lambda: control.ContractionController(EXO, UP),
+        lambda: control.ModelController(EXO, UP),
+        lambda: control.ModelController(PLANT, UP, gains=UNITS),
+        lambda: control.ProportionalIntegral(3),
+        lambda: control.ProportionalIntegral(UNITS).step([0.1], np.nan),
+        lambda: control.ProportionalIntegral(UNITS).step([0.1], 0.0),
+        lambda: control.tensions_for_motion(MECHANISM, POSE, None, [100.0, 100.0]),
+        lambda: control.tensions_for_motion(MECHANISM, POSE, None, [np.nan, 100.0, 100.0]),
+        lambda: control.tensions_for_motion(MECHANISM, Rotation.identity(2), None, np.full(3, 100.0)),
+        lambda: control.Imu(lost=3),
+        lambda: control.Imu(lost=(("a", "b"),)),
+        lambda: control.Imu(lost=((2.0, 1.0),)),
+        lambda: control.Imu(lost=((np.nan, 1.0),)),
+        lambda: STUDY.replace(options=3),
+        lambda: STUDY.replace(options=3, supply=ep.Supply(3e5)),
+        lambda: STUDY.replace(faults=3),
+        lambda: STUDY.replace(faults=ep.Fault("burst", 9)),
+        lambda: STUDY.replace(rate=np.nan),
+        lambda: STUDY.replace(feedback=3),
+        lambda: control.hung_outward(EXO),
+        lambda: control.with_fourth_muscle(EXO),
+        lambda: control.with_longer_muscles(MECHANISM, 3),
+        lambda: control.with_longer_muscles(MECHANISM, Rotation.identity(0)),
+        lambda: control.sensitivity(UP),
+    ],
+)  # fmt: skip
+def test_wrong_arguments_are_typed_errors(call):
+    with pytest.raises(ep.ExoPinError):
+        call()
 
 
 @pytest.mark.parametrize("maker", [calibrate, suggestion, trajectory])

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, as_rotation
 from ...design import Mechanism
 
 __all__ = ["Contractions", "LengthTable", "WantedByLengths", "WantedByOrientation"]
@@ -46,6 +46,8 @@ class Contractions:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
+        if not isinstance(mechanism, Mechanism):
+            raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
         strokes = [limb.stroke for limb in mechanism.limbs]
         lacking = [i for i, stroke in enumerate(strokes, 1) if stroke is None or stroke.end_fitting is None]
         if lacking:
@@ -58,7 +60,8 @@ class Contractions:
 
     def lengths(self, orientation: Rotation) -> FloatArray:
         """Limb lengths, shape (..., n), m, of poses of shape (...)."""
-        turned = self._platform @ np.swapaxes(orientation.as_matrix(), -1, -2)
+        matrices = as_rotation("orientation", orientation).as_matrix()
+        turned = self._platform @ np.swapaxes(matrices, -1, -2)
         return np.asarray(np.linalg.norm(turned - self._base, axis=-1))
 
     def ratios(self, lengths: ArrayLike) -> FloatArray:

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite
+from ...muscle.valve.supply import LAYOUTS
 
 __all__ = ["Controller", "as_controller", "command_of_duty"]
 
@@ -81,4 +82,4 @@ def command_of_duty(duty: ArrayLike, layout: str = "3/2") -> FloatArray:
         Of the valves (:class:`exo_pin.muscle.valve.ValveUnit`).
     """
     share = as_finite("duty", duty, (None,))
-    return np.asarray(2.0 * share - 1.0 if layout == "3/2" else share)
+    return np.asarray(2.0 * share - 1.0 if as_choice("layout", layout, LAYOUTS) == "3/2" else share)

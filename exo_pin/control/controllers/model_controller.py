@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -36,12 +36,10 @@ from ...core.validation import FloatArray, as_positive
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE, mass_flow
 from ..plant.equations.plant_tables import supply_of
+from ..plant.plant import Plant
 from .contraction import Contractions
 from .pressure_kernels import pressures_for, static_tensions
 from .tension_program import Tensions, tensions_for_motion
-
-if TYPE_CHECKING:
-    from ..plant.plant import Plant
 
 __all__ = ["FeedbackGains", "ModelController"]
 
@@ -97,6 +95,10 @@ class ModelController:
     def __init__(
         self, plant: Plant, reference: Callable[[float], Any], gains: FeedbackGains | None = None, rate: float = 100.0
     ) -> None:
+        if not isinstance(plant, Plant):
+            raise InvalidInput(f"expected plant to be a Plant, got {type(plant).__name__}")
+        if gains is not None and not isinstance(gains, FeedbackGains):
+            raise InvalidInput(f"expected gains to be FeedbackGains, got {type(gains).__name__}")
         if not callable(reference):
             raise InvalidInput(f"expected a reference that can be called, got {type(reference).__name__}")
         self.plant, self.reference = plant, reference

@@ -72,7 +72,7 @@ class ProportionalIntegral:
     def __init__(
         self, gains: list[PIGains] | tuple[PIGains, ...], output: tuple[float, float] = (0.0, 1.0), start: float = 0.0
     ) -> None:
-        if not gains or not all(isinstance(each, PIGains) for each in gains):
+        if not isinstance(gains, tuple | list) or not gains or not all(isinstance(each, PIGains) for each in gains):
             raise InvalidInput("expected gains as a sequence of PIGains, one a channel")
         low, high = as_finite("output", output, (2,)).tolist()
         if not low < high:
@@ -106,10 +106,11 @@ class ProportionalIntegral:
         Raises
         ------
         InvalidInput
-            If an error is not finite.
+            If an error is not finite, or the interval is not above zero.
         """
+        h = as_positive("interval", interval)
         e = as_finite("error", error, (len(self.gains),))
         wanted = self._proportional * e + self.integral
         given = np.clip(wanted, *self.output)
-        self.integral = self.integral + interval * (self._integral * e + (given - wanted) * self._tracking)
+        self.integral = self.integral + h * (self._integral * e + (given - wanted) * self._tracking)
         return given

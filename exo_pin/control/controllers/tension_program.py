@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import MissingData
-from ...core.validation import FloatArray
+from ...core.errors import InvalidInput, MissingData
+from ...core.validation import FloatArray, as_real, as_rotation
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
@@ -85,25 +85,38 @@ def tensions_for_motion(
     MissingData
         If the mechanism has no arm.
     InvalidInput
-        If a limb has mass; InfeasibleBounds if a lower limit stands above its upper one.
+        If a limb has mass, or orientation or limits have a wrong shape or are NaN; InfeasibleBounds if a lower limit
+        stands above its upper one.
     """
     require_massless(mechanism)
     if mechanism.arm is None:
         raise MissingData(["arm"], "a tension program", mechanism.name)
+    if as_rotation("orientation", orientation).shape != ():
+        raise InvalidInput(f"expected a single orientation, got a stack of shape {orientation.shape}")
     query = as_query(orientation, motion, load)
     force, moment = (part[0] for part in carried(mechanism.arm, mechanism.gravity, query, query.force, query.moment))
+    count = mechanism.limb_count
+    upper = _limits("greatest", greatest, count)
+    lower = np.zeros(count) if least is None else _limits("least", least, count)
     limbs = inverse_kinematics(mechanism.geometry, orientation)
     arms = np.cross(limbs.platform_points, limbs.directions).T
-    lower = np.zeros(len(greatest)) if least is None else least
-    f = least_forces(-moment[None], arms[None], lower[None], greatest[None]).variables[0]
+    f = least_forces(-moment[None], arms[None], lower[None], upper[None]).variables[0]
     free = _unmoving(arms)
     if 0 < free.shape[1] <= _MOST_SUMS:
         pull = np.ascontiguousarray(limbs.directions.T)
         sums = np.empty(free.shape[1])
         axes = np.ascontiguousarray(free)
-        if least_sum_force(pull @ f - force, pull @ axes, f, axes, lower, greatest, sums):
-            f = np.clip(f + axes @ sums, lower, greatest)
+        if least_sum_force(pull @ f - force, pull @ axes, f, axes, lower, upper, sums):
+            f = np.clip(f + axes @ sums, lower, upper)
     return Tensions(f, moment - arms @ f, limbs.directions.T @ f - force)
+
+
+def _limits(name: str, given: FloatArray, count: int) -> FloatArray:
+    """Limits of the tensions, shape (n,); they may be infinite."""
+    limits = as_real(name, given)
+    if limits.shape != (count,) or np.isnan(limits).any():
+        raise InvalidInput(f"expected {name} as {count} tensions in N, got {given!r:.80}")
+    return limits
 
 
 def _unmoving(arms: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ Source: thesis Table 5-5, Figure 5-8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_positive
 from ...design import Mechanism
+from ...muscle.valve.supply import LAYOUTS
 from .contraction import Contractions, WantedByLengths, WantedByOrientation
 from .controller import command_of_duty
 from .proportional_integral import PIGains, ProportionalIntegral
@@ -67,7 +68,8 @@ class ContractionController:
     Raises
     ------
     InvalidInput
-        If there is not exactly one reference, or not one gain a muscle.
+        If there is not exactly one reference, or not one gain a muscle; UnknownName if there is no such layout or
+        ``on_loss``.
     """
 
     def __init__(
@@ -88,13 +90,18 @@ class ContractionController:
             self.wanted = WantedByOrientation(self.contractions, reference)
         elif lengths is not None:
             self.wanted = WantedByLengths(self.contractions, lengths)
+        for name, given in (("reference", reference), ("lengths", lengths)):
+            if given is not None and not callable(given):
+                raise InvalidInput(f"expected {name} as a function of time, got {given!r:.60}")
         count = mechanism.limb_count
+        if gains is not None and not isinstance(gains, Iterable):
+            raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {gains!r:.60}")
         chosen = table_5_5_gains(self.contractions.nominal.tolist()) if gains is None else tuple(gains)
         if len(chosen) != count:
             raise InvalidInput(f"expected {count} gains, one a muscle, got {len(chosen)}")
         self._pi = ProportionalIntegral(chosen, (0.0, 1.0))
         self._interval = 1.0 / as_positive("rate", rate)
-        self._layout = layout
+        self._layout = as_choice("layout", layout, LAYOUTS)
         self._on_loss = as_choice("on_loss", on_loss, ON_LOSS)
         self.reset()
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_finite, as_positive, as_rotation
 from ...design import Limb, Mechanism, Stroke, WristGeometry
 from ..controllers.contraction import Contractions
 from ..plant.plant import Plant
@@ -43,7 +43,10 @@ def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = 
     Section 5.4.1 of the thesis asks for longer muscles.
     """
     short = as_positive("fitting", fitting)
-    longest = np.asarray(Contractions(mechanism).lengths(poses)).reshape(-1, mechanism.limb_count).max(axis=0)
+    contractions = Contractions(mechanism)
+    if as_rotation("poses", poses).as_quat().size == 0:
+        raise InvalidInput("expected one pose or more, got none")
+    longest = np.asarray(contractions.lengths(poses)).reshape(-1, mechanism.limb_count).max(axis=0)
     if (longest <= 2.0 * short).any():
         raise InvalidInput(f"expected a fitting much shorter than the limbs, got {short:g} m")
     limbs = [
@@ -68,6 +71,8 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     MissingData
         If the joints of the mechanism do not lie on circles.
     """
+    if not isinstance(mechanism, Mechanism):
+        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
     added = np.radians(float(as_finite("angle_deg", angle_deg, ())))
     rings = []
     # The base's circle lies across the y axis, the cuff's across the arm (4-2).

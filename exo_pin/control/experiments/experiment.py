@@ -13,7 +13,7 @@ from ...design import Mechanism
 from ..controllers.controller import as_controller
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.thesis_controller import ContractionController
-from ..plant.faults import Fault
+from ..plant.faults import Fault, as_faults
 from ..plant.options import PlantOptions
 from ..plant.plant import Plant
 from ..sensors.imu import Imu
@@ -80,13 +80,15 @@ class Experiment(Record):
             as_choice("controller", self.controller, CONTROLLERS)
         elif not callable(self.controller):
             raise InvalidInput(f"expected controller as a name or a function, got {self.controller!r:.60}")
-        for name, kind in (("options", PlantOptions), ("imu", Imu)):
+        kinds = (("options", PlantOptions), ("imu", Imu), ("feedback", FeedbackGains))
+        for name, kind in kinds:
             value = getattr(self, name)
-            if not isinstance(value, kind) and not (name == "imu" and value is None):
+            if not isinstance(value, kind) and (name == "options" or value is not None):
                 raise InvalidInput(f"expected {name} to be {kind.__name__}, got {type(value).__name__}")
         if self.duration is not None:
             object.__setattr__(self, "duration", as_positive("duration", self.duration))
-        object.__setattr__(self, "faults", (self.faults,) if isinstance(self.faults, Fault) else tuple(self.faults))
+        object.__setattr__(self, "rate", as_positive("rate", self.rate))
+        object.__setattr__(self, "faults", as_faults(self.faults, self.mechanism.limb_count))
 
     def replace(self, **changes: Any) -> Experiment:
         """A copy with some fields changed; fields of :class:`PlantOptions` may be named, too.
@@ -100,9 +102,9 @@ class Experiment(Record):
         unknown = sorted(set(changes) - own - plant)
         if unknown:
             raise UnknownName("field of an experiment", unknown[0], own | plant)
-        options = changes.get("options", self.options).replace(
-            **{name: value for name, value in changes.items() if name in plant}
-        )
+        options = changes.get("options", self.options)
+        if isinstance(options, PlantOptions):
+            options = options.replace(**{name: value for name, value in changes.items() if name in plant})
         return replace(self, **{name: value for name, value in changes.items() if name in own} | {"options": options})
 
     @property
@@ -113,8 +115,10 @@ class Experiment(Record):
     def made_controller(self, plant: Plant) -> Any:
         """The controller for a plant, reset."""
         if self.controller == "pi":
-            layout = plant.units[0].layout
-            made: Any = ContractionController(self.mechanism, self.reference, rate=self.rate, layout=layout)
+            layouts = {unit.layout for unit in plant.units}
+            if len(layouts) > 1:
+                raise InvalidInput("the controller 'pi' needs one layout for all valves: give one of your own")
+            made: Any = ContractionController(self.mechanism, self.reference, rate=self.rate, layout=layouts.pop())
         elif self.controller == "model":
             made = ModelController(plant, self.reference, self.feedback, self.rate)
         else:

@@ -159,6 +159,8 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
         One row a run: ``parameter``, ``value``, ``start_deg``, ``furthest_deg`` and ``end_deg`` of the main angle,
         ``rms_error_deg``, ``peak_F_s_N``, ``end_F_s_N``, and ``status``. The first row is the experiment itself.
     """
+    if not isinstance(experiment, Experiment):
+        raise InvalidInput(f"expected an Experiment, got {type(experiment).__name__}")
     chosen = list(CHANGES if changes is None else changes)
     rows = [_row("as estimated", "", experiment.run())]
     for name, words, change in track(chosen, "changing", progress):

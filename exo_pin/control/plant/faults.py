@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from ...core.errors import InvalidInput
-from ...core.validation import as_choice, as_finite, as_positive
+from ...core.validation import as_choice, as_finite, as_positive, as_real
 from ...muscle.valve.flow import Valve
 
 __all__ = ["FAULTS", "Fault", "as_faults"]
@@ -57,7 +57,8 @@ class Fault:
         if isinstance(self.muscle, bool) or not isinstance(self.muscle, int) or self.muscle < 0:
             raise InvalidInput(f"expected muscle as an index from 0, got {self.muscle!r}")
         as_positive("start", self.start, zero=True)
-        if not self.end > self.start:
+        end = as_real("end", self.end)
+        if end.shape != () or not end > self.start:
             raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
         if (self.kind == "leak") != isinstance(self.leak, Valve):
             raise InvalidInput('expected leak as a Valve with kind "leak", and with no other kind')
@@ -82,6 +83,8 @@ def as_faults(faults: Fault | Sequence[Fault], count: int) -> tuple[Fault, ...]:
     InvalidInput
         If something is no fault, or of a muscle that is not there.
     """
+    if not isinstance(faults, Fault | Iterable):
+        raise InvalidInput(f"expected faults as Fault records, got {type(faults).__name__}")
     every = (faults,) if isinstance(faults, Fault) else tuple(faults)
     for fault in every:
         if not isinstance(fault, Fault):

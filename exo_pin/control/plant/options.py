@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -89,7 +89,8 @@ class PlantOptions:
     def __post_init__(self) -> None:
         if self.supply is not None and not isinstance(self.supply, Supply):
             raise InvalidInput(f"expected supply to be a Supply or None, got {type(self.supply).__name__}")
-        units = (self.valves,) if isinstance(self.valves, ValveUnit) else tuple(self.valves)
+        units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves
+        units = tuple(units) if isinstance(units, Iterable) else ()
         if not units or not all(isinstance(unit, ValveUnit) for unit in units):
             raise InvalidInput("expected valves to be a ValveUnit, or a sequence of one a muscle")
         if not isinstance(self.valves, ValveUnit):

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import as_choice, as_finite, frozen
+from ...core.validation import as_choice, as_finite
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
@@ -76,6 +76,8 @@ class Plant(Record):
         self.options = PlantOptions() if options is None else options
         if not isinstance(self.options, PlantOptions):
             raise InvalidInput(f"expected options to be PlantOptions, got {type(options).__name__}")
+        if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
+            raise InvalidInput(f"expected {self.count} valve units, one a muscle, got {len(self.options.valves)}")
         self.load = load
         self.tables = plant_tables(mechanism, self.options, load)
 
@@ -88,10 +90,7 @@ class Plant(Record):
     def units(self) -> tuple[ValveUnit, ...]:
         """Valves, one unit a muscle."""
         given = self.options.valves
-        units = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
-        if len(units) != self.count:
-            raise InvalidInput(f"expected {self.count} valve units, one a muscle, got {len(units)}")
-        return units
+        return (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
@@ -124,7 +123,7 @@ class Plant(Record):
         if given.shape not in ((), (self.count,)):
             raise InvalidInput(f"expected {self.count} pressures, one a muscle, got shape {given.shape}")
         pose = Rotation.identity() if orientation is None else orientation
-        return PlantState(pose, frozen(np.array(angular_velocity, dtype=float)), np.broadcast_to(given, self.count))
+        return PlantState(pose, angular_velocity, np.broadcast_to(given, self.count))  # type: ignore[arg-type]
 
     def rest(self, pressures: ArrayLike = 0.0, near: Rotation | None = None) -> PlantState:
         """The state of rest at constant pressures: the stable equilibrium that a damped motion from ``near`` leads to.
@@ -205,6 +204,12 @@ class Plant(Record):
         start = self.rest() if state0 is None else state0
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
             raise InvalidInput(f"expected state0 to be a PlantState of {self.count} muscles, got {start!r:.60}")
+        if not callable(controller):
+            raise InvalidInput(
+                f"expected a controller, a function (t, measurement) -> commands, got {controller!r:.60}"
+            )
+        if sensor is not None and not callable(sensor):
+            raise InvalidInput(f"expected a sensor, a function (t, measurement) -> measurement, got {sensor!r:.60}")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
         simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
         return simulation(self, controller, clock, start, as_faults(faults, self.count), sensor, rtol, progress)

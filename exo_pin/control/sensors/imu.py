@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector
+from ...core.validation import FloatArray, as_finite, as_positive, as_real, as_rotation, as_unit_vector
 from ...wrist.velocity.sensors import OrientationChain
 
 __all__ = ["PRINTED_DRIFT", "Imu", "ImuReading", "ImuSignal"]
@@ -77,12 +77,10 @@ class Imu:
         object.__setattr__(self, "drift", float(as_finite("drift", self.drift, ())))
         axis = (0.0, 0.0, 1.0) if self.drift_axis is None else self.drift_axis
         object.__setattr__(self, "drift_axis", tuple(as_unit_vector("drift_axis", axis).tolist()))
-        intervals = []
-        for interval in self.lost:
-            if np.shape(interval) != (2,) or np.isnan(interval).any() or not interval[0] < interval[1]:
-                raise InvalidInput(f"expected lost as intervals (from, to) in s, got {interval!r:.80}")
-            intervals.append((float(interval[0]), float(interval[1])))
-        object.__setattr__(self, "lost", tuple(intervals))
+        lost = as_real("lost", self.lost if np.size(self.lost) else np.zeros((0, 2)))
+        if lost.ndim != 2 or lost.shape[1] != 2 or not (lost[:, 0] < lost[:, 1]).all():
+            raise InvalidInput(f"expected lost as intervals (from, to) in s, got {self.lost!r:.80}")
+        object.__setattr__(self, "lost", tuple((start, end) for start, end in lost.tolist()))
 
     @property
     def calibration(self) -> OrientationChain:

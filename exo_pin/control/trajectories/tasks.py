@@ -122,6 +122,8 @@ def daily_task(
     """
     box = DAILY_TASKS[as_choice("daily task", name, DAILY_TASKS)]
     low, high = np.radians(np.array(box.intervals)).T
+    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
+        raise InvalidInput(f"expected seed as a whole number of zero or more, or None, got {seed!r:.40}")
     if seed is None:
         waypoints = np.stack([low, high, low])
     else:

@@ -28,6 +28,8 @@ __all__ = ["Clock", "as_commands", "fixed_instants", "measured", "simulate_minim
 #: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg.
 _UNITS = {"turn": 1.0, "speed": 1.0, "pressure": 1e4, "bristle": 1.0, "energy": 1.0, "air": 1e-5}
 _FIRST_STEP, _SAME = 1e-5, 1e-9
+#: A run with more instants than this is a slip in duration or rate.
+_MOST_INSTANTS = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,12 @@ class Clock:
     def __post_init__(self) -> None:
         for name in ("duration", "control_rate", "sample_rate"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        for name in ("control_rate", "sample_rate"):
+            if self.duration * getattr(self, name) > _MOST_INSTANTS:
+                raise InvalidInput(
+                    f"expected {name} in Hz for at most {_MOST_INSTANTS} instants in {self.duration:g} s, got "
+                    f"{getattr(self, name):g}"
+                )
 
     def ticks(self, rate: float) -> FloatArray:
         """Times from 0 to the duration, s."""

@@ -41,11 +41,6 @@ class Valves(Record):
         self._period = np.full(count, -1)
         self._shares = np.zeros((count, 2))
 
-    def events(self, fault_ends: float) -> list[float]:
-        """Times at which faults begin or end, up to a time, s."""
-        times = {time for fault in self.faults for time in (fault.start, fault.end)}
-        return sorted(time for time in times if 0.0 < time < fault_ends)
-
     def _command(self, i: int, time: float) -> float:
         for fault in self.faults:
             if fault.muscle == i and fault.kind == "stuck valve" and fault.acts(time + _SAME):

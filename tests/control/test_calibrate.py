@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin import control
 from exo_pin.control.calibration.length_model import GROUPS
 from exo_pin.core.errors import InvalidInput, SuspectMeasurements, UnknownName
 
@@ -234,6 +235,7 @@ def test_bad_input_is_refused():
         ((arm, lengths, exo), {"torso_mounting": arm}),
         ((arm, lengths, exo), {"arm_mounting": [0, 0, 0, 1]}),
         ((arm[:6], lengths[:6], exo), {}),
+        ((arm[:0], lengths[:0], exo), {"length_noise": 1e-3}),
         ((arm, lengths, exo), {"unknowns": ()}),
     ):
         with pytest.raises(InvalidInput):
@@ -241,6 +243,21 @@ def test_bad_input_is_refused():
     for options in ({"unknowns": ("A",)}, {"loss": "l1"}):
         with pytest.raises(UnknownName):
             ep.calibrate(arm, lengths, exo, **options)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_fewer_lengths_than_unknowns_are_met_exactly(count):
+    """Least squares has nothing left to do then, and says what is not determined."""
+    exo, arm = ep.load("prototype"), poses(np.random.default_rng(14), 3)[:count]
+    lengths = exo.inverse_kinematics(arm).lengths + 1e-3 * np.arange(3)
+    found = ep.calibrate(arm, lengths, exo, length_noise=1e-3)
+    assert np.abs(found.residuals).max() < 1e-12
+    assert 0.0 < np.abs(found.values).max() < 3e-3
+    assert len(found.undetermined) >= 18 - 3 * count
+    with pytest.raises(InvalidInput, match="none"):
+        found.predict(arm[:0])
+    with pytest.raises(InvalidInput, match="none"):
+        control.pose_information(arm[:0], exo, length_noise=1e-3)
 
 
 def test_result_prints_its_verdict_first():

@@ -107,5 +107,11 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     assert "millimetres" in capsys.readouterr().err
 
 
+def test_a_comment_of_several_lines_stays_a_comment(tmp_path, run):
+    write_run(run, tmp_path / "run.csv", ["left arm,\nsecond day", ""])
+    np.testing.assert_allclose(read_run(tmp_path / "run.csv").lengths, run.lengths, rtol=1e-15)
+    assert (tmp_path / "run.csv").read_text().splitlines()[:3] == ["# left arm,", "# second day", "# "]
+
+
 def test_rotations_of_a_run_are_kept_as_they_are():
     assert MeasuredRun(Rotation.identity(2), np.ones((2, 3))).orientations.shape == (2,)

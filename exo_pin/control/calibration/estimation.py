@@ -23,6 +23,8 @@ _STILL, _SETTLED = 1e-7, 1e-3
 _MOST_ROUNDS = 200
 #: Relative change of the unknowns at which least squares ends: the last time, and before.
 _FINE, _COARSE = 1e-12, 1e-6
+#: Gradient at which least squares ends: none. Where it is zero SciPy would divide zero by zero.
+_FLAT = float(np.finfo(float).eps)
 #: Lengths without a stated noise are weighted with this one, m.
 UNIT = 1e-3
 #: Tolerances, m, that lead to the solution nearest to the nominal design before they are dropped: what is not
@@ -176,7 +178,7 @@ class _Problem:
             x_scale=self.model.scales,
             xtol=tolerance,
             ftol=1e-14,
-            gtol=None,
+            gtol=_FLAT,
             max_nfev=500,
         )
         if found.status == 0:

@@ -26,11 +26,14 @@ _CLEARLY_BETTER = 0.35
 
 
 def as_orientations(orientations: Rotation) -> Rotation:
-    """A flat stack of measured orientations, shape (N,)."""
+    """A flat stack of measured orientations, shape (N,), N >= 1."""
     poses = as_rotation("orientations", orientations)
     if poses.shape == ():
         raise InvalidInput("expected a stack of orientations, one a measured pose, got a single one")
-    return Rotation.from_quat(poses.as_quat().reshape(-1, 4))
+    flat = poses.as_quat().reshape(-1, 4)
+    if len(flat) == 0:
+        raise InvalidInput("expected one orientation or more, got none")
+    return Rotation.from_quat(flat)
 
 
 def as_lengths(lengths: object, orientations: Rotation, nominal: FloatArray, free_offsets: bool) -> FloatArray:

@@ -135,7 +135,7 @@ def _cells(line: str, number: int, path: str | PathLike[str] | None) -> tuple[st
 def csv_text(columns: Iterable[str], rows: Iterable[Iterable[str]], comments: Iterable[str] = ()) -> str:
     """The text of a table, comments first; :func:`parse_csv` reads it back."""
     out = io.StringIO()
-    out.writelines(f"# {comment}\n" for comment in comments)
+    out.writelines(f"# {line}\n" for comment in comments for line in comment.splitlines() or [""])
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(rows)

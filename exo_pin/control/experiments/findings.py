@@ -90,9 +90,13 @@ def _beyond(tracking: Tracking) -> list[str]:
         if beyond.size:
             first = beyond[0]
             angle, name = _main(tracking, first, wanted=True)
+            start = f"{tracking.times[first]:.2f} s"
+            # To the end, or only for a part of the time.
+            lasting = beyond.size == len(wanted) - first
+            share = 100.0 * beyond.size / len(wanted)
+            when = f"from {start} on" if lasting else f"for {share:.0f} % of the time, first at {start}"
             texts.append(
-                f"muscle {i} is wanted shorter than its {100.0 * limit:.0f} % from {tracking.times[first]:.2f} s on "
-                f"({name} {angle:.0f}° wanted)"
+                f"muscle {i} is wanted shorter than its {100.0 * limit:.0f} % {when} ({name} {angle:.0f}° wanted)"
             )
     return texts
 
@@ -111,6 +115,8 @@ def _stall(tracking: Tracking) -> list[str]:
     """The main angle stands still before the reference does."""
     main = tracking.angles()[:, tracking.main_angle]
     wanted = tracking.angles(wanted=True)[:, tracking.main_angle]
+    if len(main) < 2:
+        return []
     step = float(np.median(np.diff(tracking.times)))
     width = max(int(_WINDOW / step), 1)
     if len(main) <= 2 * width or abs(wanted[-1] - main[-1]) < _OFF:
@@ -138,10 +144,12 @@ def _sensor(tracking: Tracking) -> list[str]:
     if imu is None or not imu.lost:
         return []
     lost = [f"{start:g} to {end:g} s" for start, end in imu.lost]
-    at = np.array([imu.is_lost(t) for t in tracking.times])
+    # A reading that is due now was taken before the delay.
+    at = np.array([imu.is_lost(t - imu.delay) for t in tracking.times])
     force = np.linalg.norm(tracking.shoulder_force, axis=1)
     peak = f"{force[at].max():.0f}" if at.any() else "no"
-    return [f"the inertial sensor is lost from {', '.join(lost)}; |F_s| reaches {peak} N meanwhile"]
+    reached = f"|F_s| reaches {peak} N while the controller has no reading"
+    return [f"the inertial sensor is lost from {', '.join(lost)}; {reached}"]
 
 
 def _main(tracking: Tracking, index: int, wanted: bool = False) -> tuple[float, str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
@@ -22,7 +24,7 @@ class Assumption:
     value : str
         With its unit.
     basis : str
-        Where the value comes from.
+        Where the value comes from; "given" if it is an option that is not the default.
     """
 
     name: str
@@ -37,13 +39,25 @@ def assumptions_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Assumpt
     """Every estimated parameter of a plant, those of the design first."""
     design = [
         Assumption(f"limbs[{i}].stroke.end_fitting", f"{1e3 * limb.stroke.end_fitting:g} mm",
-                   "not printed; from the muscle lengths that Section 5.4 remarks on, which disagree by some mm")
+                   "not printed; from the muscle lengths that Section 5.4 remarks on, which disagree: 105 to 147 mm "
+                   "for limb 1, 150 to 158 mm for limbs 2 and 3 of the prototype")
         for i, limb in enumerate(mechanism.limbs)
         if limb.stroke is not None
         if limb.stroke.end_fitting is not None
         if f"limbs[{i}].stroke.end_fitting" in mechanism.estimated
     ]  # fmt: skip
-    return (*design, *_air(mechanism, options), *_mechanics(options))
+    return (
+        *design,
+        *(_as_given(each, options) for each in (*_air(mechanism, options), *_mechanics(mechanism, options))),
+    )
+
+
+def _as_given(assumption: Assumption, options: PlantOptions) -> Assumption:
+    """The basis of an option that is not the default is that somebody gave it."""
+    usual, names = PlantOptions(), assumption.name.split(".")[0].split(", ")
+    if all(getattr(options, name, None) == getattr(usual, name, None) for name in names):
+        return assumption
+    return replace(assumption, basis="given")
 
 
 def _air(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
@@ -51,18 +65,14 @@ def _air(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
     greatest = max((p for p in pressures if p is not None), default=0.0)
     supply = greatest if options.supply is None else options.supply.pressure
     source = "the highest safe pressure of the muscles (Appendix A); the prototype's supply is not printed"
-    unit = options.valves if isinstance(options.valves, ValveUnit) else options.valves[0]
-    flow = ", ".join(
-        f"{name} C = {1e8 * valve.conductance:g} dm³/(s bar), b = {valve.critical_ratio:g}"
-        for name, valve in (("fill", unit.fill), ("vent", unit.vent), ("restrictor", unit.restrictor))
-        if valve is not None
-    )
+    given = (options.valves,) if isinstance(options.valves, ValveUnit) else options.valves
+    units = list(dict.fromkeys(given))
     return [
-        Assumption("supply", f"{supply / 1e5:g} bar", source if options.supply is None else "given"),
-        Assumption("valves", flow,
+        Assumption("supply", f"{supply / 1e5:g} bar", source),
+        Assumption("valves", "; ".join(_paths(unit) for unit in units),
                    "not printed; a small solenoid valve, and a restrictor through which a muscle of 250 mm "
                    "fills in about a second, several times faster than the experiments of Section 5.4"),
-        Assumption("valves.layout", unit.layout,
+        Assumption("valves.layout", ", ".join(dict.fromkeys(unit.layout for unit in units)),
                    'printed as "three way two port", which is no valve; 3/2-way is meant'),
         Assumption("polytropic_exponent", f"{options.polytropic_exponent:g}",
                    "no model of the air is printed; isothermal, as the muscles' walls are thin and the motions take "
@@ -73,13 +83,22 @@ def _air(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
     ]  # fmt: skip
 
 
-def _mechanics(options: PlantOptions) -> list[Assumption]:
+def _paths(unit: ValveUnit) -> str:
+    return ", ".join(
+        f"{name} C = {1e8 * valve.conductance:g} dm³/(s bar), b = {valve.critical_ratio:g}"
+        for name, valve in (("fill", unit.fill), ("vent", unit.vent), ("restrictor", unit.restrictor))
+        if valve is not None
+    )
+
+
+def _mechanics(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
     friction = "none" if options.muscle_friction is None else repr(options.muscle_friction)
     spring = "none" if options.series_spring is None else f"{options.series_spring:g} N/m"
+    laws = [limb.actuator.force_law or "" for limb in mechanism.limbs if limb.actuator is not None]
     damping = "none" if options.muscle_damping is None else repr(options.muscle_damping)
     found = [
-        Assumption("force law", "that of the 300 mm muscle at equal strain",
-                   "Table 3-3c; no other length was measured"),
+        Assumption("force law", f"that of the 300 mm muscle at equal strain ({', '.join(dict.fromkeys(laws))})",
+                   "Tables 3-1 to 3-3; no other length was measured"),
         Assumption("braid_stiffness", f"{options.braid_stiffness:g} N/m for 300 mm",
                    "least squares through zero of the six stretched states of Table A-1, without air"),
         Assumption("muscle_damping", damping, "(3-30), of the 300 mm muscle: no scaling with length is known"),
@@ -97,10 +116,12 @@ def _mechanics(options: PlantOptions) -> list[Assumption]:
             Assumption("shoulder_presliding", f"{options.shoulder_presliding:g} rad", "estimate, a tenth of a degree")
         )
     if not options.second_flange:
+        arm = mechanism.require_arm("a plant")
+        weight = arm.mass * float(np.linalg.norm(mechanism.gravity) * np.linalg.norm(arm.centre_of_mass))
         found.append(
             Assumption("stop_stiffness, stop_damping",
                        f"{options.stop_stiffness:g} N m/rad, {options.stop_damping:g} N m s/rad",
-                       "not printed; the moment of the weight, 1.2 N m, turns the unit by less than one degree beyond "
-                       "its end")
+                       f"not printed; the largest moment of the weight, {weight:.2g} N m, turns the unit by "
+                       f"{np.degrees(weight / options.stop_stiffness):.2g} degrees beyond its end")
         )  # fmt: skip
     return found

@@ -125,6 +125,26 @@ def test_faults_do_not_stop_the_simulation(name, controller):
         assert "sensor is lost from 3 to 4 s" in tracking.findings[-1]
 
 
+def test_a_muscle_that_is_wanted_too_short_for_a_while_only():
+    tracking = tracked("hand-to-mouth-outward")
+    beyond = tracking.wanted_ratios[:, 1] > greatest_ratios(tracking)[1]
+    assert 0.0 < beyond.mean() < 0.5
+    assert not beyond[-1]
+    text = next(text for text in tracking.findings if text.startswith("muscle 2 is wanted shorter"))
+    assert f"for {100.0 * beyond.mean():.0f} % of the time, first at {tracking.times[beyond.argmax()]:.2f} s" in text
+    assert "on (" not in text
+
+
+def test_a_delayed_sensor_lacks_readings_later():
+    study = ep.experiment("held-abduction-stuck-valve", "model").replace(duration=4.5)
+    tracking = study.replace(imu=Imu(lost=((2.0, 2.5),), delay=2.0)).run()
+    # Readings that were due from 4 to 4.5 s: the stuck valve has changed the force since 3 s.
+    due = (tracking.times >= 4.0) & (tracking.times < 4.5)
+    force = np.linalg.norm(tracking.shoulder_force, axis=1)
+    assert round(force[due].max()) != round(force[(tracking.times >= 2.0) & (tracking.times < 2.5)].max())
+    assert f"|F_s| reaches {force[due].max():.0f} N" in tracking.findings[-1]
+
+
 def test_verdict_table_and_file(tmp_path):
     tracking = tracked("held-abduction", "model")
     text = str(tracking)

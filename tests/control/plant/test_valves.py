@@ -1,5 +1,7 @@
 """Valves in time: exact switching, mean flow of the pulses, commands taken over, faults."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -211,3 +213,17 @@ def test_every_estimate_is_listed(prototype):
     assert {"presliding", "shoulder_presliding"} <= set(names)
     assert not any("stop" in name for name in names)
     assert all(item.basis and item.value for item in ep.Plant(prototype).assumptions)
+
+
+def test_what_was_given_is_no_estimate(prototype):
+    unit = ep.PlantOptions().valves
+    other = ep.PlantOptions(dead_volume=1e-5, stop_damping=2.0, valves=[unit, unit, replace(unit, restrictor=None)])
+    usual, changed = ({item.name: item for item in ep.Plant(prototype, o).assumptions} for o in (None, other))
+    given = {"dead_volume", "stop_stiffness, stop_damping", "valves", "valves.layout"}
+    assert {name for name, item in changed.items() if item.basis == "given"} == given
+    assert not any(item.basis == "given" for item in usual.values())
+    # Both kinds of valves are listed.
+    assert changed["valves"].value.count("fill") == 2
+    assert "1.2 N m" in usual["stop_stiffness, stop_damping"].basis
+    heavy = prototype.replace(arm=replace(prototype.mechanism.arm, mass=2.0 * prototype.mechanism.arm.mass))
+    assert "2.5 N m" in ep.Plant(heavy).assumptions[-1].basis

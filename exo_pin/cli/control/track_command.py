@@ -20,6 +20,8 @@ __all__ = ["add_commands"]
 
 #: Samples a second of the wearer's contact force; each takes some milliseconds.
 _CONTACT_RATE = 5.0
+#: Highest supply pressure, bar.
+_HIGHEST = 20.0
 
 
 def add_commands(commands: Any) -> None:
@@ -73,8 +75,13 @@ def _track(options: argparse.Namespace) -> int:
         return 0
     if options.study is None:
         raise InvalidInput("expected an experiment or a file: exo-pin track --list names the experiments")
-    if options.out is not None and options.out.suffix.lower() != ".csv":
-        raise InvalidInput(f"expected --out to end in .csv, got {options.out}")
+    for name, path, endings in (("--out", options.out, (".csv",)), ("--html", options.html, (".html", ".htm"))):
+        if path is not None and path.suffix.lower() not in endings:
+            raise InvalidInput(f"expected {name} to end in {endings[0]}, got {path}")
+    single = ("plot", "html", "person", "json")
+    extra = [f"--{name}" for name in single if getattr(options, name)] if options.sensitivity else []
+    if extra:
+        raise InvalidInput(f"--sensitivity prints a table of many runs: leave out {', '.join(extra)}")
     chosen = _experiment(options)
     progress = not options.no_progress
     if options.sensitivity:
@@ -147,12 +154,14 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     if options.supply is not None:
         from ...muscle.valve.supply import Supply
 
+        if not 0.0 < options.supply <= _HIGHEST:
+            raise InvalidInput(f"expected --supply in bar, above 0 and up to {_HIGHEST:g}, got {options.supply:g}")
         changes["supply"] = Supply(1e5 * options.supply)
     imu = _imu(options)
     if imu is not None:
         changes["imu"] = imu
     if options.fault:
-        changes["faults"] = tuple(_fault(text) for text in options.fault)
+        changes["faults"] = tuple(_fault(text, chosen.mechanism.limb_count) for text in options.fault)
     return chosen.replace(**changes)
 
 
@@ -171,7 +180,7 @@ def _imu(options: argparse.Namespace) -> Any:
     return Imu(seed=options.seed, **given) if given else None
 
 
-def _fault(text: str) -> Fault:
+def _fault(text: str, muscles: int) -> Fault:
     from ...control import Fault
 
     kinds = {
@@ -182,8 +191,8 @@ def _fault(text: str) -> Fault:
     if kind not in kinds:
         raise UnknownName("fault", kind, kinds)
     muscle, start = _numbers("--fault KIND", rest, 2)
-    if muscle != int(muscle) or muscle < 1:
-        raise InvalidInput(f"expected a muscle from 1 in --fault, got {muscle:g}")
+    if muscle not in range(1, muscles + 1):
+        raise InvalidInput(f"expected a muscle from 1 to {muscles} in --fault, got {muscle:g}")
     name, command = kinds[kind]
     return Fault(name, int(muscle) - 1, start, command=command)  # type: ignore[arg-type]
 
@@ -207,8 +216,8 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
 
     height, mass, sex = person_numbers(options.person)
     exo = ShoulderExo.from_mechanism(tracking.experiment.mechanism)
-    run, step = tracking.run, max(round(1.0 / _CONTACT_RATE / float(np.median(np.diff(tracking.times)))), 1)
-    rows = slice(None, None, step)
+    run, count = tracking.run, len(tracking.times)
+    rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
     found = exo.joint_contact(
         run.rotations[rows],
         Person(height, mass, sex),
@@ -219,8 +228,10 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
     )
     alone = found.without_device
     assert alone is not None
+    with_device, without = (force[np.isfinite(force)] for force in (found.magnitude, alone.magnitude))
+    unknown = float("nan")
     return {
-        "peak_contact_N": float(np.nanmax(found.magnitude)),
-        "mean_contact_N": float(np.nanmean(found.magnitude)),
-        "mean_contact_without_device_N": float(np.nanmean(alone.magnitude)),
+        "peak_contact_N": float(with_device.max(initial=0.0)) if with_device.size else unknown,
+        "mean_contact_N": float(with_device.mean()) if with_device.size else unknown,
+        "mean_contact_without_device_N": float(without.mean()) if without.size else unknown,
     }

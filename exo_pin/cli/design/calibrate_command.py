@@ -30,7 +30,7 @@ def add_commands(commands: Any) -> None:
         "--unknowns",
         default=",".join(JOINTS),
         metavar="NAMES",
-        help=f"what to find, of {', '.join(GROUPS)} (default: joints)",
+        help=f"what to find, with commas between, of {', '.join(GROUPS)} (default: {','.join(JOINTS)})",
     )
     parser.add_argument(
         "--length-noise",
@@ -80,6 +80,9 @@ def _calibrate(options: argparse.Namespace) -> int:
     if options.out is not None:
         found.exo.save(options.out)
         print(options.out)
+        beside = [name.replace("_", " ") for name in found.model.unknowns if name not in JOINTS]
+        if beside:
+            print(f"The file holds the joints of the design. Found besides, and no part of it: {', '.join(beside)}.")
     return 0
 
 

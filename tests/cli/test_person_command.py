@@ -21,6 +21,14 @@ def run(capsys, *arguments):
     return status, *capsys.readouterr()
 
 
+def test_json_beside_a_picture_is_json(capsys, tmp_path):
+    for more in (("--abduction", 40), ("--map", "--step", 110)):
+        status, out, _ = run(capsys, "--bare", *more, "--json", "--plot", tmp_path / "picture.png")
+        assert status == 0
+        assert json.loads(out)
+        assert (tmp_path / "picture.png").stat().st_size > 10_000
+
+
 def test_contact_with_and_without_the_device(capsys):
     status, out, _ = run(capsys, "prototype", "--abduction", 60)
     assert status == 0
@@ -170,6 +178,8 @@ def test_muscles_need_a_person_and_a_pose(capsys, arguments, message):
         (("--bare", "--share", 50), "without a device"),
         (("--range", "--json"), "leave one out"),
         (("--range", "--map"), "give one of them"),
+        (("--literature", "--json"), "prints a table"),
+        (("--literature", "--plot", "x.png"), "prints a table"),
         (("--map", "--flexion", 30), "poses of its own"),
         (("--bare", "--side-force-limit", 30), "without a device"),
         (("--side-force-limit", -30), "zero or more"),

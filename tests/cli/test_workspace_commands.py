@@ -88,6 +88,9 @@ def test_workspace_prints_what_criteria_cost_and_limbs_do(capsys):
     assert str(limb_table(exo.mechanism, found)) in out
     status, out, _ = run(capsys, *arguments, "--json")
     assert json.loads(out)["one_by_one"]["criterion"][0] == "stroke"
+    status, out, err = run(capsys, *arguments, "--json", "--limb-table")
+    assert (status, out) == (2, "")
+    assert "--limb-table" in err
 
 
 def searched(capsys, monkeypatch, *arguments):

@@ -109,6 +109,8 @@ def _run(options: argparse.Namespace) -> int:
     person = person.on_side(exo.side)
     if sum((options.map, options.range, options.literature)) > 1:
         raise InvalidInput("--map, --range and --literature do not go together: give one of them")
+    if options.literature and (options.json or options.plot is not None):
+        raise InvalidInput("--literature prints a table: leave out --json and --plot")
     if options.literature:
         print(f"{person}\n\n{literature_table(person, _assumptions(options))}")
         return 0
@@ -171,7 +173,8 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
         figure = contact_over_box(box, result)
         figure.suptitle("No device" if options.bare else exo.name)
         write_figure(options.plot, figure)
-        print(options.plot)
+        if not options.json:
+            print(options.plot)
     return 0
 
 
@@ -239,4 +242,5 @@ def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argp
     axes = contact_over_elevation(_ELEVATIONS, result)
     axes.set_title(f"{'No device' if options.bare else exo.name}: plane of elevation {azimuth:.0f}° from forward")
     write_figure(options.plot, axes.figure)
-    print(options.plot)
+    if not options.json:
+        print(options.plot)

@@ -116,12 +116,14 @@ def criteria(options: argparse.Namespace, side: str) -> Criteria:
 
 
 def _workspace(options: argparse.Namespace) -> int:
+    if options.limb_table and options.json:
+        raise InvalidInput("--limb-table prints a table: leave --json out")
     exo = design(options)
     found = exo.workspace(options.step, criteria(options, exo.side))
     print(json.dumps(_as_json(found), indent=2) if options.json else found)
     if options.one_by_one and not options.json:
         print(f"\n{found.one_by_one()}")
-    if options.limb_table and not options.json:
+    if options.limb_table:
         print(f"\n{limb_table(exo.mechanism, found)}")
     _draw(options, exo, found)
     return 0

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Slerp
 
-from ...core.validation import FloatArray, as_positive
+from ...core.errors import InvalidInput
+from ...core.validation import as_positive
 from ...load_case import Load, Motion
 from .recording import Recording
 
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from ..scene.scene_of_exo import Scene
 
 __all__ = ["record_run"]
+
+#: Most limbs whose forces a motion determines.
+_DETERMINED = 3
 
 
 def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recording:
@@ -28,23 +31,35 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
     run : Run
         From :meth:`exo_pin.control.Plant.simulate`.
     frames_a_second : float
-        Frames lie between samples on the shortest turn.
+        At most; frames are samples of the run.
 
     Returns
     -------
     Recording
         Arm, pressures, and the forces that this motion takes: those of the reaction query with the run's own motion
-        and moments of friction and stops, which for three limbs are the run's tensions.
+        and moments of friction and stops. Limb forces are the run's tensions, as in
+        :meth:`exo_pin.control.plant.run.Run.reaction`.
+
+    Raises
+    ------
+    InvalidInput
+        If the run has only one sample.
     """
+    if len(run.times) < 2:
+        raise InvalidInput("expected a run of two samples or more: this one ended where it began")
     last = float(run.times[-1])
     count = max(int(last * as_positive("frames_a_second", frames_a_second)), 1)
-    times = np.linspace(0.0, last, count + 1)
-
-    def between(values: FloatArray) -> FloatArray:
-        return np.stack([np.interp(times, run.times, column) for column in values.T], axis=-1)
-
+    wanted = np.linspace(0.0, last, count + 1)
+    # The samples nearest to these times: between samples tensions and motion would not balance.
+    after = np.clip(np.searchsorted(run.times, wanted), 1, len(run.times) - 1)
+    nearer = wanted - run.times[after - 1] < run.times[after] - wanted
+    rows = np.unique(np.where(nearer, after - 1, after))
     given = run.load()
-    load = Load(given.force, between(np.asarray(given.moment)), given.at)
-    motion = Motion(between(run.angular_velocity), between(run.angular_acceleration))
-    pressures = np.maximum(between(run.pressures), 0.0)
-    return scene.record(Slerp(run.times, run.rotations)(times), times, pressures, motion=motion, load=load)
+    query: dict[str, Any] = {
+        "motion": Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
+        "load": Load(given.force, np.asarray(given.moment)[rows], given.at),
+    }
+    if run.plant.count > _DETERMINED:
+        query["actuator_bounds"] = (run.tensions[rows], run.tensions[rows])
+    pressures = np.maximum(run.pressures[rows], 0.0)
+    return scene.record(run.rotations[rows], run.times[rows], pressures, **query)

@@ -105,7 +105,9 @@ def contact_over_box(
     if bare is not None:
         panels = [("without the device", bare.percent_body_weight), ("with the device", contact.percent_body_weight)]
     layers = [(title, _median(values)) for title, values in panels]
-    top = max(float(np.nanmax(layer)) for _, layer in layers)
+    known = np.concatenate([layer[np.isfinite(layer)] for _, layer in layers])
+    # Without any result all cells are white, and the scale is one body weight.
+    top = float(known.max()) if known.size else 100.0
     relief = contact.relief_percent
     count = len(layers) + (relief is not None)
     figure, axs = pyplot().subplots(1, count, figsize=(1.2 + 3.6 * count, 3.9), layout="constrained", squeeze=False)

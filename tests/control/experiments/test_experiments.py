@@ -179,6 +179,27 @@ def test_page_of_plots_and_animation(tmp_path):
     assert path.stat().st_size > 100_000
 
 
+def test_an_animation_of_four_muscles_has_the_tensions_of_the_run(monkeypatch):
+    from exo_pin.view import Scene
+    from exo_pin.view.page.run_recording import record_run
+
+    shown = []
+    plan = Scene._plan
+    monkeypatch.setattr(Scene, "_plan", lambda self, forces: (shown.append(forces), plan(self, forces))[1])
+    study = ep.experiment("held-abduction-four-long", "model").replace(duration=2.0)
+    run = study.run().run
+    scene = Scene(ep.ShoulderExo.from_mechanism(study.mechanism), human=False)
+    recording = record_run(scene, run, 3.0)
+    rows = np.searchsorted(run.times, recording.times)
+    np.testing.assert_array_equal(run.times[rows], recording.times)
+    assert len(rows) == 7
+    tensions = np.array([forces.tensions for forces in shown[-1]])
+    np.testing.assert_allclose(tensions, run.tensions[rows], atol=1e-6)
+    np.testing.assert_allclose([f.shoulder for f in shown[-1]], run.shoulder_force[rows], atol=1e-6)
+    with pytest.raises(InvalidInput, match="two samples"):
+        record_run(scene, study.replace(duration=1e-10).run().run)
+
+
 def test_a_function_of_ones_own_is_a_controller():
     exo, asked = ep.load("prototype"), []
 

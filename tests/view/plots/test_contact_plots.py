@@ -13,7 +13,7 @@ from exo_pin.core.errors import InvalidInput
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
 
-from exo_pin.view.plots.contact_plots import contact_over_elevation
+from exo_pin.view.plots.contact_plots import contact_over_box, contact_over_elevation
 
 DEGREES = np.array([30.0, 60.0, 90.0])
 
@@ -41,3 +41,30 @@ def test_contact_force_is_drawn_in_percent_of_body_weight_with_gaps():
     assert [line.get_label() for line in bare.get_lines()] == ["contact force", "shear"]
     with pytest.raises(InvalidInput, match="shape"):
         contact_over_elevation(DEGREES[:2], contact)
+
+
+BOX = (np.array([0.0, 40.0, 80.0]), np.array([0.0, 50.0]), np.array([-10.0, 20.0]))
+
+
+def over_box(person):
+    grid = np.meshgrid(*BOX, indexing="ij")
+    return person.joint_contact(ep.shoulder_rotation(*grid, degrees=True), outside="mark")
+
+
+def test_a_cell_of_the_box_is_the_median_over_the_internal_rotations():
+    contact = over_box(ep.Person(1.75, 75, "male"))
+    (axes, _) = contact_over_box(BOX, contact).axes
+    assert axes.get_xlabel() == "flexion, °"
+    drawn = np.asarray(axes.collections[0].get_array()).reshape(len(BOX[1]), len(BOX[0]))
+    for j, i in np.ndindex(drawn.shape):
+        # Of two values the median is the mean.
+        assert drawn[j, i] == pytest.approx(contact.percent_body_weight[i, j].mean(), rel=1e-12)
+    with pytest.raises(InvalidInput, match="shape"):
+        contact_over_box((BOX[1], BOX[0], BOX[2]), contact)
+
+
+def test_a_box_without_any_result_is_drawn_white():
+    contact = over_box(ep.Person(1.75, 75, "male", strength=0.01))
+    assert not contact.has_result.any()
+    axes = contact_over_box(BOX, contact).axes[0]
+    assert np.ma.getmaskarray(np.ma.masked_invalid(axes.collections[0].get_array())).all()

@@ -185,6 +185,28 @@ def test_variables_set_the_strokes_that_are_not_fitted():
     np.testing.assert_allclose(windows[1, 0], 0.75 * (windows[1, 1] - 0.1) + 0.1)
 
 
+def test_end_fitting_that_changes_nothing_is_refused():
+    bounds = {"A[1].radius": (0.12, 0.3), "end_fitting[2]": (0.0, 0.2)}
+    poses = lifting_poses(counts=(3, 3, 2))
+    with pytest.raises(InvalidInput, match=r"nominal_length\[2\]"):
+        Merit(DesignVariables(start(), bounds), poses, LIMITS, fit_strokes=False)
+    assert Merit(DesignVariables(start(), bounds), poses, LIMITS).names
+
+
+def test_best_of_one_objective_has_the_least_of_it():
+    """Merits of runs are compared, so all runs must weigh the objective alike."""
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    found = ep.optimise(
+        ep.ShoulderExo.from_mechanism(start()), free_joints(4), lifting_poses(counts=(3, 3, 2)),
+        "mean_shoulder_force", LIMITS, seed=0, budget=192, run_length=48, finer_step=30.0,
+    )  # fmt: skip
+    judge = merit()
+    merits = [judge.evaluate(np.array(run.point), {"mean_shoulder_force": 1.0}).merit for run in found.runs]
+    assert [run.merit for run in found.runs] == pytest.approx(merits)
+    assert found.front[0].run.number == found.runs[int(np.argmin(merits))].number
+
+
 def test_search_over_muscle_lengths_prefers_the_length_that_fits():
     """One limb whose length goes from 0.3 to 0.38 m: a muscle of 0.34 m reaches both, one of 0.2 m neither."""
     muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)

@@ -213,11 +213,14 @@ def _made_runs(
 def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, float]:
     """Weights of the objectives beside the coverage in the merit of a run.
 
-    With one objective a little weight on the force decides between designs of equal coverage; with several, weights are
-    drawn for every run, evenly in their logarithm.
+    With the index alone a little weight on the force decides between designs of equal coverage. Another objective alone
+    has the same weight in all runs, so that their merits can be compared; of several, weights are drawn for every run,
+    evenly in their logarithm.
     """
     if objectives == ("index",):
         return {"mean_shoulder_force": 0.05}
+    if len(objectives) == 1:
+        return {objectives[0]: 1.0}
     numbers = np.random.default_rng((seed, number, 1))
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 

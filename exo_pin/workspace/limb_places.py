@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import qmc
 
-from ..core.conventions import shoulder_rotation
+from ..core.conventions import GRAVITY, shoulder_rotation
 from ..core.errors import InvalidInput, MissingData
 from ..core.progress import track
 from ..core.validation import FloatArray, ReadOnly, as_finite
@@ -232,7 +232,7 @@ def _held(
         ends = platform[chosen] @ R.T
         # Tension pulls the arm towards the torso.
         arms = np.cross(ends, base[chosen] - ends).T
-        needed = np.cross(R @ arm.centre_of_mass, [0.0, 0.0, arm.mass * 9.81])
+        needed = np.cross(R @ arm.centre_of_mass, -arm.mass * GRAVITY)
         columns = arms if actuator.pulls_only else np.hstack([arms, -arms])
         residual = nnls(columns / np.linalg.norm(columns, axis=0), needed)[1]
         held += bool(residual <= _HELD * max(1.0, float(np.linalg.norm(needed))))

@@ -66,6 +66,8 @@ def test_limb_table_adds_up_to_the_workspace():
     np.testing.assert_allclose(gaps.min(axis=0), found.gaps[found.inside].min(axis=0), atol=1e-12)
     # A pair has one distance, so the least one occurs twice.
     assert np.sort(gaps[:, 2])[0] == pytest.approx(np.sort(gaps[:, 2])[1])
+    with pytest.raises(InvalidInput, match="workspace of 3 limbs, got one of 4"):
+        limb_table(ep.load("prototype").mechanism, found)
     with pytest.raises(InvalidInput, match="poses inside"):
         limb_table(exo.mechanism, exo.workspace(20.0, LIMITS.replace(largest_shoulder_force=0.1)))
 

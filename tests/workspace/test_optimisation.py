@@ -195,6 +195,14 @@ def test_muscle_lengths_and_end_fittings_are_variables():
     assert stroke.limbs[0].stroke.shortest * 0.5 == pytest.approx(0.3)
 
 
+def test_length_as_a_variable_keeps_the_travel_of_the_actuator():
+    exo = ep.load("four-muscle-cables")
+    space = DesignVariables(exo.mechanism, {"nominal_length[1]": (0.2, 0.8)})
+    stroke = space.design({"nominal_length[1]": 0.6}).limbs[0].stroke
+    travel = (stroke.longest - stroke.shortest) * stroke.nominal_length
+    assert travel == pytest.approx(exo.limbs[0].actuator.travel_limit)
+
+
 def test_variables_set_the_strokes_that_are_not_fitted():
     muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)
     lengths = np.random.default_rng(0).uniform(0.3, 0.4, (50, 3))

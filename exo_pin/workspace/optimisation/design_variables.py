@@ -190,7 +190,8 @@ class DesignVariables(Record):
             fitting = fittings[i]
             if fitting is None and stroke is not None:
                 fitting = stroke.end_fitting
-            stroke = stroke_of_length(actuator.family, values[f"nominal_length[{i + 1}]"], fitting)
+            length = values[f"nominal_length[{i + 1}]"]
+            stroke = stroke_of_length(actuator.family, length, fitting, actuator.travel_limit)
             limbs[i] = replace(limbs[i], stroke=stroke)
         return limbs
 

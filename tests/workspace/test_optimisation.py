@@ -239,6 +239,21 @@ def test_best_of_one_objective_has_the_least_of_it():
     assert found.front[0].run.number == found.runs[int(np.argmin(merits))].number
 
 
+@pytest.mark.parametrize("family", ["cable", "linear"])
+def test_fitted_stroke_has_the_end_fitting_of_its_variable(family):
+    mechanism = start(ep.Actuator(family, pull_limit=400.0, push_limit=400.0 if family == "linear" else None), 3)
+    lengths, weights = np.random.default_rng(0).uniform(0.4, 0.5, (50, 3)), np.full(50, 0.02)
+    space = DesignVariables(mechanism, {"end_fitting[2]": (0.0, 0.2)})
+    values = {"end_fitting[2]": 0.05}
+    fitted = fitted_strokes(space.design(values), lengths, weights, options=space.fit_options(values))
+    plain = fitted_strokes(mechanism, lengths - 0.05, weights).limbs[1].stroke
+    stroke = fitted.limbs[1].stroke
+    # The same actuator as without the fitting for lengths that are shorter by it.
+    assert stroke.end_fitting == pytest.approx(plain.end_fitting + 0.05)
+    assert stroke.nominal_length == pytest.approx(plain.nominal_length)
+    assert stroke.shortest == pytest.approx(plain.shortest)
+
+
 def test_search_over_muscle_lengths_prefers_the_length_that_fits():
     """One limb whose length goes from 0.3 to 0.38 m: a muscle of 0.34 m reaches both, one of 0.2 m neither."""
     muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)

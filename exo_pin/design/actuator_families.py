@@ -141,7 +141,9 @@ def fitting_stroke(
     return Stroke(body, (least + travel) / body, 1.0, long - body if long - body > 1e-12 else 0.0)
 
 
-def stroke_of_length(family: str, nominal_length: float, end_fitting: float | None = None) -> Stroke:
+def stroke_of_length(
+    family: str, nominal_length: float, end_fitting: float | None = None, travel_limit: float | None = None
+) -> Stroke:
     """The stroke of an actuator of a family that is so long.
 
     Parameters
@@ -153,6 +155,8 @@ def stroke_of_length(family: str, nominal_length: float, end_fitting: float | No
     end_fitting : float, optional
         What the joint-to-joint length has on top of it, m; if left out that of :data:`LEAST_LENGTH` for a muscle and
         nothing for the others, whose least lengths are part of the actuator.
+    travel_limit : float, optional
+        Greatest travel, m (:class:`exo_pin.Actuator`): the actuator is then no shorter than its length less this.
 
     Raises
     ------
@@ -161,15 +165,16 @@ def stroke_of_length(family: str, nominal_length: float, end_fitting: float | No
     """
     length = as_positive("nominal_length", nominal_length)
     limits = family_limits(family)
+    least = 0.0 if travel_limit is None else 1.0 - as_positive("travel_limit", travel_limit) / length
     if family == "pneumatic muscle":
         fitting = LEAST_LENGTH[family] if end_fitting is None else end_fitting
-        return Stroke(length, 1.0 - CONTRACTION, 1.0, fitting)
+        return Stroke(length, max(1.0 - CONTRACTION, least), 1.0, fitting)
     shortest = limits.share * length + limits.length
     if shortest > length:
         raise InvalidInput(
             f"expected a {family} longer than {1e3 * LEAST_LENGTH[family]:.0f} mm, got {1e3 * length:.0f} mm"
         )
-    return Stroke(length, shortest / length, 1.0, 0.0 if end_fitting is None else end_fitting)
+    return Stroke(length, max(shortest / length, least), 1.0, 0.0 if end_fitting is None else end_fitting)
 
 
 def least_length(family: str, end_fitting: float | None) -> float | None:

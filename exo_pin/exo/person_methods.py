@@ -55,6 +55,9 @@ class PersonQuestions(Subject):
             * "least_effort": within ``actuator_bounds``, chosen together with the activations for least effort;
             * "least_contact": the same for least contact force, a lower bound.
 
+            Of choices that are equally good the last two take the shortest: limb forces that effort does not need, and
+            activations that do not lower the contact force, stay small.
+
             Limbs carry no side force, except in a Reaction or with ``constraint_bounds``.
         motion, load : Motion, Load, optional
             As in :meth:`exo_pin.ShoulderExo.reaction`.

@@ -41,7 +41,8 @@ class ShoulderExo(
     """A parallel shoulder exoskeleton.
 
     Frozen: :meth:`replace` makes a new design. One design may be used from several threads at once: its answers are the
-    same as from one thread, bit for bit.
+    same as from one thread, bit for bit as long as kernels run in one form. In mode "auto"
+    (:mod:`exo_pin.core.compiled`) they change from plain to compiled once, and the two agree to rounding.
 
     A robot that was loaded from a URDF and is no wrist has its :attr:`chain`; what needs a wrist raises NotAWrist.
 

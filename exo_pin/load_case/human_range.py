@@ -86,8 +86,9 @@ def warn_suspicious_angles(angles: Mapping[str, ArrayLike], stacklevel: int = 3)
         # A whole number of degrees is what it says.
         likely &= values != np.rint(values)
         likely |= np.isin(np.abs(values), _ROUNDED)
-        if len(values) >= _MANY and 0.5 < np.abs(values).max() <= np.pi and values.max() != np.rint(values.max()):
-            likely |= np.abs(values) == np.abs(values).max()
+        largest = float(np.abs(values).max(initial=0.0))
+        if len(values) >= _MANY and 0.5 < largest <= np.pi and not largest.is_integer():
+            likely |= np.abs(values) == largest
         if likely.any():
             suspects[name] = float(values[likely][0])
     if suspects:

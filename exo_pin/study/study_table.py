@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import UnknownName
+from ..core.errors import InvalidInput, UnknownName
 from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
 from ..core.notebook_tables import html_table
@@ -80,7 +80,17 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         ----------
         units : mapping of str to (str, float)
             Name of a column: its new name, and the SI value of the new unit, such as ``{"r_A": ("r_A_mm", 1e-3)}``.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such column.
+        InvalidInput
+            If a column holds no numbers.
         """
+        for name in units:
+            if self[name].dtype.kind not in "iuf":
+                raise InvalidInput(f"expected numbers in the column {name!r}, got {self[name][0]!r:.80}")
         return StudyTable(
             [
                 {units.get(name, (name,))[0]: self._converted(name, row, units) for name in self}

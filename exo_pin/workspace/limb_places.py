@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import qmc
 
-from ..core.conventions import shoulder_rotation
+from ..core.conventions import GRAVITY, shoulder_rotation
 from ..core.errors import InvalidInput, MissingData
 from ..core.progress import track
 from ..core.validation import FloatArray, ReadOnly, as_finite
@@ -122,12 +122,16 @@ def limb_places(
     MissingData
         If the criteria have no ``body``.
     InvalidInput
-        If ``share`` is not in 0 to 1 or ``count`` not a positive number.
+        If ``share`` is not in 0 to 1, ``count`` or ``seed`` is no whole number, or bounds do not rise or are not
+        positive.
     """
     if criteria.body is None:
         raise MissingData(["body of the wearer (body)"], "places of a limb")
-    if not 0.0 < float(as_finite("share", share, ())) <= 1.0 or count < 1:
-        raise InvalidInput(f"expected a share of 0 to 1 and a positive count, got {share!r} and {count!r}")
+    if not 0.0 < float(as_finite("share", share, ())) <= 1.0:
+        raise InvalidInput(f"expected a share of 0 to 1, got {share!r}")
+    for label, value, least in (("count", count, 1), ("seed", seed, 0)):
+        if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+            raise InvalidInput(f"expected {label} as a whole number of at least {least}, got {value!r:.80}")
     grid = pose_matrices(adl_box(step, side))[1]
     matrices = np.ascontiguousarray(np.concatenate([grid, _lifting(side)]))
     lifts = np.arange(len(matrices)) >= len(grid)
@@ -137,9 +141,13 @@ def limb_places(
         span = matrices @ platform[k] - base[k]
         length = np.sqrt((span**2).sum(axis=1))
         stroke = _best_window(actuator, length, ~lifts, lifts)
-        if stroke is None or stroke[~lifts].mean() < share:
+        if stroke is None:
             continue
-        within += 1
+        by_stroke = float(stroke[~lifts].mean())
+        within += by_stroke >= share
+        # One that cannot pass may still be the best of all.
+        if by_stroke < share and by_stroke <= best:
+            continue
         clear = _clear(criteria, actuator, matrices, base[k : k + 1], platform[k : k + 1])
         both = _best_window(actuator, length, clear & ~lifts, lifts) if clear[lifts].all() else None
         if both is None:
@@ -166,6 +174,9 @@ def _places(bounds: tuple[tuple[float, float], ...], count: int, side: str, seed
     """Joints on torso and arm, shape (count, 3), m: directions even on the sphere, the rest even in its bounds."""
     u = qmc.Sobol(6, rng=np.random.default_rng(seed)).random(count)
     (a0, a1), (p0, p1), (d0, d1) = (as_finite("bounds", pair, (2,)).tolist() for pair in bounds)
+    for name, low, high in (("base_radius", a0, a1), ("platform_radius", p0, p1), ("drop", d0, d1)):
+        if low > high or (low <= 0.0 and name != "drop"):
+            raise InvalidInput(f"expected {name} as rising and positive, m, got {low:g} to {high:g}")
     radius, height = a0 + (a1 - a0) * u[:, 0], 2.0 * u[:, 1] - 1.0
     level, around = radius * np.sqrt(1.0 - height**2), 2.0 * np.pi * u[:, 2]
     base = np.stack([level * np.cos(around), level * np.sin(around), radius * height], axis=-1)
@@ -221,7 +232,7 @@ def _held(
         ends = platform[chosen] @ R.T
         # Tension pulls the arm towards the torso.
         arms = np.cross(ends, base[chosen] - ends).T
-        needed = np.cross(R @ arm.centre_of_mass, [0.0, 0.0, arm.mass * 9.81])
+        needed = np.cross(R @ arm.centre_of_mass, -arm.mass * GRAVITY)
         columns = arms if actuator.pulls_only else np.hstack([arms, -arms])
         residual = nnls(columns / np.linalg.norm(columns, axis=0), needed)[1]
         held += bool(residual <= _HELD * max(1.0, float(np.linalg.norm(needed))))

@@ -45,8 +45,12 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     Raises
     ------
     InvalidInput
-        If no pose is inside.
+        If no pose is inside, or the workspace is that of another number of limbs.
     """
+    if found.lengths.shape[-1] != mechanism.limb_count:
+        raise InvalidInput(
+            f"expected the workspace of {mechanism.limb_count} limbs, got one of {found.lengths.shape[-1]}"
+        )
     rows = np.flatnonzero(found.inside.ravel())
     if not rows.size:
         raise InvalidInput(f"expected a workspace with poses inside, got none of {found.inside.size}")

@@ -115,3 +115,11 @@ def test_stroke_of_an_actuator_that_is_so_long(family):
 def test_actuator_shorter_than_its_dead_length_is_refused():
     with pytest.raises(InvalidInput, match="longer than 100 mm"):
         stroke_of_length("linear", 0.08)
+
+
+@pytest.mark.parametrize("family", ["pneumatic muscle", "cable", "linear"])
+def test_travel_limit_bounds_the_stroke_of_a_given_length(family):
+    short, long = ends(stroke_of_length(family, 0.5, travel_limit=0.05))
+    assert long - short == pytest.approx(0.05)
+    wide = stroke_of_length(family, 0.5, travel_limit=2.0)
+    assert wide == stroke_of_length(family, 0.5)

@@ -46,6 +46,7 @@ def test_pose_of_the_other_side_is_noticed(right):
         ({"flexion": 1.05}, "60° in radians"),
         ({"abduction": -1.571}, "-90° in radians"),
         ({"flexion": np.linspace(0.0, 1.57, 50)}, "90° in radians"),
+        ({"flexion": np.linspace(0.0, -0.7, 50)}, "-40° in radians"),
         ({"flexion": 200}, "beyond half a turn"),
         ({"flexion": -90}, "check the signs"),
     ],

@@ -134,6 +134,71 @@ def test_elbow_stop_carries_extension_only():
         assert np.abs((pose.rows @ z + pose.constant)[[0, 1, 2, 4]]).max() < 1e-9
 
 
+def shortest(pose, z, held):
+    """The z of least Σ w a² + Σ (f / 500 N)² with the same moments and ``held`` sums (SciPy); its cost and z's."""
+    cost = np.concatenate([pose.weights, np.full(len(z) - pose.muscles, 500.0**-2)])
+    unit = cost**-0.5
+    N = scipy.linalg.null_space(np.vstack([pose.rows, held]) * unit, rcond=1e-9)
+    N[np.abs(N) < 1e-12] = 0.0
+    moves = (N != 0.0).any(axis=1)
+    low, high = np.isfinite(pose.low) & moves, np.isfinite(pose.high) & moves
+
+    def at(y):
+        return z + unit * (N @ y)
+
+    conditions = [
+        {"type": "ineq", "fun": lambda y: ((at(y) - pose.low) / unit)[low]},
+        {"type": "ineq", "fun": lambda y: ((pose.high - at(y)) / unit)[high]},
+    ]
+    if pose.socket is not None:
+
+        def inside(y):
+            v = pose.socket @ (pose.pull @ at(y) + pose.rest) / 500.0
+            return v[0] - np.hypot(v[1], v[2])
+
+        conditions.append({"type": "ineq", "fun": inside})
+    found = scipy.optimize.minimize(
+        lambda y: float(cost @ at(y) ** 2), np.zeros(N.shape[1]), method="SLSQP", constraints=conditions,
+        jac=lambda y: 2.0 * N.T @ (at(y) / unit), options={"ftol": 1e-14, "maxiter": 500},
+    )  # fmt: skip
+    return at(found.x), float(found.fun), float(cost @ z**2)
+
+
+@pytest.mark.parametrize("rim", [True, False])
+@pytest.mark.parametrize("limbs", [4, 6])
+def test_limb_forces_that_effort_leaves_open_are_the_shortest(rim, limbs):
+    """Six limb forces have three moments: without the bounds, effort alone would not determine three of them."""
+    for seed in range(4):
+        pose = some_pose(seed, limbs=limbs, rim=rim)
+        z = least_effort(pose).z
+        reference, least, own = shortest(pose, z, np.eye(pose.muscles, len(z)))
+        assert own <= least * (1.0 + 1e-6) + 1e-9
+        assert np.abs(reference - z).max() < 0.05
+        # Nor do they grow where they have no bounds.
+        m = pose.muscles
+        low, high = pose.low.copy(), pose.high.copy()
+        low[m:], high[m:] = -np.inf, np.inf
+        wide = replace(pose, low=low, high=high)
+        free = least_effort(wide).z
+        _, least, own = shortest(wide, free, np.eye(m, len(z)))
+        assert own <= least * (1.0 + 1e-6) + 1e-9
+
+
+def test_activations_that_the_contact_force_leaves_open_are_the_shortest():
+    """Two muscles of the forearm that pull against each other, past the shoulder, do not help: they stay quiet."""
+    for seed in range(8):
+        pose = some_pose(seed, muscles=16, limbs=3)
+        inside = least_effort(pose).z
+        rows, pull = pose.rows.copy(), pose.pull.copy()
+        rows[:, :2], rows[4, :2], pull[:, :2] = 0.0, (10.0, -10.0), 0.0
+        rest = pose.rest + (pose.pull - pull) @ inside
+        pose = replace(pose, rows=rows, constant=-rows @ inside, pull=pull, rest=rest, least="contact")
+        z = least_effort(pose).z
+        assert z[:2].min() < 1e-3
+        _, least, own = shortest(pose, z, pose.pull)
+        assert own <= 1.001 * least + 1e-6
+
+
 def test_limb_forces_are_chosen_within_their_bounds_and_lower_the_effort():
     for seed in range(4):
         pose = some_pose(seed, limbs=3)

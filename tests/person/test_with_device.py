@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
+from exo_pin.core.conventions import mirrored
 from exo_pin.core.errors import InvalidInput, UnknownName
 
 pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
@@ -89,6 +90,18 @@ def test_both_sides_give_mirrored_results(device):
     right = device.mirrored().joint_contact(poses, PERSON)
     assert np.allclose(left.force, right.force * [1, -1, 1], atol=1e-6)
     assert np.allclose(left.relief_percent, right.relief_percent, atol=1e-6)
+
+
+def test_side_forces_of_the_mirror_image_have_the_other_sign(device):
+    low, high = np.array([-20.0, -30.0, -5.0]), np.array([10.0, 15.0, 40.0])
+    left = device.joint_contact(POSES[1], PERSON, "least_contact", actuator_bounds=100.0, constraint_bounds=(low, high))
+    bounds = {"actuator_bounds": 100.0, "constraint_bounds": (-high, -low)}
+    right = device.mirrored().joint_contact(mirrored(POSES[1]), PERSON, "least_contact", **bounds)
+    assert np.abs(left.constraint_forces).min() > 1.0
+    assert np.allclose(right.constraint_forces, -left.constraint_forces, atol=1e-4)
+    for one, other in ((left, right), (right, left)):
+        assert np.allclose(one.mirrored().constraint_forces, other.constraint_forces, atol=1e-4)
+        assert np.allclose(one.mirrored().device_wrench, other.device_wrench, atol=1e-4)
 
 
 def test_moving_centre_of_the_shoulder_changes_the_relief(device):

@@ -144,6 +144,10 @@ def test_tables(prototype, tmp_path):
     shown = table.in_units({"alpha_1": ("alpha_1_deg", np.radians(1.0))})
     assert list(shown)[:2] == ["alpha_1_deg", "alpha_2"]
     np.testing.assert_allclose(shown["alpha_1_deg"], [30.0, 20.0], rtol=1e-11)
+    with pytest.raises(ep.UnknownName, match="alpha_9"):
+        table.in_units({"alpha_9": ("alpha_9_deg", np.radians(1.0))})
+    with pytest.raises(ep.InvalidInput, match="numbers in the column 'error'"):
+        table.in_units({"error": ("error_mm", 1e-3)})
     assert "<th" in table._repr_html_()
     assert "alpha_2_rad" in table._repr_html_()
     with pytest.raises(ep.UnknownName, match="peak_F_s_N"):

@@ -66,6 +66,8 @@ def test_limb_table_adds_up_to_the_workspace():
     np.testing.assert_allclose(gaps.min(axis=0), found.gaps[found.inside].min(axis=0), atol=1e-12)
     # A pair has one distance, so the least one occurs twice.
     assert np.sort(gaps[:, 2])[0] == pytest.approx(np.sort(gaps[:, 2])[1])
+    with pytest.raises(InvalidInput, match="workspace of 3 limbs, got one of 4"):
+        limb_table(ep.load("prototype").mechanism, found)
     with pytest.raises(InvalidInput, match="poses inside"):
         limb_table(exo.mechanism, exo.workspace(20.0, LIMITS.replace(largest_shoulder_force=0.1)))
 
@@ -99,6 +101,13 @@ def test_longer_muscles_fit_at_more_places():
     assert places("cable", 0.3).passing > 0.01
 
 
+def test_the_best_share_is_that_of_any_place_whether_or_not_it_passes():
+    strict, lenient = places("pneumatic muscle", 0.3), places("pneumatic muscle", 0.3, share=1e-6)
+    assert len(strict.shares) == 0
+    assert strict.best_share == lenient.best_share == lenient.shares.max()
+    assert strict.best_share > 0.5
+
+
 def test_limbs_that_push_hold_what_pulling_ones_do_not():
     cable, linear = places("cable", 0.5, share=0.9), places("linear", 0.5, share=0.9)
     assert linear.within_stroke < cable.within_stroke
@@ -124,6 +133,10 @@ def test_places_need_a_body_and_a_share():
         limb_places(ep.Actuator("cable"), ARM, Criteria())
     with pytest.raises(InvalidInput, match="share"):
         limb_places(ep.Actuator("cable"), ARM, Criteria(body=BODY), share=1.5)
+    wrong = ({"count": 2.5}, {"count": "many"}, {"seed": -1}, {"base_radius": (0.5, 0.1)}, {"platform_radius": (-1, 1)})
+    for options in wrong:
+        with pytest.raises(InvalidInput, match=f"expected {next(iter(options))}"):
+            limb_places(ep.Actuator("cable"), ARM, Criteria(body=BODY), **options)
 
 
 @pytest.mark.full

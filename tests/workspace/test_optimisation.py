@@ -147,6 +147,30 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
         ep.optimise(exo, free_joints(4), objectives=["beauty"])
 
 
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"exo": "heavier"}, "data of the design"),
+        ({"poses": lifting_poses(counts=(3, 3, 2), lifting_weight=0.9)}, "data of the poses"),
+        ({"fit_strokes": False}, "fit_strokes"),
+        ({"objectives": "worst_margin"}, "objectives"),
+    ],
+)
+def test_study_of_other_data_is_refused(tmp_path, change, named):
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    exo = ep.ShoulderExo.from_mechanism(start())
+    query = {
+        "exo": exo, "variables": free_joints(4), "poses": lifting_poses(counts=(3, 3, 2)), "constraints": LIMITS,
+        "budget": 24, "run_length": 24, "finer_step": 45.0, "storage": tmp_path / "study.db",
+    }  # fmt: skip
+    ep.optimise(**query)
+    if "exo" in change:
+        change = {"exo": exo.worn_by(ep.Arm.from_anthropometry(1.75, 90, sex="male"))}
+    with pytest.raises(InvalidInput, match=f"searches something else: {named}"):
+        ep.optimise(**{**query, **change})
+
+
 def test_limbs_from_three_to_six():
     for limb_count in (3, 4, 5, 6):
         judge = merit(start(limb_count=limb_count))
@@ -171,6 +195,14 @@ def test_muscle_lengths_and_end_fittings_are_variables():
     assert stroke.limbs[0].stroke.shortest * 0.5 == pytest.approx(0.3)
 
 
+def test_length_as_a_variable_keeps_the_travel_of_the_actuator():
+    exo = ep.load("four-muscle-cables")
+    space = DesignVariables(exo.mechanism, {"nominal_length[1]": (0.2, 0.8)})
+    stroke = space.design({"nominal_length[1]": 0.6}).limbs[0].stroke
+    travel = (stroke.longest - stroke.shortest) * stroke.nominal_length
+    assert travel == pytest.approx(exo.limbs[0].actuator.travel_limit)
+
+
 def test_variables_set_the_strokes_that_are_not_fitted():
     muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)
     lengths = np.random.default_rng(0).uniform(0.3, 0.4, (50, 3))
@@ -183,6 +215,43 @@ def test_variables_set_the_strokes_that_are_not_fitted():
     windows = stroke_windows(space.design(values), lengths, np.full(50, 0.02), space.fit_options(values))
     np.testing.assert_allclose(windows[0], [0.75 * 0.35 + 0.04, 0.39])
     np.testing.assert_allclose(windows[1, 0], 0.75 * (windows[1, 1] - 0.1) + 0.1)
+
+
+def test_end_fitting_that_changes_nothing_is_refused():
+    bounds = {"A[1].radius": (0.12, 0.3), "end_fitting[2]": (0.0, 0.2)}
+    poses = lifting_poses(counts=(3, 3, 2))
+    with pytest.raises(InvalidInput, match=r"nominal_length\[2\]"):
+        Merit(DesignVariables(start(), bounds), poses, LIMITS, fit_strokes=False)
+    assert Merit(DesignVariables(start(), bounds), poses, LIMITS).names
+
+
+def test_best_of_one_objective_has_the_least_of_it():
+    """Merits of runs are compared, so all runs must weigh the objective alike."""
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    found = ep.optimise(
+        ep.ShoulderExo.from_mechanism(start()), free_joints(4), lifting_poses(counts=(3, 3, 2)),
+        "mean_shoulder_force", LIMITS, seed=0, budget=192, run_length=48, finer_step=30.0,
+    )  # fmt: skip
+    judge = merit()
+    merits = [judge.evaluate(np.array(run.point), {"mean_shoulder_force": 1.0}).merit for run in found.runs]
+    assert [run.merit for run in found.runs] == pytest.approx(merits)
+    assert found.front[0].run.number == found.runs[int(np.argmin(merits))].number
+
+
+@pytest.mark.parametrize("family", ["cable", "linear"])
+def test_fitted_stroke_has_the_end_fitting_of_its_variable(family):
+    mechanism = start(ep.Actuator(family, pull_limit=400.0, push_limit=400.0 if family == "linear" else None), 3)
+    lengths, weights = np.random.default_rng(0).uniform(0.4, 0.5, (50, 3)), np.full(50, 0.02)
+    space = DesignVariables(mechanism, {"end_fitting[2]": (0.0, 0.2)})
+    values = {"end_fitting[2]": 0.05}
+    fitted = fitted_strokes(space.design(values), lengths, weights, options=space.fit_options(values))
+    plain = fitted_strokes(mechanism, lengths - 0.05, weights).limbs[1].stroke
+    stroke = fitted.limbs[1].stroke
+    # The same actuator as without the fitting for lengths that are shorter by it.
+    assert stroke.end_fitting == pytest.approx(plain.end_fitting + 0.05)
+    assert stroke.nominal_length == pytest.approx(plain.nominal_length)
+    assert stroke.shortest == pytest.approx(plain.shortest)
 
 
 def test_search_over_muscle_lengths_prefers_the_length_that_fits():

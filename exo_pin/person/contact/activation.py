@@ -9,7 +9,8 @@ with equal weights or the volumes of the muscles. Three conditions may be added:
 * The contact force stays in the socket: with compression N and shear S, P towards superior and anterior,
   (S / superior)² + (P / anterior)² <= N², N >= 0. This is an elliptic cone, so the program is a second-order cone
   program (Clarabel).
-* Limb forces of the device are chosen in the same program, within their bounds.
+* Limb forces of the device are chosen in the same program, within their bounds; those that effort leaves open are the
+  shortest (:mod:`.equal_choices`).
 * At the end of its extension the elbow has a stop: it can carry a moment that would extend it further.
 
 Without a socket and with p = 2 the program is a quadratic one (ProxSuite).
@@ -17,14 +18,16 @@ Without a socket and with p = 2 the program is a quadratic one (ProxSuite).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...numerics.quadratic import LeastSquares
 from ...numerics.quadratic import solve as solve_quadratic
 from .conic import ConicAnswer, ConicProgram
+from .equal_choices import shortest_choice
 from .polish import ActiveSet, EffortProgram, polished
 
 __all__ = ["BALANCED", "Chosen", "MusclePose", "least_effort", "least_missing"]
@@ -107,9 +110,20 @@ class Chosen:
 
 
 def least_effort(pose: MusclePose) -> Chosen:
-    """Choose activations and limb forces."""
+    """Choose activations and limb forces; of choices that are equally good the shortest."""
+    found, fixed = _found(pose)
+    size = len(pose.low)
+    if not found.is_optimal or (pose.least == "effort" and size == pose.muscles):
+        return found
+    held = np.eye(pose.muscles, size) if pose.least == "effort" else pose.pull * pose.unit / _FORCE
+    x = shortest_choice(_scaled(pose), found.z / pose.unit, held, fixed)
+    return replace(found, z=x * pose.unit)
+
+
+def _found(pose: MusclePose) -> tuple[Chosen, NDArray[np.bool_]]:
+    """Activations and limb forces, any of those that are equally good; shape (m + n,): which are fixed by a bound."""
     if pose.power == 2 and pose.socket is None and pose.least == "effort":
-        return _by_quadratic(pose)
+        return _by_quadratic(pose), np.zeros(len(pose.low), dtype=np.bool_)
     size = len(pose.low)
     extra = pose.muscles if pose.power == 3 and pose.least == "effort" else 0
     P, q = np.zeros((size + extra, size + extra)), np.zeros(size + extra)
@@ -132,11 +146,12 @@ def least_effort(pose: MusclePose) -> Chosen:
         program.add("cube", cube, np.array([0.0, 1.0, 0.0]))
     answer = program.solve()
     x, kkt, gap = np.clip(answer.x[:size], effort.low, effort.high), answer.kkt, answer.gap
+    active = _active_set(effort, answer)
     if answer.is_optimal and pose.least == "effort":
-        exact = polished(effort, x, _active_set(effort, answer))
+        exact = polished(effort, x, active)
         if exact is not None:
             (x, kkt), gap = exact, 0.0
-    return Chosen(x * pose.unit, kkt, gap, answer.is_optimal)
+    return Chosen(x * pose.unit, kkt, gap, answer.is_optimal), active.fixed != 0
 
 
 def _scaled(pose: MusclePose) -> EffortProgram:

@@ -67,9 +67,17 @@ class DeviceAction(Record):
             raise InfeasibleBounds(np.flatnonzero(crossed.reshape(-1, n).any(axis=0)))
 
     def mirrored(self) -> DeviceAction:
-        """Mirror image in the x-z plane; moments are pseudovectors."""
+        """Mirror image in the x-z plane; moments are pseudovectors, and so are the axes of side forces, X_i."""
         turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
-        return replace(self, constant=self.constant * turn, limbs=self.limbs * turn)
+        first = self.lower.shape[-1] - self.side_forces
+        sign = np.where(np.arange(self.lower.shape[-1]) < first, 1.0, -1.0)
+        return replace(
+            self,
+            constant=self.constant * turn,
+            limbs=sign[:, None] * self.limbs * turn,
+            lower=np.where(sign > 0.0, self.lower, -self.upper),
+            upper=np.where(sign > 0.0, self.upper, -self.lower),
+        )
 
     def about(self, shift: FloatArray) -> DeviceAction:
         """The same wrenches with moments about a centre that is displaced by ``shift``, shape (3,), m."""

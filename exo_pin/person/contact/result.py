@@ -91,11 +91,16 @@ class JointContact(ReadOnly):
     caution: str = ""
 
     def mirrored(self) -> JointContact:
-        """Mirror image in the x-z plane, of the other side of the body; moments are pseudovectors."""
+        """Mirror image in the x-z plane, of the other side of the body.
+
+        Moments are pseudovectors, and so are the axes X_i of the side forces: g changes its sign, as in
+        :meth:`exo_pin.ShoulderExo.mirrored`.
+        """
         turn = np.concatenate([np.diag(MIRROR), -np.diag(MIRROR)])
         return replace(
             self,
             force=self.force @ MIRROR,
+            constraint_forces=0.0 - self.constraint_forces,
             device_wrench=self.device_wrench * turn,
             glenoid=self.glenoid @ MIRROR,
             centre=self.centre @ MIRROR,

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.conventions import MIRROR
+from ...core.conventions import MIRROR, as_side
 from ...core.records import reduced_tuple
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, frozen
 from .glenoid_surface import glenoid_surface, mesh_of_geom
 from .limb_state import muscle_paths, placed
 from .muscle_table import MUSCLES
@@ -68,8 +68,8 @@ def bone_meshes(side: str) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
         Side of the arm; a left one is the mirror image.
     """
     right = _right_meshes()
-    if side == "right":
-        return right
+    if as_side(side) == "right":
+        return dict(right)
     return {name: (vertices @ MIRROR, faces[:, ::-1]) for name, (vertices, faces) in right.items()}
 
 
@@ -91,7 +91,8 @@ def _right_meshes() -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
             vertices.append((there - origin) @ axes)
             faces.append(triangles + count)
             count += len(own)
-        found[name] = np.concatenate(vertices), np.concatenate(faces)
+        # Read-only: all callers share them.
+        found[name] = frozen(np.concatenate(vertices)), frozen(np.concatenate(faces))
     return found
 
 

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from ...core.progress import track
 from ...core.validation import FloatArray
 from .hold_check import HoldCheck
+from .verdict import angle_words
 
 __all__ = ["NearestPose", "nearest_held_pose", "spread_directions"]
 
@@ -40,7 +41,7 @@ class NearestPose(NamedTuple):
     pose : Rotation
         Single.
     distance : float
-        Angle by which the arm must turn, rad.
+        Angle by which the arm must turn, rad; 0 if the given pose can be held.
     check : HoldCheck
         Of that pose.
     """
@@ -48,6 +49,15 @@ class NearestPose(NamedTuple):
     pose: Rotation
     distance: float
     check: HoldCheck
+
+    def sentence(self, side: str) -> str:
+        """Where it is, in words; ``side`` of the body for the angles."""
+        if not self.distance:
+            return "The pose itself can be held."
+        return (
+            f"The nearest pose found that can be held is {np.degrees(self.distance):.0f}° away: "
+            f"{angle_words(self.pose, side)}."
+        )
 
 
 def nearest_held_pose(
@@ -72,13 +82,15 @@ def nearest_held_pose(
     Returns
     -------
     NearestPose or None
-        None if the search found no such pose.
+        The given pose itself, at distance 0, if it can be held; None if the search found no such pose.
     """
 
     def held(turns: FloatArray) -> NDArray[np.bool_]:
-        answer = check(Rotation.from_rotvec(turns) * orientation)
-        return np.asarray(~answer.violated & (answer.can_hold | answer.unknown))
+        return _meets_limits(check(Rotation.from_rotvec(turns) * orientation))
 
+    own = check(orientation)
+    if _meets_limits(own):
+        return NearestPose(orientation, 0.0, own)
     angles = np.arange(_STEP, reach + 0.5 * _STEP, _STEP)
     for block in track(np.split(angles, range(_RINGS, len(angles), _RINGS)), "nearest pose", progress):
         turns = np.concatenate([angle * spread_directions(_count(angle)) for angle in block])
@@ -88,6 +100,11 @@ def nearest_held_pose(
             pose = Rotation.from_rotvec(best) * orientation
             return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
     return None
+
+
+def _meets_limits(answer: HoldCheck) -> NDArray[np.bool_]:
+    """Poses that can be held as far as the limits are known."""
+    return np.asarray(~answer.violated & (answer.can_hold | answer.unknown))
 
 
 def _count(angle: float) -> int:

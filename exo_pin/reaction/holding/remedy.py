@@ -15,9 +15,8 @@ from ..indeterminacy.infeasibility import Infeasibility
 from ..query import as_split, reaction
 from .actuator_limits import actuators_of
 from .nearest_pose import NearestPose, nearest_held_pose
-from .verdict import angle_words
 
-__all__ = ["Remedy", "remedy"]
+__all__ = ["Remedy", "at_rest", "remedy"]
 
 #: How far the search for a pose that can be held goes, rad.
 _REACH = float(np.radians(60.0))
@@ -30,7 +29,8 @@ class Remedy(ReadOnly):
     Attributes
     ----------
     nearest : NearestPose or None
-        A pose nearby that can be held, as far as the limits are known; None if none was found within 60°.
+        A pose nearby, or the pose itself, that can be held, as far as the limits are known; None if none was found
+        within 60°.
     infeasibility : Infeasibility or None
         What is missing in the pose itself, if the lengths of its limbs were possible; None if nothing is, if the
         actuators of the design are not known, or if the split takes no limits (locked actuators).
@@ -46,10 +46,7 @@ class Remedy(ReadOnly):
         if self.nearest is None:
             parts = [f"No pose within {np.degrees(_REACH):.0f}° can be held."]
         else:
-            parts = [
-                f"The nearest pose found that can be held is {np.degrees(self.nearest.distance):.0f}° away: "
-                f"{angle_words(self.nearest.pose, self.side)}."
-            ]
+            parts = [self.nearest.sentence(self.side)]
         if self.infeasibility is not None and self.infeasibility.infeasible:
             parts.append(self.infeasibility.summary())
         return " ".join(parts)
@@ -73,8 +70,9 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
     Raises
     ------
     InvalidInput
-        If ``orientation`` is a stack.
+        If ``orientation`` is a stack, or ``motion`` is given.
     """
+    at_rest(options)
     if orientation.shape != ():
         raise InvalidInput(f"expected a single pose, got a stack of shape {orientation.shape}")
     mechanism = model.mechanism
@@ -85,3 +83,9 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
         bounds = actuators_of(mechanism, stroke=False)
         infeasibility = reaction(model, orientation, actuator_bounds=bounds, **options).infeasibility
     return Remedy(nearest, infeasibility, mechanism.side)
+
+
+def at_rest(options: dict[str, Any]) -> None:
+    """Raise InvalidInput if the options of a query have a motion, for what compares poses at rest."""
+    if options.get("motion") is not None:
+        raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")

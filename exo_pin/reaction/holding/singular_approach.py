@@ -24,6 +24,7 @@ from ..columns import force_columns, frame_of
 from ..query import reaction
 from ..result import Reaction
 from .nearest_pose import NearestPose, nearest_held_pose, spread_directions
+from .remedy import at_rest
 from .verdict import angle_words, describe_axis
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ __all__ = ["SingularApproach", "singular_approach"]
 _FROM, _TO, _SAMPLES = float(np.radians(20.0)), float(np.radians(0.05)), 81
 #: Angles of the printed table, degrees.
 _PRINTED = (20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
+#: Or, of a shorter way, one in so many samples.
+_EVERY = 20
 #: Directions in which a singular pose is left, compared at this angle, rad.
 _DIRECTIONS, _AT = 96, float(np.radians(5.0))
 
@@ -115,14 +118,13 @@ class SingularApproach(ReadOnly):
         if self.nearest_held is None:
             lines.append("No pose within 60° can be held.")
         else:
-            lines.append(
-                f"The nearest pose found that can be held is {np.degrees(self.nearest_held.distance):.0f}° away: "
-                f"{angle_words(self.nearest_held.pose, self.side)}."
-            )
+            lines.append(self.nearest_held.sentence(self.side))
         lines += ["", f"{'angle left, °':>14} {'shoulder |F_s|, N':>18} {'largest limb force, N':>22}"]
         largest = np.abs(self.reaction.actuator_forces).max(axis=-1)
         degrees = np.degrees(self.turns)
-        for k in np.flatnonzero(np.isclose(degrees[:, None], _PRINTED, rtol=1e-7, atol=0.0).any(axis=1)):
+        printed = np.flatnonzero(np.isclose(degrees[:, None], _PRINTED, rtol=1e-7, atol=0.0).any(axis=1))
+        # A way that begins within 0.1° has none of those angles.
+        for k in printed if printed.size else range(0, len(degrees), _EVERY):
             lines.append(f"{degrees[k]:14.2g} {self.reaction.magnitude[k]:18.0f} {largest[k]:22.0f}")
         return "\n".join(lines)
 
@@ -147,9 +149,10 @@ def singular_approach(
     Raises
     ------
     InvalidInput
-        If a pose is a stack, the start is the singular pose, or there are other than three limbs and the pose is not
-        singular.
+        If a pose is a stack, the start is the singular pose, there are other than three limbs and the pose is not
+        singular, or ``motion`` is given.
     """
+    at_rest(options)
     pose = as_rotation("orientation", orientation)
     begin = None if start is None else as_rotation("start", start)
     if pose.shape != () or (begin is not None and begin.shape != ()):

@@ -109,6 +109,13 @@ class DesignVariables(Record):
         #: By limb: whether the variables set its stroke, so that none is fitted, shape (n,).
         self.sets_stroke = np.array([f"nominal_length[{i}]" in bounds for i in numbers])
 
+    def refuse_idle(self) -> None:
+        """Raise InvalidInput if an end fitting changes nothing, for designs whose strokes are not fitted."""
+        for i in np.flatnonzero(~self.sets_stroke):
+            name = f"end_fitting[{i + 1}]"
+            if name in self.names:
+                raise InvalidInput(f"expected nominal_length[{i + 1}] beside {name}, or strokes that are fitted")
+
     @property
     def count(self) -> int:
         """Number of variables."""
@@ -183,7 +190,8 @@ class DesignVariables(Record):
             fitting = fittings[i]
             if fitting is None and stroke is not None:
                 fitting = stroke.end_fitting
-            stroke = stroke_of_length(actuator.family, values[f"nominal_length[{i + 1}]"], fitting)
+            length = values[f"nominal_length[{i + 1}]"]
+            stroke = stroke_of_length(actuator.family, length, fitting, actuator.travel_limit)
             limbs[i] = replace(limbs[i], stroke=stroke)
         return limbs
 

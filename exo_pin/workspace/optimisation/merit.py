@@ -96,6 +96,8 @@ class Merit(Record):
     ) -> None:
         self.variables, self.poses, self.criteria, self.fit_strokes = variables, poses, criteria, fit_strokes
         self.contact = contact
+        if not fit_strokes:
+            variables.refuse_idle()
         self._matrices = pose_matrices(poses.orientations)[1]
         self.names = self._names(self._built(variables.mechanism))
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
@@ -15,6 +16,7 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
+from ...design.io.mechanism_writing import mechanism_table
 from ...load_case.pose_stacks import pose_matrices, require_massless
 from ..criteria import Criteria
 from .contact_objective import ContactObjective
@@ -132,7 +134,7 @@ def optimise(
     space = DesignVariables(exo.mechanism, variables)
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
-    study = StoredStudy(storage, name, wanted, _description(merit, seed, run_length, refine))
+    study = StoredStudy(storage, name, wanted, _description(merit, wanted, seed, run_length, refine))
     start = space.point(space.of_design()) if refine else None
     made = _made_runs(study, merit, wanted, seed, budget, run_length, start)
     for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
@@ -164,10 +166,16 @@ def _least_contact(
     return np.asarray(found.magnitude)
 
 
-def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict[str, Any]:
+def _description(merit: Merit, objectives: tuple[str, ...], seed: int, run_length: int, refine: bool) -> dict[str, Any]:
     """What a study searches, to tell it from others."""
     space = merit.variables
+    # Its title and sources say where numbers are from; the search does not depend on them.
+    design = mechanism_table(space.mechanism.replace(title="", sources={}))
     text = {
+        "objectives": objectives,
+        "fit_strokes": merit.fit_strokes,
+        "data of the design": _digest(design),
+        "data of the poses": _digest([merit.poses.orientations.as_matrix().tolist(), merit.poses.weights.tolist()]),
         "design": space.mechanism.name,
         "limbs": space.mechanism.limb_count,
         "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),
@@ -178,6 +186,21 @@ def _description(merit: Merit, seed: int, run_length: int, refine: bool) -> dict
         "start": space.of_design() if refine else "random",
     }
     return text if merit.contact is None else {**text, "contact": merit.contact.description()}
+
+
+def _digest(data: Any) -> str:
+    """A short text that other data do not have."""
+    return hashlib.sha256(repr(_rounded(data)).encode()).hexdigest()[:12]
+
+
+def _rounded(data: Any) -> Any:
+    """The same to nine decimals, which computers agree on."""
+    if isinstance(data, Mapping):
+        return {key: _rounded(value) for key, value in data.items()}
+    if isinstance(data, list | tuple | np.ndarray):
+        return [_rounded(value) for value in data]
+    # + 0.0, so that no -0.0 differs from 0.0.
+    return round(float(data), 9) + 0.0 if isinstance(data, float) else data
 
 
 def _made_runs(
@@ -213,11 +236,14 @@ def _made_runs(
 def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, float]:
     """Weights of the objectives beside the coverage in the merit of a run.
 
-    With one objective a little weight on the force decides between designs of equal coverage; with several, weights are
-    drawn for every run, evenly in their logarithm.
+    With the index alone a little weight on the force decides between designs of equal coverage. Another objective alone
+    has the same weight in all runs, so that their merits can be compared; of several, weights are drawn for every run,
+    evenly in their logarithm.
     """
     if objectives == ("index",):
         return {"mean_shoulder_force": 0.05}
+    if len(objectives) == 1:
+        return {objectives[0]: 1.0}
     numbers = np.random.default_rng((seed, number, 1))
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 

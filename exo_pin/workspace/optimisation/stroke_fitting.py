@@ -132,5 +132,9 @@ def _fitted(actuator: Actuator, short: float, long: float, spare: float, end_fit
     # What is spared beyond the long end must not cost poses at the short one.
     most = min((short - constant) / share if share > 0.0 else np.inf, short + travel_room)
     longest = max(long, min(long + spare, most))
-    shortest = max(short - spare, share * longest + constant, longest - travel_room)
-    return fitting_stroke(family, min(shortest, longest), longest, least, travel)
+    shortest = min(max(short - spare, share * longest + constant, longest - travel_room), longest)
+    if family == "pneumatic muscle" or end_fitting is None:
+        return fitting_stroke(family, shortest, longest, least, travel)
+    # The actuator without the fitting, so that its nominal length is its own.
+    own = fitting_stroke(family, shortest - end_fitting, longest - end_fitting, None, travel)
+    return replace(own, end_fitting=(own.end_fitting or 0.0) + end_fitting)

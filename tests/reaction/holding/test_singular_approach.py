@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
@@ -83,7 +84,26 @@ def test_it_prints_draws_and_lists():
     np.testing.assert_allclose(curve.get_ydata(), approach.reaction.magnitude)
 
 
+def test_a_short_way_is_printed_too():
+    end = WORN.pose(abduction=90.0)
+    text = str(WORN.singular_approach(end, Rotation.from_rotvec([0.0, np.radians(0.05), 0.0]) * end))
+    assert len(text.splitlines()[-1].split()) == 3
+
+
+def test_a_pose_that_can_be_held_is_its_own_nearest():
+    design = ep.load("four-linear-actuators")
+    pose = design.pose(40.0, 30.0)
+    found = design.remedy(pose)
+    assert found.nearest.distance == 0.0
+    assert (found.nearest.pose * pose.inv()).magnitude() == 0.0
+    assert found.nearest.check.can_hold
+    assert str(found) == "The pose itself can be held."
+
+
 def test_wrong_input_is_refused():
+    for compare in (WORN.singular_approach, WORN.remedy):
+        with pytest.raises(InvalidInput, match="no motion"):
+            compare(WORN.pose(60), motion=ep.Motion([0.0, 0.0, 1.0], [0.0, 0.0, 0.0]))
     cables = ep.load("four-cables")
     with pytest.raises(InvalidInput, match="expected a singular pose: of 4 limbs"):
         cables.singular_approach(cables.pose(60))

@@ -74,6 +74,16 @@ def test_left_is_the_mirror_image_of_right():
         np.testing.assert_array_equal(corners, faces[:, ::-1])
 
 
+def test_meshes_that_all_figures_share_cannot_be_changed():
+    shared = bone_meshes("right")
+    with pytest.raises(ValueError, match="read-only"):
+        shared["scapula"][0][0] = 0.0
+    shared.clear()
+    assert set(bone_meshes("right")) == set(BONES)
+    with pytest.raises(ep.UnknownName, match="side"):
+        bone_meshes("both")
+
+
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_bones_are_closed_skins_that_face_outwards(side):
     """The volume inside, by the divergence theorem, is positive, and for the humerus of a known size."""

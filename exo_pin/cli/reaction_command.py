@@ -22,7 +22,6 @@ from ..reaction.along_files import write_movement_reaction
 from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
 from ..view.plots.force_plots import overview, use_file_backend
-from .options.command_list import help_of
 from .options.query_options import (
     add_approach,
     add_design,
@@ -47,7 +46,7 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("reaction", help=help_of("reaction"))
+    parser = commands.add_parser("reaction")
     add_design(parser)
     add_pose(parser)
     add_person(parser)
@@ -103,7 +102,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     parser.set_defaults(run=_reaction)
 
-    plot = commands.add_parser("plot", help=help_of("plot"))
+    plot = commands.add_parser("plot")
     add_design(plot)
     add_pose(plot)
     add_person(plot)

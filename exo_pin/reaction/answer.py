@@ -121,23 +121,33 @@ def _distribute(
     split: Split, poses: PoseStack, status: NDArray[np.int8], progress: bool
 ) -> tuple[Chosen, dict[int, Shortfall]]:
     """Forces of all poses, and what is missing in the rows that cannot be held."""
-    chosen = Chosen(status, poses.tensions.f.shape[1])
-    missing: dict[int, Shortfall] = {}
-    hard = poses.socket is not None and poses.socket.is_hard
-    if hard or poses.limits is not None:
-        missing = _shortfalls(split, poses, answered(status), status, progress)
-    split.judge(poses, answered(status), chosen)
-    rows = answered(status)
-    if poses.socket is not None or poses.weights is not None or not _is_determined(split, poses):
-        for row in track(rows.tolist(), "limits", progress):
-            try:
-                chosen.put(row, choose(split.program(poses, row)))
-            except SolverFailed:
-                status[row] = _NOT_SOLVED
-    else:
-        split.choose(poses, rows, chosen)
+    chosen, rows = Chosen(status, poses.tensions.f.shape[1]), answered(status)
+    if poses.limits is not None and poses.socket is None:
+        rows = split.choose_within(poses, rows, chosen)
+    missing = _choose(split, poses, rows, chosen, progress) if rows.size else {}
     _mark_non_finite(chosen)
     return chosen, missing
+
+
+def _choose(
+    split: Split, poses: PoseStack, rows: NDArray[np.intp], chosen: Chosen, progress: bool
+) -> dict[int, Shortfall]:
+    """Fill some poses; return what is missing in those that cannot be held."""
+    status, missing = chosen.status, dict[int, Shortfall]()
+    hard = poses.socket is not None and poses.socket.is_hard
+    if hard or poses.limits is not None:
+        missing = _shortfalls(split, poses, rows, status, progress)
+    split.judge(poses, rows[status[rows] < _SINGULAR], chosen)
+    rows = rows[status[rows] < _SINGULAR]
+    if poses.socket is None and poses.weights is None and _is_determined(split, poses):
+        split.choose(poses, rows, chosen)
+        return missing
+    for row in track(rows.tolist(), "limits", progress):
+        try:
+            chosen.put(row, choose(split.program(poses, row)))
+        except SolverFailed:
+            status[row] = _NOT_SOLVED
+    return missing
 
 
 def _is_determined(split: Split, poses: PoseStack) -> bool:

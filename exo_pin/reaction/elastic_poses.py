@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
-
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -19,7 +17,6 @@ from ..wrist.forces.displaced import Displaced
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
 from ..wrist.forces.moved_device import MovedDevice
 from .answer import QUERY_STATUS, answered
-from .constraints.limb_limits import ForceLimits
 from .indeterminacy.infeasible_poses import shortfall
 from .splits.elastic import Elastic
 from .splits.elastic_linear import shoulder_stiffness
@@ -162,7 +159,7 @@ class ElasticPoses(Record):
             tensions=own.tensions,
             stiffness=own.side.stiffness,
             misfit=device.misfit,
-            limits=None if poses.limits is None else _one(poses.limits, row),
+            limits=poses.limits and poses.limits._make(part[row : row + 1] for part in poses.limits),
         )
         program = self.split.program(there, 0)
         missing = shortfall(program)
@@ -195,10 +192,3 @@ class ElasticPoses(Record):
                 own = (limb.guide.largest_bending_moment, limb.guide.largest_torque)
                 limits[:, i] = [np.nan if value is None else value for value in own]
         return np.asarray(np.fmax(g * side.bending / limits[0], g * np.abs(side.torque) / limits[1]))
-
-
-def _one(limits: ForceLimits, row: int) -> ForceLimits:
-    """Limits of one pose."""
-    one = copy(limits)
-    one.lower, one.upper = limits.lower[row : row + 1], limits.upper[row : row + 1]
-    return one

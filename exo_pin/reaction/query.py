@@ -20,10 +20,10 @@ from ..wrist.limbs import classify
 from ..wrist_chain.equilibrium import EquilibriumModel
 from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
-from .constraints.limb_limits import ActuatorBounds, ForceLimits
+from .constraints.limb_limits import ActuatorBounds, as_force_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import actuators_of
+from .holding.actuator_limits import DesignActuators, ForceLimits
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -70,9 +70,12 @@ def reaction(
     limits = None
     if actuator_bounds is not None:
         if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            actuator_bounds = actuators_of(mechanism)
+            actuator_bounds = DesignActuators(mechanism)
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        limits = ForceLimits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
+        if isinstance(actuator_bounds, DesignActuators):
+            limits = actuator_bounds.limits(lengths())
+        else:
+            limits = as_force_limits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         one_signed = limits is not None and limits.one_signed

@@ -155,7 +155,7 @@ class Reaction(ShownReaction, ReadOnly):
     @cached_property
     def certificate(self) -> Certificate:
         """Which of these numbers equilibrium determines."""
-        return self.source.certificate()
+        return Certificate.of(self.source)
 
     @property
     def ratio(self) -> FloatArray:

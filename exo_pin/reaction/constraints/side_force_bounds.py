@@ -2,36 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
-from ...core.validation import LARGEST, FloatArray, as_real
+from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "symmetric"]
+__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds"]
 
 #: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
-
-
-def symmetric(name: str, bounds: Any) -> Any:
-    """The pair (-N, N) for a number N; anything else as it is.
-
-    Raises
-    ------
-    InvalidInput
-        If the number is negative.
-    """
-    if isinstance(bounds, bool | np.bool_) or not isinstance(bounds, int | float | np.integer | np.floating):
-        return bounds
-    if bounds < 0.0:
-        raise InvalidInput(
-            f"expected {name} as a number of zero or more for (-N, N), or (lower, upper), got {bounds:g} N"
-        )
-    return (-float(bounds), float(bounds))
 
 
 class SideForceBounds:
@@ -96,7 +77,7 @@ class SideForceBounds:
             self.by_tension = limb_count > 3 or (displaced and one_signed)
             self.by_actuator = not self.by_tension
             return
-        lower, upper = _pair(symmetric("constraint_bounds", bounds))
+        lower, upper = _pair(as_pair("constraint_bounds", bounds))
         stacked = (
             Rows("constraint_bounds", lower, shape, limb_count),
             Rows("constraint_bounds", upper, shape, limb_count),

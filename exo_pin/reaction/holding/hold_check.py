@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
-from ...numerics.least_force_of_sums import shortest_within
+from ...numerics.least_force_of_sums import SUMMED, shortest_within
 from ...numerics.quadratic import LeastSquares, solve
 from .actuator_limits import DesignLimits, design_limits, length_limits, missing_limits
 
@@ -162,7 +162,7 @@ def _redistributed(
     upper = np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)[rows]
     f, N = tensions[rows], self_stress[rows]
     out = f.copy()
-    if N.shape[2] <= 3:
+    if N.shape[2] <= SUMMED:
         shortest_within(f, np.ascontiguousarray(N), lower, upper, out)
         return out
     size = out.shape[1]

@@ -13,7 +13,7 @@ from ...core.validation import ReadOnly
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..indeterminacy.infeasibility import Infeasibility
 from ..query import as_split, reaction
-from .actuator_limits import actuators_of
+from .actuator_limits import DesignActuators
 from .nearest_pose import NearestPose, nearest_held_pose
 from .verdict import angle_words
 
@@ -82,6 +82,6 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
     infeasibility = None
     law = as_split(options.get("split", "spherical"))
     if "actuator_bounds" not in law.refusals and all(limb.actuator is not None for limb in mechanism.limbs):
-        bounds = actuators_of(mechanism, stroke=False)
+        bounds = DesignActuators(mechanism, stroke=False)
         infeasibility = reaction(model, orientation, actuator_bounds=bounds, **options).infeasibility
     return Remedy(nearest, infeasibility, mechanism.side)

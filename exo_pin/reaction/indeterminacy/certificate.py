@@ -5,13 +5,16 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, ReadOnly
+
+if TYPE_CHECKING:
+    from .component_assumptions import ComponentSource
 
 __all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determined"]
 
@@ -148,6 +151,34 @@ class Certificate(ReadOnly):
     torso_wrench: NDArray[np.bool_]
     chosen_by: str
     source: Callable[..., Components] | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(cls, source: ComponentSource) -> Certificate:
+        """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
+        poses, own = source.poses, source.poses.tensions
+        upu, good = poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
+        n, stresses = own.self_stress.shape[1:]
+        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
+        of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
+        g_unique = np.ones((len(good), n), dtype=bool)
+        g_unique[:, upu] = False
+
+        def stacked(array: np.ndarray) -> np.ndarray:
+            return array.reshape((*source.shape, *array.shape[1:]))
+
+        return cls(
+            stacked(np.where(good, stresses + upu.size, -1)),
+            stacked(np.where(good, upu.size, -1)),
+            stacked(is_determined(of_f) & good[:, None]),
+            stacked(g_unique & good[:, None]),
+            stacked(is_determined(of_shoulder) & good[:, None]),
+            # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
+            stacked(good),
+            source.split.assumption
+            + ("" if poses.limits is None else ", within the limits of the limbs")
+            + ("" if poses.socket is None else ", with regard to the socket"),
+            source,
+        )
 
     @functools.cached_property
     def components(self) -> Components:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, as_positive
-from ...numerics import LeastSquares, Solution, solve
+from ...numerics import LeastSquares, solve
 from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
 
@@ -209,7 +209,7 @@ def choose(pose: Pose) -> Choice:
         raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
     # Scaling back may round a variable on its limit to just beyond it.
     f, g = pose.forces(solution.z[:variables] * scale)
-    return Choice(f, g, solution.kkt, _force_gap(solution) * scale / root, solution.unique)
+    return Choice(f, g, solution.kkt, solution.residual_gap * scale / root, solution.unique)
 
 
 def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
@@ -250,9 +250,3 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
             high = np.concatenate([high, np.full(slack, np.inf)])
     root = 1.0 / float(np.linalg.norm(E, axis=0).max())
     return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root
-
-
-def _force_gap(solution: Solution) -> float:
-    """|r| - |r*| <= 2 gap / |r|, and no more than |r| itself."""
-    size = float(np.linalg.norm(solution.residual))
-    return min(size, 2.0 * solution.gap / size) if size > 0.0 else 0.0

@@ -13,8 +13,8 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
 from ...wrist.forces.moved_device import Movement
-from ..constraints.limb_limits import ForceLimits
 from ..constraints.side_force_bounds import SideForceBounds
+from ..holding.actuator_limits import ForceLimits
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Choice, Pose, Socket, Weights
 
@@ -212,6 +212,10 @@ class Split(ABC):
     @abstractmethod
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Fill f and g of some poses where neither limits of f nor a cone nor weights are given."""
+
+    def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
+        """Fill poses whose forces within limits of f alone need no program; return the rows that are left."""
+        return rows
 
     @abstractmethod
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:

@@ -15,7 +15,7 @@ COMMANDS = {
         "force in the shoulder joint with the wearer's own muscles, with and without the device; their build",
     ),
     "contact": ("person.person_command", "the same as person"),
-    "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),
+    "plot": ("plot_command", "picture of the mechanism with its forces, and a map of shoulder force"),
     "sweep": ("design.sweep_command", "vary parameters of a design and compare the results"),
     "kinematics": (
         "kinematics_commands",

@@ -15,6 +15,9 @@ from .split import Chosen, PoseStack, Split
 
 __all__ = ["Spherical"]
 
+#: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
+_ON_LIMIT = 1e-10
+
 
 class Spherical(Split):
     """g = 0, as for bare pneumatic muscles; of tensions that balance themselves, those of least norm."""
@@ -65,7 +68,7 @@ class Spherical(Split):
         scale = float(np.abs(tensions).max(initial=0.0)) or 1.0
         z, low, high = (part / scale for part in (tensions, poses.limits.lower[row], poses.limits.upper[row]))
         A, b = poses.state.moment_of_f[row] / poses.radius, poses.state.moment[row] / (poses.radius * scale)
-        n, free = len(z), (low < z) & (z < high)
+        n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
         program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
         solution = judged(program, z, multipliers, np.zeros(0))

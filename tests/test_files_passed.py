@@ -1,4 +1,4 @@
-"""How many files of the package a plain question passes: what a reader has to follow from the question to the answer."""
+"""How many files of the package a plain question passes: what one reads from the question to the answer."""
 
 import sys
 from importlib import import_module

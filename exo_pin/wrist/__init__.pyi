@@ -1,8 +1,6 @@
 from .forces.rotational_stiffness_matrix import rotational_stiffness as rotational_stiffness
 from .forces.wrench_feasibility import Holding as Holding
 from .forces.wrench_feasibility import holding as holding
-from .kinematics.clearances import arm_clearance as arm_clearance
-from .kinematics.clearances import limb_clearance as limb_clearance
 from .kinematics.forward import forward_kinematics as forward_kinematics
 from .kinematics.forward import forward_kinematics_from_base_angles as forward_kinematics_from_base_angles
 from .kinematics.inverse import LimbState as LimbState

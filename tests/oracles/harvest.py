@@ -155,7 +155,6 @@ def _swing(count):
 def _unknowns(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
     exo.worst_offset(POSE, 0.01)
-    exo.worst_clearance(POSE, 1e-4)
     exo.worst_stiffness(POSE, 1e4, 1e5)
     exo.sensitivity(POSE)
     exo.ranking(POSES)

@@ -23,11 +23,8 @@ from .singularities.singularity_free_region import RangeCrossing as RangeCrossin
 from .singularities.singularity_free_region import daily_crossings as daily_crossings
 from .singularities.singularity_free_region import free_region as free_region
 from .velocity.joint_velocity import QUANTITIES as QUANTITIES
-from .velocity.joint_velocity import ArmMotion as ArmMotion
 from .velocity.joint_velocity import JointMotion as JointMotion
 from .velocity.joint_velocity import JointRows as JointRows
-from .velocity.joint_velocity import arm_motion as arm_motion
-from .velocity.joint_velocity import joint_jacobian_derivatives as joint_jacobian_derivatives
 from .velocity.joint_velocity import joint_jacobians as joint_jacobians
 from .velocity.joint_velocity import joint_motion as joint_motion
 from .velocity.joint_velocity import limb_jacobian as limb_jacobian

@@ -171,7 +171,6 @@ def _wrists(folder):
     exo.nearest_singularity(POSE)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
-    wrist.arm_motion(geometry, POSE, {"lengths": exo.joint_motion(POSE, motion).velocities["lengths"]})
     reaction_map(exo.mechanism, POSE)
     wrist.holding(exo.mechanism, POSE)
     wrist.free_region(geometry, step_deg=15.0)

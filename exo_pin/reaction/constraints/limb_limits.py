@@ -19,7 +19,7 @@ __all__ = ["ActuatorBounds", "ForceLimited", "PressureActuator", "as_force_limit
 
 @runtime_checkable
 class ForceLimited(Protocol):
-    """Anything that says what a limb can pull at a length."""
+    """Anything that gives the force limits of a limb at a length."""
 
     def force_limits(self, length: FloatArray) -> tuple[ArrayLike, ArrayLike]:
         """Least and greatest f_i, shape (...), N, at limb lengths l_i = |A_i B_i|, shape (...), m.
@@ -66,7 +66,7 @@ def as_force_limits(
     limb_count : int
         n.
     lengths : callable
-        Gives l_i, shape (N, n), m; called only where actuators are given.
+        Returns l_i, shape (N, n), m; called only where actuators are given.
 
     Returns
     -------
@@ -134,21 +134,21 @@ def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> tuple[Flo
     if (np.isfinite([lower, upper]) & (np.abs([lower, upper]) > LARGEST)).any():
         raise InvalidInput(f"expected force_limits of actuator {limb} in N, got more than {LARGEST:g}")
     if (np.isposinf(lower) | np.isneginf(upper)).any():
-        raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can keep")
+        raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can meet")
     if (lower[known] > upper[known]).any():
         raise InvalidInput(f"force_limits of actuator {limb} gave a lower limit above its upper limit")
     return np.where(known, lower, np.nan), np.where(known, upper, np.nan)
 
 
 def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
-    """Ask an actuator about a stack, and pose by pose where it refuses the stack as a whole.
+    """Evaluate an actuator for a stack, and pose by pose where it refuses the stack as a whole.
 
     Parameters
     ----------
     call : callable
-        Takes the arguments, gives ``outputs`` arrays (or one array, for 1).
+        Takes the arguments, returns ``outputs`` arrays (or one array, for 1).
     outputs : int
-        How many.
+        Number of arrays.
     *arguments : ndarray
         Shape (N,) each.
 
@@ -165,18 +165,18 @@ def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
         If its results are not numbers of the expected shape.
     """
     count = len(arguments[0])
-    whole = _asked(call, outputs, arguments)
+    whole = _evaluated(call, outputs, arguments)
     if whole is not None:
         return whole
     out = np.full((outputs, count), np.nan)
     for row in range(count):
-        single = _asked(call, outputs, tuple(values[row : row + 1] for values in arguments))
+        single = _evaluated(call, outputs, tuple(values[row : row + 1] for values in arguments))
         if single is not None:
             out[:, row] = single[:, 0]
     return out
 
 
-def _asked(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
+def _evaluated(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
     """Answer of an actuator, shape (outputs, N); None if it refuses.
 
     Raises

@@ -35,8 +35,8 @@ class SideForceBounds:
     Attributes
     ----------
     by_actuator : bool
-        Whether the bounds of a pose are its own |f_i| at g = 0. Without a centre offset equilibrium fixes these;
-        with one they are those of limbs without side force.
+        Whether the bounds of a pose are its own |f_i| at g = 0. Without a centre offset equilibrium determines
+        them; with one they are those of limbs without side force.
     by_tension : bool
         Whether |g_i| <= |f_i| binds g to an f that is chosen together with it.
 
@@ -70,8 +70,8 @@ class SideForceBounds:
                 raise UnknownName("constraint bound", bounds, ("actuator",))
             if limb_count > 3 and not one_signed:
                 raise NonConvexBound(
-                    f"|g_i| <= |f_i| needs limb forces that equilibrium fixes; with {limb_count} limbs they are chosen "
-                    "together with g and may take either sign, so give the bounds as (lower, upper), or "
+                    f"|g_i| <= |f_i| needs limb forces that equilibrium determines; with {limb_count} limbs they are "
+                    "chosen together with g and may take either sign, so give the bounds as (lower, upper), or "
                     'limbs that only pull (actuator_bounds="pull")'
                 )
             self.by_tension = limb_count > 3 or (displaced and one_signed)
@@ -112,7 +112,7 @@ class SideForceBounds:
         return -infinite, infinite
 
 
-#: No bounds, for the bounds of single poses.
+#: No bounds, for single poses.
 UNBOUNDED = SideForceBounds(None, (), 0)
 
 

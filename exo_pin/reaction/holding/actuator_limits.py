@@ -29,7 +29,7 @@ __all__ = [
 
 
 class DesignLimits(NamedTuple):
-    """What the actuators of a design can do in N poses; tension is positive.
+    """Force limits of the actuators of a design in N poses; tension is positive.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
 
 
 def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:
-    """What would have to be known to judge every pose, one entry a quantity, with the limbs that lack it.
+    """Data that are missing for a verdict on every pose, one entry for each quantity, with the limbs that lack it.
 
     Limits of the forces are left out if all of them are known (``known_forces``), by the design or from a query.
     """

@@ -1,4 +1,4 @@
-"""What would make a pose possible: a pose nearby that can be held, or the moment that is missing."""
+"""Remedies for a pose that cannot be held: a pose nearby that can, and the moment that is missing."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from .verdict import angle_words
 
 __all__ = ["Remedy", "remedy"]
 
-#: How far the search for a pose that can be held goes, rad.
+#: Largest turn of the search for a pose that can be held, rad.
 _REACH = float(np.radians(60.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Remedy(ReadOnly):
-    """What would make a single pose possible.
+    """Remedies for a single pose that cannot be held.
 
     Attributes
     ----------
     nearest : NearestPose or None
         A pose nearby that can be held, as far as the limits are known; None if none was found within 60°.
     infeasibility : Infeasibility or None
-        What is missing in the pose itself, if the lengths of its limbs were possible; None if nothing is, if the
+        What is missing in the pose itself, the strokes of the limbs left out; None if nothing is missing, if the
         actuators of the design are not known, or if the split takes no limits (locked actuators).
     side : {"left", "right"}
         Side of the body, for the angles.
@@ -56,7 +56,7 @@ class Remedy(ReadOnly):
 
 
 def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
-    """What would make a pose possible.
+    """Remedies for a pose that cannot be held.
 
     Parameters
     ----------
@@ -65,10 +65,10 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
     orientation : Rotation
         Single.
     progress : bool
-        Whether to show a bar on standard error: a device that gives way takes some milliseconds a pose, and there are
-        up to a thousand.
+        Whether to show a bar on standard error: an elastic device takes some milliseconds a pose, for up to a thousand
+        poses.
     **options
-        Of the query: ``load``, ``centre_offset``, ``split``. Motion is not taken: poses nearby are at rest.
+        Of the query: ``load``, ``centre_offset``, ``split``. There is no motion: poses nearby are at rest.
 
     Raises
     ------

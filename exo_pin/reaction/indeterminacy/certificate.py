@@ -48,7 +48,7 @@ class Components(ReadOnly):
     actuator_forces, constraint_forces, shoulder_force : ndarray of str
         Shape (..., n), (..., n) and (..., 3), a key of :data:`KINDS`: "unique" (no self-stress changes it),
         "stiffness", "optimiser" (the only one, or that of least squares, of those that balance), "assumed" (g = 0 or
-        F_s = 0), "bounded" (what the optimiser seeks does not depend on it: any value of an interval is as good), or
+        F_s = 0), "bounded" (the objective does not depend on it: any value of an interval is as good), or
         "none" for a pose without an answer.
     actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
         Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
@@ -56,8 +56,7 @@ class Components(ReadOnly):
     needed : tuple of str
         What would have to be known to determine the other components.
     outside : tuple of str
-        Components whose answer lies beyond its interval in some pose: the answer breaks bounds that were no part
-        of its query.
+        Components whose value is outside its interval in some pose: it breaks bounds that were no part of the query.
     """
 
     actuator_forces: NDArray[np.str_]
@@ -117,16 +116,16 @@ class Components(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class Certificate(ReadOnly):
-    """What equilibrium says about an answer, for a pose or a stack of shape (...).
+    """Which reactions of an answer equilibrium determines, for a pose or a stack of shape (...).
 
     A reaction is unique if no self-stress of the mechanism (a set of closure and joint forces that balances
-    itself) changes it; J. Wojtyra's criterion, Multibody Syst. Dyn. 14 (2005) 23. Here it is evaluated on the
-    closure Jacobian of the pose itself.
+    itself) changes it; J. Wojtyra's criterion, Multibody Syst. Dyn. 14 (2005) 23, evaluated on the closure Jacobian of
+    the pose.
 
     Attributes
     ----------
     undetermined : ndarray of int
-        Shape (...): how many independent reactions equilibrium alone does not determine; -1 without an answer.
+        Shape (...): number of independent reactions that equilibrium alone does not determine; -1 without an answer.
     redundant_closures : ndarray of int
         Shape (...): rows of the loop closures that repeat others, so that only the sum of their forces is determined.
     actuator_forces : ndarray of bool
@@ -140,7 +139,7 @@ class Certificate(ReadOnly):
     chosen_by : str
         Assumption by which the others were chosen.
     source : callable or None
-        From which :attr:`components` are computed on demand.
+        Computes :attr:`components` on demand.
     """
 
     undetermined: NDArray[np.int64]

@@ -38,18 +38,18 @@ _POINT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ComponentSource(ReadOnly):
-    """An answer and its question, from which the certificate's components follow.
+    """An answer and its query, from which the components of the certificate are computed.
 
     Attributes
     ----------
     split : Split
-        How the answer was chosen.
+        Assumption of the answer.
     poses : PoseStack
         N poses.
     shape : tuple of int
         The stack's shape (...).
     values : ndarray
-        f, g and F_s side by side, shape (N, 2 n + 3), N; NaN without an answer.
+        f, g and F_s in one row, shape (N, 2 n + 3), N; NaN without an answer.
     """
 
     split: Split
@@ -103,7 +103,7 @@ class ComponentSource(ReadOnly):
         return Freedom(stresses, *effects, partial(self._elastic, row), partial(self._fixed, row, every, box))
 
     def _elastic(self, row: int, tensions: FloatArray) -> FloatArray:
-        """Effect of self-stresses of tensions once limbs and shoulder have given way to them."""
+        """Effect of self-stresses of tensions, with the displacement of limbs and shoulder that they cause."""
         n, poses = self.poses.mechanism.limb_count, self.poses
         stiffness = np.asarray(poses.mechanism.shoulder.stiffness)
         system, _ = poses.elastic_system(np.array([row]), stiffness)

@@ -28,7 +28,7 @@ class Spherical(Split):
     is_linear = True
 
     def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words."""
+        """The assumption in a few words."""
         return "limbs carry no side force"
 
     def program(self, poses: PoseStack, row: int) -> Pose:

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..core.errors import InvalidInput
-from .options.command_list import help_of
 from .options.configuration_options import add_configuration, configuration
 from .options.query_options import add_design, add_person, design
 
@@ -19,7 +18,7 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("forces", help=help_of("forces"))
+    parser = commands.add_parser("forces")
     add_design(parser)
     add_configuration(parser)
     add_person(parser)

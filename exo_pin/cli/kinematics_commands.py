@@ -19,7 +19,6 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
-from .options.command_list import help_of
 from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_angles, print_approach
 
 __all__ = ["add_commands"]
@@ -38,7 +37,6 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     forward = commands.add_parser(
         "kinematics",
-        help=help_of("kinematics"),
         description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the "
         "same lengths. With measurements: every pose that fits them, and which is closest to the pose (default: rest).",
     )
@@ -52,7 +50,7 @@ def add_commands(commands: Any) -> None:
     forward.add_argument("--json", action="store_true", help="print JSON instead of tables")
     forward.set_defaults(run=_kinematics)
 
-    singular = commands.add_parser("singularity", help=help_of("singularity"))
+    singular = commands.add_parser("singularity")
     add_design(singular)
     add_pose(singular)
     singular.add_argument(

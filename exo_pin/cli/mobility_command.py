@@ -6,7 +6,6 @@ import argparse
 from typing import Any
 
 from ..chain.kinematics.margins import PARTS_OF_POSE
-from .options.command_list import help_of
 from .options.configuration_options import add_configuration, configuration
 from .options.query_options import add_design, design
 
@@ -15,7 +14,7 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("mobility", help=help_of("mobility"))
+    parser = commands.add_parser("mobility")
     add_design(parser)
     add_configuration(parser)
     parser.add_argument(

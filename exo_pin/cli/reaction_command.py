@@ -1,53 +1,48 @@
-"""``exo-pin reaction``: forces in a pose."""
+"""``exo-pin reaction``: forces in a pose, or along a movement."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import math
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scipy.spatial.transform import Rotation
 
 from ..core.compile_mode import current_mode, mode
-from ..core.errors import InvalidInput
-from ..core.files import is_stream, write_figure
+from ..core.errors import ExoPinError, InvalidInput, UnknownName
+from ..design import LimbGuide, Shoulder
 from ..exo.shoulder_exo import ShoulderExo
-from ..load_case import read_movement
-from ..reaction import ConstraintBounds, Reaction, reaction_table
-from ..reaction.along_files import write_movement_reaction
+from ..reaction import ConstraintBounds, Reaction, Split, reaction_table
 from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
-from ..view.plots.force_plots import overview, use_file_backend
-from .options.command_list import help_of
+from .movement_report import follow
 from .options.query_options import (
     add_approach,
     add_design,
     add_limits,
     add_person,
     add_pose,
+    caution,
     design,
     limits,
-    person_numbers,
     pose,
     pose_angles,
     print_approach,
 )
-from .options.split_options import add_splits, answers_of, caution_offset, certificates, chosen_split, fitted, offset_mm
-from .reaction_report import pose_report, with_muscles
-
-if TYPE_CHECKING:
-    from ..person import JointContact
+from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
 
 __all__ = ["add_commands"]
+
+#: An offset, mm, below which it is likely that metres were given.
+_SMALL = 0.2
 
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("reaction", help=help_of("reaction"))
+    parser = commands.add_parser("reaction")
     add_design(parser)
     add_pose(parser)
     add_person(parser)
@@ -56,7 +51,7 @@ def add_commands(commands: Any) -> None:
         metavar="N|actuator",
         help="for --split minimal: greatest side force of a limb, N, or 'actuator': no more than the limb's force",
     )
-    add_splits(parser)
+    _add_splits(parser)
     add_limits(parser)
     parser.add_argument(
         "--trajectory",
@@ -103,42 +98,73 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of text")
     parser.set_defaults(run=_reaction)
 
-    plot = commands.add_parser("plot", help=help_of("plot"))
-    add_design(plot)
-    add_pose(plot)
-    add_person(plot)
-    plot.add_argument(
-        "--out",
-        type=Path,
-        default=Path("exo-pin.png"),
-        metavar="FILE",
-        help="picture to write: PNG, SVG or PDF (default exo-pin.png)",
+
+def _add_splits(parser: argparse.ArgumentParser) -> None:
+    """Add what is assumed: which splits, what stiffness, how well the device fits."""
+    parser.add_argument(
+        "--split",
+        choices=tuple(SPLITS),
+        help="assumption on the side forces of the limbs (default: elastic where all stiffnesses are known, minimal "
+        "with --side-force-limit, else spherical)",
     )
-    plot.set_defaults(run=_plot)
+    parser.add_argument(
+        "--compare",
+        nargs="?",
+        const="",
+        metavar="SPLIT,...",
+        help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
+    )
+    parser.add_argument(
+        "--offset",
+        nargs=3,
+        type=float,
+        metavar=("X_MM", "Y_MM", "Z_MM"),
+        help="where the device's centre lies, seen from the shoulder's: forward, left and up, mm (default 0 0 0)",
+    )
+    parser.add_argument(
+        "--shoulder-stiffness",
+        type=float,
+        metavar="N_PER_M",
+        help="for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
+    )
+    parser.add_argument(
+        "--guide",
+        nargs=2,
+        type=float,
+        metavar=("EI", "GJ"),
+        help="for --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed)",
+    )
+    parser.add_argument(
+        "--certificate",
+        action="store_true",
+        help="print the assumption behind each number, and what would determine it",
+    )
 
 
 def _reaction(options: argparse.Namespace) -> int:
     if options.trajectory is not None:
-        return _follow(options)
+        exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
+        movement = follow(exo, _chosen_split(exo, bounds, options), bounds, options)
+        return _hold_status([movement.reaction], options)
     if options.out is not None:
         raise InvalidInput("--out belongs to a movement: give --trajectory too")
     if options.json and options.approach is not None:
         raise InvalidInput("--approach prints a table: leave --json out")
-    exo, angles = fitted(design(options), options), pose_angles(options)
+    exo, angles = _fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
-    caution_offset(options)
-    answers = answers_of(exo, orientation, bounds, options)
-    contact = _contact(exo, orientation, answers[0], options)
+    _caution_offset(options)
+    answers = _answers_of(exo, orientation, bounds, options)
+    contact = joint_load(exo, orientation, answers[0], options)
     if options.json:
-        print(_json(exo, angles, answers, bounds, options, contact))
+        print(json_report(exo, angles, answers, bounds, options, contact))
         return _hold_status(answers, options)
     print(
         f"{exo.mechanism.title or exo.name}\n"
         f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
-        f"{_carried(exo)}"
+        f"{moving_mass(exo)}"
     )
     if options.offset is not None:
-        print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in offset_mm(options))}) mm")
+        print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
     if options.compare is None and not options.table:
         remedy = _remedy(exo, orientation, answers[0], options)
         print(f"\n{pose_report(exo, orientation, answers[0], remedy, contact)}")
@@ -151,33 +177,6 @@ def _reaction(options: argparse.Namespace) -> int:
     if options.approach is not None:
         print_approach(exo, orientation, options.approach, **_nearby(answers[0], options))
     return _hold_status(answers, options)
-
-
-def _contact(
-    exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace
-) -> JointContact | None:
-    """The load of the joint with the wearer's own muscles and the limb forces of the answer, if it is to be shown."""
-    if options.muscles and options.person is None:
-        raise InvalidInput("--muscles needs to know whose: give --person too")
-    plain = options.json or options.table or options.compare is not None
-    if options.person is None or options.muscles is False or (plain and not options.muscles):
-        return None
-    from ..person import Person  # here, because few queries need one
-    from ..person.limb.myoarm import is_installed
-
-    if not options.muscles and not is_installed():
-        return None
-    height, mass, sex = person_numbers(options.person)
-    bend, load = options.elbow_flexion, options.payload
-    try:
-        person = Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
-    except InvalidInput:
-        if options.muscles:
-            raise
-        return None
-    contact = exo.joint_contact(orientation, person, answer, outside="mark")
-    bare = contact.without_device
-    return contact if options.muscles or (bare is not None and bare.has_result) else None
 
 
 def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
@@ -194,7 +193,7 @@ def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:
     """The query for poses near the given one."""
     # A device that gives way has other forces and lengths, and in some poses no equilibrium.
     split = answer.split if SPLITS[answer.split].moves else "spherical"
-    offset = None if options.offset is None else [1e-3 * value for value in offset_mm(options)]
+    offset = None if options.offset is None else [1e-3 * value for value in options.offset]
     return {"split": split, "centre_offset": offset}
 
 
@@ -203,45 +202,78 @@ def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> in
     return int(options.require_hold and not all(answer.can_hold.all() for answer in answers))
 
 
-def _follow(options: argparse.Namespace) -> int:
-    if any(pose_angles(options)):
-        raise InvalidInput("a movement has poses of its own: give no --flexion, --abduction or --internal-rotation")
-    if options.approach is not None:
-        raise InvalidInput("--approach is for a pose: leave --trajectory out")
-    if options.muscles:
-        raise InvalidInput("--muscles is for a pose; of a movement: exo.joint_contact(movement.orientations, person)")
-    if options.json:
-        raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
-    exo = design(options)
-    named = options.out is None or is_stream(options.out) or options.out.suffix.lower() in (".csv", ".npz")
-    if not named:
-        raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
-    smoothing = None if options.smoothing == "none" else options.smoothing
-    known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
-    movement = read_movement(options.trajectory, exo.side, smoothing, known, options.ends)
-    bounds = _bounds(options.side_force_limit)
-    split = chosen_split(exo, bounds, options)
-    query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}
-    answer = exo.follow(movement, actuator_bounds=limits(options), **query)
-    if limits(options) is None and answer.reaction.has_better_tensions:
-        answer = exo.follow(movement, actuator_bounds="design", **query)
-    print(f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(movement.times)} samples; {_carried(exo)}\n")
-    print(answer)
-    if options.out is not None:
-        write_movement_reaction(answer, options.out, exo.side, exo.name)
-        print(options.out)
-    return _hold_status([answer.reaction], options)
+def _fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
+    """The design with the stiffnesses that the options give."""
+    if options.shoulder_stiffness is not None:
+        own = exo.mechanism.shoulder
+        exo = exo.replace(shoulder=Shoulder(own.abduction_centre, own.half_diagonal, options.shoulder_stiffness))
+    if options.guide is not None:
+        guide = LimbGuide(*options.guide)
+        exo = exo.replace(limbs=tuple(replace(limb, guide=guide) for limb in exo.limbs))
+    return exo
 
 
-def _plot(options: argparse.Namespace) -> int:
-    exo = design(options)
-    if not options.out.suffix and not is_stream(options.out):
-        raise InvalidInput(f"expected --out with an ending such as .png, got {options.out}")
-    use_file_backend()
-    figure = overview(exo, pose(options, exo))
-    write_figure(options.out, figure, dpi=120)
-    print(options.out)
-    return 0
+def _caution_offset(options: argparse.Namespace) -> None:
+    """Say when an offset is too small to be meant in millimetres."""
+    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
+        caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
+
+
+def _answers_of(
+    exo: ShoulderExo, orientation: Rotation, bounds: ConstraintBounds, options: argparse.Namespace
+) -> list[Reaction]:
+    """One answer a split, in the order given."""
+    if options.compare is not None and options.split is not None:
+        raise InvalidInput("expected either --split or --compare, got both")
+    splits = [_chosen_split(exo, bounds, options)] if options.compare is None else _splits(exo, options.compare)
+    bounded = _bounded()
+    if bounds is not None and not set(bounded) & set(splits):
+        raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
+    offset = None if options.offset is None else [1e-3 * value for value in options.offset]
+    return [
+        exo.holding_reaction(
+            orientation,
+            split=split,
+            constraint_bounds=bounds if split in bounded else None,
+            centre_offset=offset,
+            actuator_bounds=limits(options),
+        )
+        for split in splits
+    ]
+
+
+def _chosen_split(exo: ShoulderExo, bounds: ConstraintBounds, options: argparse.Namespace) -> str:
+    """The split of a query with one column: as given, or the one that fits the limbs."""
+    if options.split is not None:
+        return str(options.split)
+    if bounds is not None:
+        return _bounded()[0]
+    stiff = exo.mechanism.shoulder.stiffness is not None
+    return "elastic" if stiff and _fits(SPLITS["elastic"], exo) else "spherical"
+
+
+def _bounded() -> list[str]:
+    """Splits that take bounds of the side forces."""
+    return [name for name, law in SPLITS.items() if "constraint_bounds" in law.options]
+
+
+def _splits(exo: ShoulderExo, wanted: str) -> list[str]:
+    if not wanted:
+        return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(law, exo)]
+    splits = [name.strip() for name in wanted.split(",")]
+    for name in splits:
+        if name not in SPLITS:
+            raise UnknownName("split", name, tuple(SPLITS))
+    return list(dict.fromkeys(splits))
+
+
+def _fits(law: Split, exo: ShoulderExo) -> bool:
+    """Whether a design can be split in this way."""
+    try:
+        law.check(exo.mechanism)
+    except ExoPinError:
+        return False
+    return True
 
 
 def _bounds(limit: str | None) -> ConstraintBounds:
@@ -252,34 +284,3 @@ def _bounds(limit: str | None) -> ConstraintBounds:
     except ValueError:
         raise InvalidInput(f'expected --side-force-limit in N, or "actuator", got {limit!r}') from None
     return (-newtons, newtons)
-
-
-def _carried(exo: ShoulderExo) -> str:
-    arm = exo.mechanism.require_arm("weight")
-    own = arm.person
-    if own is None:
-        return f"moving part of the device {arm.mass:.3g} kg, without a person's arm"
-    if own.mass == arm.mass:
-        return f"moving part {arm.mass:.3g} kg"
-    return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
-
-
-def _json(
-    exo: ShoulderExo,
-    angles: tuple[float, float, float],
-    answers: Sequence[Reaction],
-    bounds: ConstraintBounds,
-    options: argparse.Namespace,
-    contact: JointContact | None,
-) -> str:
-    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
-    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
-    if options.offset is not None:
-        head["centre_offset_mm"] = list(offset_mm(options))
-    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
-    if options.certificate:
-        for answer in answers:
-            body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
-    if contact is not None:
-        body["with_muscles"] = json.loads(contact.to_json())
-    return json.dumps({**head, **body}, indent=2)

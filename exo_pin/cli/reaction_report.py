@@ -1,24 +1,29 @@
-"""The text of ``exo-pin reaction`` for a pose: the verdict first, then one number with a yardstick."""
+"""What ``exo-pin reaction`` prints on a pose: the verdict first, then one number beside a known one; or JSON."""
 
 from __future__ import annotations
 
+import argparse
+import json
 import textwrap
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
-from ..reaction import Reaction
+from ..reaction import ConstraintBounds, Reaction
 from ..reaction.holding.actuator_limits import DesignLimits, design_limits, length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
+from .options.query_options import person_numbers
 
 if TYPE_CHECKING:
     from ..person import JointContact
 
-__all__ = ["pose_report", "with_muscles"]
+__all__ = ["certificates", "joint_load", "json_report", "moving_mass", "pose_report", "with_muscles"]
 
 _WIDTH = 100
 #: Contact force of the glenohumeral joint in people without a device, in percent of body weight: flexion 73 and
@@ -116,6 +121,33 @@ def with_muscles(contact: JointContact) -> str:
     return _filled(f"{text}{alone}, and {float(contact.magnitude):.0f} N with it, {less}. exo-pin person says more.")
 
 
+def joint_load(
+    exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace
+) -> JointContact | None:
+    """The load of the joint with the wearer's own muscles and the limb forces of the answer, if it is to be shown."""
+    if options.muscles and options.person is None:
+        raise InvalidInput("--muscles needs to know whose: give --person too")
+    plain = options.json or options.table or options.compare is not None
+    if options.person is None or options.muscles is False or (plain and not options.muscles):
+        return None
+    from ..person import Person  # here, because few queries need one
+    from ..person.limb.myoarm import is_installed
+
+    if not options.muscles and not is_installed():
+        return None
+    height, mass, sex = person_numbers(options.person)
+    bend, load = options.elbow_flexion, options.payload
+    try:
+        person = Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+    except InvalidInput:
+        if options.muscles:
+            raise
+        return None
+    contact = exo.joint_contact(orientation, person, answer, outside="mark")
+    bare = contact.without_device
+    return contact if options.muscles or (bare is not None and bare.has_result) else None
+
+
 def _limb_table(answer: Reaction) -> list[str]:
     """Length and tension of each limb beside its limits."""
     poses = answer.source.poses
@@ -184,6 +216,64 @@ def _axes() -> FloatArray:
     """The 26 directions to the corners, edges and faces of a cube, unit vectors."""
     grid = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)])
     return np.asarray(grid / np.linalg.norm(grid, axis=1, keepdims=True))
+
+
+def moving_mass(exo: ShoulderExo) -> str:
+    """Masses of the arm and of the moving part of the device, in words."""
+    arm = exo.mechanism.require_arm("weight")
+    own = arm.person
+    if own is None:
+        return f"moving part of the device {arm.mass:.3g} kg, without a person's arm"
+    if own.mass == arm.mass:
+        return f"moving part {arm.mass:.3g} kg"
+    return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
+
+
+def certificates(answers: Sequence[Reaction], bounds: ConstraintBounds) -> str:
+    """A sentence on every answer, with intervals under the bounds that were given."""
+    lines = []
+    for answer in answers:
+        text = f"{answer.split}: {answer.certificate.under(bounds)}"
+        lines.append(textwrap.fill(text, _WIDTH, subsequent_indent="  "))
+    return "\n".join(lines)
+
+
+def json_report(
+    exo: ShoulderExo,
+    angles: tuple[float, float, float],
+    answers: Sequence[Reaction],
+    bounds: ConstraintBounds,
+    options: argparse.Namespace,
+    contact: JointContact | None,
+) -> str:
+    """The answers as JSON.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design.
+    angles : tuple of float
+        Flexion, abduction and internal rotation, degrees.
+    answers : sequence of Reaction
+        One for each split.
+    bounds : ConstraintBounds
+        Of the side forces, for the certificate.
+    options : argparse.Namespace
+        Options of the command.
+    contact : JointContact or None
+        The load of the joint with the wearer's own muscles.
+    """
+    names = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+    head: dict[str, Any] = {"mechanism": exo.name, "side": exo.side, "pose": dict(zip(names, angles, strict=True))}
+    if options.offset is not None:
+        head["centre_offset_mm"] = list(options.offset)
+    body = {answer.split: json.loads(answer.to_json()) for answer in answers}
+    if options.certificate:
+        for answer in answers:
+            body[answer.split]["certificate"] = f"{answer.certificate.statement} {answer.certificate.under(bounds)}"
+    if contact is not None:
+        body["with_muscles"] = json.loads(contact.to_json())
+    return json.dumps({**head, **body}, indent=2)
 
 
 def _filled(text: str) -> str:

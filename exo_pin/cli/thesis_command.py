@@ -7,14 +7,13 @@ from typing import Any
 
 from ..thesis import condensed, ledger, ledger_table
 from ..thesis.reading_searches import searches
-from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("thesis", help=help_of("thesis"))
+    parser = commands.add_parser("thesis")
     parser.add_argument(
         "--all", action="store_true", help="print every value, with notes; without it long tables are summed up"
     )

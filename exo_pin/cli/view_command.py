@@ -17,7 +17,6 @@ from ..core.errors import InvalidInput
 from ..core.validation import as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
-from .options.command_list import help_of
 from .options.configuration_options import joint_value
 from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose
 
@@ -35,7 +34,7 @@ _FRAMES_A_SECOND = 30
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("view", help=help_of("view"))
+    parser = commands.add_parser("view")
     add_design(parser)
     add_pose(parser)
     add_person(parser)

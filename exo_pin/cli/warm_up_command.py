@@ -13,14 +13,13 @@ from ..core.conventions import shoulder_rotation
 from ..exo.shoulder_exo import ShoulderExo, load
 from ..load_case import Load
 from ..workspace import BodyShape, Criteria
-from .options.command_list import help_of
 
 __all__ = ["add_commands"]
 
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("warm-up", help=help_of("warm-up"))
+    parser = commands.add_parser("warm-up")
     parser.set_defaults(run=_warm_up)
 
 

@@ -6,7 +6,6 @@ from .calibration.pose_choice import suggest_poses as suggest_poses
 from .calibration.result import Calibration as Calibration
 from .calibration.undetermined import Undetermined as Undetermined
 from .controllers.contraction import Contractions as Contractions
-from .controllers.contraction import LengthTable as LengthTable
 from .controllers.controller import Controller as Controller
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController

@@ -21,6 +21,7 @@ __all__ = [
     "as_finite",
     "as_inertia",
     "as_mapping",
+    "as_pair",
     "as_positive",
     "as_real",
     "as_rotation",
@@ -144,6 +145,23 @@ def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
     if not isinstance(value, str) or value not in names:
         raise UnknownName(kind, value if isinstance(value, str) else f"{value!r:.80}", names)
     return value
+
+
+def as_pair(name: str, bounds: Any) -> Any:
+    """The pair (-N, N) for a number N; anything else as it is.
+
+    Raises
+    ------
+    InvalidInput
+        If the number is negative.
+    """
+    if isinstance(bounds, bool | np.bool_) or not isinstance(bounds, int | float | np.integer | np.floating):
+        return bounds
+    if bounds < 0.0:
+        raise InvalidInput(
+            f"expected {name} as a number of zero or more for (-N, N), or (lower, upper), got {bounds:g} N"
+        )
+    return (-float(bounds), float(bounds))
 
 
 def as_positive(name: str, value: Any, zero: bool = False) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -151,3 +151,10 @@ class Limb:
     def mass(self) -> float:
         """Mass of both halves, kg."""
         return sum(body.mass for body in (self.base_body, self.platform_body) if body is not None)
+
+    def without_spin(self) -> Limb:
+        """An SPS limb without inertia about its own line, about which it may spin at any rate; others as they are."""
+        if self.kind != "SPS" or self.mass == 0.0:
+            return self
+        base, platform = (half and replace(half, axial_inertia=0.0) for half in (self.base_body, self.platform_body))
+        return replace(self, base_body=base, platform_body=platform)

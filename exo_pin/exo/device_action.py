@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, as_choice, as_finite, as_real
+from ..core.validation import FloatArray, as_choice, as_finite, as_pair, as_real
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import Query, as_query, carried, require_massless
 from ..numerics.vectors import SINGULAR_MARGIN
 from ..person import DeviceAction, Person
 from ..reaction import ActuatorBounds, Reaction
-from ..reaction.constraints.limb_limits import ForceLimits
-from ..reaction.constraints.side_force_bounds import symmetric
-from ..reaction.holding.actuator_limits import actuators_of
+from ..reaction.constraints.limb_limits import as_force_limits
+from ..reaction.holding.actuator_limits import DesignActuators
 from ..reaction.holding.hold_check import hold_check
 from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
@@ -85,9 +86,11 @@ def action_of_limbs(
     caution = ""
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
+        lengths = partial(limb_lengths, mechanism, query.matrices, (base, cuff))
         if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            actuator_bounds = actuators_of(mechanism)
-        limits = ForceLimits(actuator_bounds, shape, n, lambda: limb_lengths(mechanism, query.matrices, (base, cuff)))
+            limits = DesignActuators(mechanism).limits(lengths())
+        else:
+            limits = as_force_limits(actuator_bounds, shape, n, lengths)
         lower, upper, words = limits.lower, limits.upper, _CHOSEN[forces]
         least = forces.removeprefix("least_")
     else:
@@ -126,7 +129,7 @@ def _side_bounds(
     mechanism: Mechanism, bounds: float | tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Bounds of the side forces, shape (N, n) each; zero for limbs that carry none."""
-    pair = symmetric("constraint_bounds", bounds)
+    pair = as_pair("constraint_bounds", bounds)
     try:
         lower, upper = pair
     except (TypeError, ValueError):

@@ -6,11 +6,13 @@ import functools
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 from ..chain import ClosedChain
+from ..core.conventions import as_side
+from ..core.errors import NotAWrist
 from ..design import Mechanism, write_mechanism
-from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, write_urdf
+from ..wrist_chain import AssumedMasses, Recognised, mechanism_urdf, wrist_of, write_urdf
 from .subject import Subject
 
 if TYPE_CHECKING:
@@ -30,6 +32,36 @@ class ModelMethods(Subject):
     _given_chain: ClosedChain | None = None
     #: The URDF that it was loaded from, or its XML; None for all others.
     urdf: str | PathLike[str] | None = None
+
+    _given_side: str = "left"
+    _why_not: str = ""
+
+    @classmethod
+    def from_chain(cls, chain: ClosedChain, side: str = "left", urdf: str | PathLike[str] | None = None) -> Self:
+        """Wrap a robot that is given as a closed chain.
+
+        :attr:`chain` answers for any robot. If the chain is a wrist as :meth:`to_urdf` writes them, with its limbs
+        among the roles, the closed forms hold, too; otherwise they raise NotAWrist, as everything does that needs the
+        record of a wrist.
+
+        Parameters
+        ----------
+        chain : ClosedChain
+            The robot.
+        side : {"left", "right"}
+            The shoulder that it is for; nothing is mirrored.
+        urdf : path-like or str, optional
+            The URDF that it was read from, or its XML, for its looks, which a chain does not have.
+        """
+        exo = cls.__new__(cls)
+        exo._mechanism, exo._given_chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
+        try:
+            exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
+        except NotAWrist as error:
+            exo._recognised, exo._why_not = None, error.reason
+        if exo._recognised is not None and not exo._recognised.beyond_record:
+            exo._mechanism = exo._recognised.mechanism
+        return exo
 
     @property
     def is_wrist(self) -> bool:

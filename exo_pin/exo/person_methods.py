@@ -142,10 +142,6 @@ class PersonQuestions(Subject):
         -------
         ContactRange
         """
-        from ..person import ContactOptions
         from ..person.contact.assumption_range import contact_range
 
-        def query(wearer: Person, chosen: ContactOptions) -> JointContact:
-            return self.joint_contact(orientation, wearer, options=chosen, **arguments)
-
-        return contact_range(query, person, ContactOptions() if options is None else options)
+        return contact_range(self.joint_contact, orientation, person, options, **arguments)

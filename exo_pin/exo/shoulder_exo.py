@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..chain import ClosedChain
 from ..consistency import Report, check, check_chain
-from ..core.conventions import as_side
+from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
-from ..wrist_chain import Recognised, wrist_of
+from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
 from .kinematic_methods import KinematicQuestions
 from .model_methods import ModelMethods
@@ -60,9 +61,6 @@ class ShoulderExo(
         Further fields of :class:`exo_pin.Mechanism` (``gravity``, ``side``, ``name``, ...).
     """
 
-    _given_side: str = "left"
-    _why_not: str = ""
-
     def __init__(
         self,
         geometry: WristGeometry,
@@ -88,33 +86,6 @@ class ShoulderExo(
         exo._mechanism = mechanism
         return exo
 
-    @classmethod
-    def from_chain(cls, chain: ClosedChain, side: str = "left", urdf: str | PathLike[str] | None = None) -> ShoulderExo:
-        """Wrap a robot that is given as a closed chain.
-
-        What :attr:`chain` can answer, it answers for any robot. If the chain is a wrist as :meth:`to_urdf` writes them,
-        with its limbs among the roles, the closed forms hold, too; otherwise they raise NotAWrist, as everything
-        does that needs a wrist's record.
-
-        Parameters
-        ----------
-        chain : ClosedChain
-            The robot.
-        side : {"left", "right"}
-            The shoulder that it is for; nothing is mirrored.
-        urdf : path-like or str, optional
-            The URDF that it was read from, or its XML, for its looks: a chain does not keep them.
-        """
-        exo = cls.__new__(cls)
-        exo._mechanism, exo._given_chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
-        try:
-            exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
-        except NotAWrist as error:
-            exo._recognised, exo._why_not = None, error.reason
-        if exo._recognised is not None and not (exo._recognised.heavier or exo._recognised.unheld):
-            exo._mechanism = exo._recognised.mechanism
-        return exo
-
     @property
     def mechanism(self) -> Mechanism:
         """The frozen record of the design.
@@ -128,7 +99,7 @@ class ShoulderExo(
         if self._mechanism is None:
             reason = self._why_not
             if self._recognised is not None:
-                reason = "its geometry is a wrist's, but a wrist's record cannot hold " + _beyond(self._recognised)
+                reason = "its geometry is a wrist's, but a wrist's record cannot hold " + self._recognised.beyond_record
             raise NotAWrist(self.name, reason)
         return self._mechanism
 
@@ -180,6 +151,35 @@ class ShoulderExo(
         )
         arm = "no arm" if m.arm is None else f"arm {m.arm.mass:.3g} kg"
         return f"<ShoulderExo {m.name!r}: {kinds}, {m.side} shoulder, {arm}>"
+
+    def pose(
+        self, flexion: ArrayLike = 0.0, abduction: ArrayLike = 0.0, internal_rotation: ArrayLike = 0.0
+    ) -> Rotation:
+        """Orientation of the arm from clinical angles in degrees, on the design's own side of the body.
+
+        Warns (:class:`exo_pin.OutsideHumanRange`) of a pose that a human shoulder of that side does not reach, and of
+        angles that look like radians.
+
+        Parameters
+        ----------
+        flexion, abduction, internal_rotation : array_like
+            Degrees, positive as named: arm forward, away from the body, turned inward. They broadcast to shape (...).
+
+        Returns
+        -------
+        Rotation
+            Takes {O_B} to {O_A}; single, or a stack of shape (...). See :func:`exo_pin.shoulder_rotation`.
+
+        Raises
+        ------
+        InvalidInput
+            If an angle is not finite or the shapes do not broadcast.
+        """
+        angles = {"flexion": flexion, "abduction": abduction, "internal_rotation": internal_rotation}
+        orientation = shoulder_rotation(**angles, side=self.side, degrees=True)
+        warn_suspicious_angles(angles)
+        warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
+        return orientation
 
     def replace(self, **changes: Any) -> ShoulderExo:
         """Return a new design with some fields of its mechanism changed (``geometry=``, ``arm=``, ``limbs=``, ...).
@@ -245,15 +245,6 @@ class ShoulderExo(
         from ..study import compare
 
         return compare(self, other, orientations, **options)
-
-
-def _beyond(recognised: Recognised) -> str:
-    """What a chain has that its record cannot hold."""
-    heavier, unheld = recognised.heavier, recognised.unheld
-    lost = [f"the masses of {len(heavier)} links, the first of them after {heavier[0]}"] if heavier else []
-    if unheld:
-        lost.append(f"the {', '.join(unheld[:4])}{', ...' if len(unheld) > 4 else ''}")
-    return " and ".join(lost)
 
 
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..load_case import CentreOffset, Load, Motion
-from ..uncertainty.clearance import worst_clearance
 from ..uncertainty.force_sensitivity import Sensitivity, sensitivity
 from ..uncertainty.parameter_ranking import Ranking, Uncertainty, rank
 from ..uncertainty.worst_case import WorstCase, worst_stiffness
@@ -37,20 +36,6 @@ class UncertaintyQuestions(Subject):
         See :func:`exo_pin.uncertainty.worst_centre_offset.worst_offset`.
         """
         return worst_offset(self.mechanism, orientation, radius, split, motion, load, centre)
-
-    def worst_clearance(
-        self,
-        orientation: Rotation,
-        largest_play: ArrayLike,
-        motion: Motion | None = None,
-        load: Load | None = None,
-        centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
-    ) -> WorstCase:
-        """Largest |F_s| of the elastic split over all plays of the guides up to ``largest_play``, m.
-
-        See :func:`exo_pin.uncertainty.clearance.worst_clearance`.
-        """
-        return worst_clearance(self.mechanism, orientation, largest_play, motion, load, centre_offset)
 
     def worst_stiffness(
         self,

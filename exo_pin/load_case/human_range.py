@@ -13,7 +13,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..core.conventions import as_side
 from ..core.errors import OutsideHumanRange
 from ..core.validation import FloatArray
 
@@ -37,7 +36,7 @@ def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
     matrices : ndarray
         Orientations, shape (N, 3, 3), {O_B} to {O_A}.
     side : {"left", "right"}
-        Side of the body.
+        Side of the body, as a design has it.
 
     Returns
     -------
@@ -45,7 +44,7 @@ def outside_human_range(matrices: FloatArray, side: str) -> NDArray[np.bool_]:
         Shape (N,).
     """
     forward = -matrices[:, 0, 2]
-    outward = -matrices[:, 1, 2] if as_side(side) == "left" else matrices[:, 1, 2]
+    outward = -matrices[:, 1, 2] if side == "left" else matrices[:, 1, 2]
     through_body = (outward < -_ADDUCTION) & (forward < _IN_FRONT)
     return np.asarray((forward < -_EXTENSION) | through_body)
 

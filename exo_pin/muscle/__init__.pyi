@@ -33,7 +33,6 @@ from .laws.literature import ChouHannaford as ChouHannaford
 from .laws.literature import Colbrunn as Colbrunn
 from .laws.literature import TonduLopez as TonduLopez
 from .laws.literature import Wickramatunge as Wickramatunge
-from .laws.literature import pujana_arrese as pujana_arrese
 from .laws.polynomial_law import PolynomialModel as PolynomialModel
 from .laws.static import StaticModel as StaticModel
 from .laws.validity import OutsideValidity as OutsideValidity

@@ -17,10 +17,12 @@ import numpy as np
 
 from ..core.compiled import kernel
 
-__all__ = ["REGULAR", "least_sum_force", "shortest_within", "sum_rows"]
+__all__ = ["REGULAR", "SUMMED", "least_sum_force", "shortest_within", "sum_rows"]
 
 #: ε: what a variable costs beside the force, both squared. It raises |c + G z| by at most ε |z|² / (2 |c + G z|).
 REGULAR = 1e-9
+#: Most variables that the method takes.
+SUMMED = 3
 #: By how much a scaled inequality may be broken: rounding.
 _SLACK = 1e-11
 #: Length of a row below which an inequality has no direction in what is left of the variables.

@@ -91,6 +91,12 @@ class Solution(NamedTuple):
         """Whether the optimality conditions hold well enough to call it an answer."""
         return self.kkt <= KKT_TOLERANCE
 
+    @property
+    def residual_gap(self) -> float:
+        """By how much |r| can at most exceed the least |r*|: |r| - |r*| <= 2 gap / |r|, and no more than |r| itself."""
+        size = float(np.linalg.norm(self.residual))
+        return min(size, 2.0 * self.gap / size) if size > 0.0 else 0.0
+
 
 def judged(program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray) -> Solution:
     """Measure a candidate against the optimality conditions."""

@@ -15,7 +15,7 @@ from ..core.errors import InvalidInput
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 from ..design import Arm
-from ..design.anthropometry import arm_segments
+from ..design.anthropometry import arm_segments, upper_arm_length
 from ..load_case import CentrePath, Load, Motion
 from ..load_case.pose_stacks import pose_matrices
 from .build_table import build_table
@@ -27,7 +27,7 @@ from .contact.result import JointContact
 from .limb.limb_state import LimbState, limb_state
 from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
-from .limb.posture import LIMIT_NAMES
+from .limb.posture import LIMIT_NAMES, model_axes
 
 __all__ = ["Person"]
 
@@ -153,8 +153,6 @@ class Person(Record):
     @cached_property
     def length_scale(self) -> float:
         """Person's lengths over those of the model."""
-        from ..design.anthropometry import upper_arm_length
-
         return upper_arm_length(self.height, self.sex) / _UPPER_ARM
 
     @property
@@ -216,8 +214,6 @@ class Person(Record):
             For ``centre_offset`` of :meth:`exo_pin.ShoulderExo.reaction`: the misalignment of a device whose centre is
             fixed to the torso.
         """
-        from .limb.posture import model_axes
-
         e1 = model_axes(myoarm())[:, 0]
         lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (MIRROR @ e1 * -1.0 if self.side == "left" else e1))
         return CentrePath(_ELEVATIONS, self.limb_state(lifted).centre, fit)
@@ -297,8 +293,6 @@ class Person(Record):
         ContactRange
             Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm.
         """
-
-        def query(person: Person, chosen: ContactOptions) -> JointContact:
-            return person.joint_contact(orientation, options=chosen, **arguments)
-
-        return contact_range(query, self, ContactOptions() if options is None else options)
+        return contact_range(
+            lambda pose, person, **query: person.joint_contact(pose, **query), orientation, self, options, **arguments
+        )

@@ -21,12 +21,12 @@ from .splits.split import Chosen, PoseStack, Split
 
 __all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered"]
 
-#: The closed form's status codes, and those that only a query with limits or a device that gives way can have.
+#: Status codes of the closed form, then those of queries with limits and of elastic devices.
 QUERY_STATUS = (*STATUS, "infeasible", "out_of_stroke", "no_equilibrium", "guide_overloaded")
 _NAMES = np.array(QUERY_STATUS)
 _SINGULAR, _NOT_SOLVED, _INFEASIBLE = (QUERY_STATUS.index(name) for name in ("singular", "not_solved", "infeasible"))
 
-#: Gravity by which a person's weight is counted, m/s², whatever the design's gravity is.
+#: Standard gravity for the weight of a person, m/s²; it does not depend on the gravity of the design.
 STANDARD_GRAVITY = 9.81
 
 
@@ -50,13 +50,13 @@ def answer(
     Parameters
     ----------
     split : Split
-        How.
+        Chooses what equilibrium does not determine.
     poses : PoseStack
         Equilibrium and limits of N poses.
     shape : tuple of int
         The caller's stack.
     status : ndarray of int8
-        Shape (N,), index into :data:`QUERY_STATUS`, changed where a pose turns out to have no answer.
+        Shape (N,), index into :data:`QUERY_STATUS`, changed where a pose has no answer.
     margin, determinant : ndarray
         Shape (N,), as in :class:`Reaction`.
     arm : tuple of ndarray
@@ -102,7 +102,7 @@ def answer(
 
 @kernel(stack=True)
 def _balance_residual(shoulder: Any, on_arm: Any, force: Any, moment: Any, radius: float, residual: Any) -> None:
-    """Fill what force and moment balance of the arm miss, relative to the largest force, shape (N,)."""
+    """Fill the error of the force and moment balance of the arm, relative to the largest force, shape (N,)."""
     for k in range(shoulder.shape[0]):
         largest = miss = 0.0
         for e in range(3):
@@ -121,27 +121,37 @@ def _distribute(
     split: Split, poses: PoseStack, status: NDArray[np.int8], progress: bool
 ) -> tuple[Chosen, dict[int, Shortfall]]:
     """Forces of all poses, and what is missing in the rows that cannot be held."""
-    chosen = Chosen(status, poses.tensions.f.shape[1])
-    missing: dict[int, Shortfall] = {}
-    hard = poses.socket is not None and poses.socket.is_hard
-    if hard or poses.limits is not None:
-        missing = _shortfalls(split, poses, answered(status), status, progress)
-    split.judge(poses, answered(status), chosen)
-    rows = answered(status)
-    if poses.socket is not None or poses.weights is not None or not _is_determined(split, poses):
-        for row in track(rows.tolist(), "limits", progress):
-            try:
-                chosen.put(row, choose(split.program(poses, row)))
-            except SolverFailed:
-                status[row] = _NOT_SOLVED
-    else:
-        split.choose(poses, rows, chosen)
+    chosen, rows = Chosen(status, poses.tensions.f.shape[1]), answered(status)
+    if poses.limits is not None and poses.socket is None:
+        rows = split.choose_within(poses, rows, chosen)
+    missing = _choose(split, poses, rows, chosen, progress) if rows.size else {}
     _mark_non_finite(chosen)
     return chosen, missing
 
 
+def _choose(
+    split: Split, poses: PoseStack, rows: NDArray[np.intp], chosen: Chosen, progress: bool
+) -> dict[int, Shortfall]:
+    """Fill some poses; return what is missing in those that cannot be held."""
+    status, missing = chosen.status, dict[int, Shortfall]()
+    hard = poses.socket is not None and poses.socket.is_hard
+    if hard or poses.limits is not None:
+        missing = _shortfalls(split, poses, rows, status, progress)
+    split.judge(poses, rows[status[rows] < _SINGULAR], chosen)
+    rows = rows[status[rows] < _SINGULAR]
+    if poses.socket is None and poses.weights is None and _is_determined(split, poses):
+        split.choose(poses, rows, chosen)
+        return missing
+    for row in track(rows.tolist(), "limits", progress):
+        try:
+            chosen.put(row, choose(split.program(poses, row)))
+        except SolverFailed:
+            status[row] = _NOT_SOLVED
+    return missing
+
+
 def _is_determined(split: Split, poses: PoseStack) -> bool:
-    """Whether limits of f leave nothing to choose, because there are none or f is the only one that balances."""
+    """Whether nothing is to be chosen: there are no limits of f, or only one f balances the arm."""
     if poses.limits is None:
         return True
     loaded = split.chooses_sides and bool(poses.state.moment_of_g[..., poses.upu].any())
@@ -166,7 +176,7 @@ def _shortfalls(
 
 
 def _mark_non_finite(chosen: Chosen) -> None:
-    """A row that overflowed has no answer, and says so; rows without one are NaN."""
+    """Mark rows that overflowed as not solved, and set rows without an answer to NaN."""
     if np.isfinite(chosen.f.sum() + chosen.g.sum()):
         return
     finite = np.isfinite(chosen.f).all(axis=1) & np.isfinite(chosen.g).all(axis=1)

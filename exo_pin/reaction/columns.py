@@ -32,7 +32,7 @@ def _vector(label: str, values: FloatArray | None, names: Any) -> dict[str, Floa
 
 
 def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
-    """F_s, |F_s|, f, g and the margin, N and 1, each of the stack's shape; what a map did not keep is left out."""
+    """F_s, |F_s|, f, g and the margin, N and 1, each of the stack's shape; without what a map left out."""
     f, g = answer.actuator_forces, answer.constraint_forces
     limbs = range(1, 1 + (f if f is not None else g if g is not None else np.empty((0,))).shape[-1])
     columns = _vector("F_s_{}_N", answer.shoulder_force, "xyz")
@@ -110,9 +110,9 @@ class ShownReaction:
         Parameters
         ----------
         along : array_like, optional
-            Shape (k,), of a stack: what the curves are drawn over; the poses' numbers if left out.
+            Shape (k,), of a stack: values of the horizontal axis; the poses' numbers if left out.
         label : str
-            What that is, with its unit, such as "flexion, °".
+            Name of these values with the unit, such as "flexion, °".
         limits : (lower, upper), optional
             N, tension positive, each broadcasting to the limb forces: what the actuators can give.
 
@@ -229,7 +229,7 @@ class ShownMovement:
         Parameters
         ----------
         against : {"time", "flexion", "abduction", "internal_rotation"}
-            What they are drawn over.
+            Quantity of the horizontal axis.
         side : {"left", "right"}
             Side of the body that the angles are of.
         limits : (lower, upper), optional
@@ -242,7 +242,7 @@ class ShownMovement:
         Raises
         ------
         UnknownName
-            If ``against`` is something else.
+            If ``against`` is another name.
         MissingExtra
             If matplotlib is not installed.
         """

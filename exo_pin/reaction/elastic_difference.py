@@ -1,4 +1,4 @@
-"""How far the elastic formula for small displacements is from the equilibrium at the displaced geometry."""
+"""Error of the elastic formula for small displacements against the equilibrium at the displaced geometry."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ElasticDifference(ReadOnly):
 
     @property
     def relative(self) -> FloatArray:
-        """Its size over |F_s| at the displaced geometry, shape (...); NaN where one of them has no answer."""
+        """Size of this difference over |F_s| at the displaced geometry, shape (...); NaN where an answer is missing."""
         size, miss = self.finite.magnitude, np.linalg.norm(self.shoulder_force, axis=-1)
         return np.divide(miss, size, out=np.full_like(np.asarray(miss), np.nan), where=size > 0.0)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from copy import copy
-
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -19,7 +17,6 @@ from ..wrist.forces.displaced import Displaced
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
 from ..wrist.forces.moved_device import MovedDevice
 from .answer import QUERY_STATUS, answered
-from .constraints.limb_limits import ForceLimits
 from .indeterminacy.infeasible_poses import shortfall
 from .splits.elastic import Elastic
 from .splits.elastic_linear import shoulder_stiffness
@@ -28,9 +25,9 @@ from .splits.split import PoseStack
 
 __all__ = ["ElasticPoses"]
 
-#: Displacement of the centre, m, beyond which an equilibrium is not near: no joint of a shoulder opens that far.
+#: Largest displacement of the centre that counts as near, m: no shoulder joint opens that far.
 _NEAR = 0.1
-#: How far the geometry of a program and the one that its forces lead to may be apart, m and rad.
+#: Largest difference between the geometry of a program and the geometry that its forces lead to, m and rad.
 _SAME = 1e-9
 
 
@@ -40,7 +37,7 @@ class ElasticPoses(Record):
     Parameters
     ----------
     split : Elastic
-        Held or locked actuators.
+        With held or locked actuators.
     mechanism : Mechanism
         The design.
     query : Query
@@ -55,7 +52,7 @@ class ElasticPoses(Record):
     status : ndarray of int8
         Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`.
     device : MovedDevice
-        At the equilibrium, and in rows that have none where the pose has it.
+        At the equilibrium; in rows without one, in the given pose.
     """
 
     def __init__(
@@ -80,7 +77,7 @@ class ElasticPoses(Record):
         self.status[lost] = QUERY_STATUS.index("no_equilibrium")
 
     def _move(self) -> None:
-        """Put the device where x has it."""
+        """Move the device to the unknowns x."""
         self.device = MovedDevice(self.equations, np.arange(len(self.x)), self.x)
         rows = answered(self.status)
         unstable = np.isnan(self.device.movement.bending[rows]).any(axis=1)
@@ -91,18 +88,18 @@ class ElasticPoses(Record):
 
     @property
     def loads(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of the arm as it lies."""
+        """Loads of the displaced arm."""
         return self.device.loads
 
     def lengths(self) -> FloatArray:
-        """Of the limbs, shape (N, n), m."""
+        """Lengths of the limbs, shape (N, n), m."""
         return self.device.movement.lengths
 
     @property
     def equilibria(
         self,
     ) -> tuple[AffineState, BalancedTensions, FloatArray, FloatArray, NDArray[np.int8], FloatArray, FloatArray]:
-        """State, tensions, stiffness and misfit as the device lies; status; margin and determinant of the pose."""
+        """State, tensions, stiffness and misfit of the displaced device; status; margin and determinant of the pose."""
         own, unmoved = self.device.displaced, self.unmoved
         return (
             own.state,
@@ -154,7 +151,7 @@ class ElasticPoses(Record):
             self.status[row] = QUERY_STATUS.index("no_equilibrium")
 
     def _led_to(self, poses: PoseStack, row: int, x: FloatArray) -> FloatArray:
-        """The unknowns to which the forces lead that the program chooses, or that come closest, at those given."""
+        """Unknowns that follow from the forces that the program chooses at the unknowns x, or from the closest ones."""
         device = MovedDevice(self.equations, np.array([row]), x[None])
         own = device.displaced
         there = poses._replace(
@@ -162,7 +159,7 @@ class ElasticPoses(Record):
             tensions=own.tensions,
             stiffness=own.side.stiffness,
             misfit=device.misfit,
-            limits=None if poses.limits is None else _one(poses.limits, row),
+            limits=poses.limits and poses.limits._make(part[row : row + 1] for part in poses.limits),
         )
         program = self.split.program(there, 0)
         missing = shortfall(program)
@@ -178,7 +175,7 @@ class ElasticPoses(Record):
         return self.equations.led_to(x, row, delta, -closure.sum(axis=0), on_arm + device.loads[2][0])
 
     def _mark_overloaded(self) -> None:
-        """Mark poses whose guides bear more than they can."""
+        """Mark poses in which a guide is loaded beyond its strength."""
         with np.errstate(invalid="ignore"):
             over = (self.guide_load > 1.0).any(axis=1)
         rows = answered(self.status)
@@ -186,7 +183,7 @@ class ElasticPoses(Record):
 
     @property
     def guide_load(self) -> FloatArray:
-        """Bending moment and torque over what the guides bear, the larger, shape (N, n); NaN where not known."""
+        """The larger of bending moment and torque of each guide over its limit, shape (N, n); NaN if not known."""
         side = self.device.displaced.side
         g = np.abs(side.stiffness * side.deflection)
         limits = np.full((2, self.mechanism.limb_count), np.nan)
@@ -195,10 +192,3 @@ class ElasticPoses(Record):
                 own = (limb.guide.largest_bending_moment, limb.guide.largest_torque)
                 limits[:, i] = [np.nan if value is None else value for value in own]
         return np.asarray(np.fmax(g * side.bending / limits[0], g * np.abs(side.torque) / limits[1]))
-
-
-def _one(limits: ForceLimits, row: int) -> ForceLimits:
-    """Limits of one pose."""
-    one = copy(limits)
-    one.lower, one.upper = limits.lower[row : row + 1], limits.upper[row : row + 1]
-    return one

@@ -2,8 +2,8 @@
 
 At each sample the covariance of orientation, ω and η about an axis is split into three independent parts, each of which
 moves all three quantities together. The pose is moved by one standard deviation of each part about each axis of the
-base frame, and the query is answered again: nine answers. The sum of squares of the nine changes of F_s is its
-variance, exact where F_s is linear in the change (it is linear in η), for every split and limit.
+base frame, and the query is repeated, nine times. The sum of squares of the nine changes of F_s is its variance, exact
+where F_s is linear in the change (it is linear in η), for every split and limit.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from ..load_case import Motion, Movement
 
 __all__ = ["NOISY", "force_noise", "is_stacked", "warn_of_noise"]
 
-#: Noise above this part of the shoulder force gives a warning.
+#: Noise above this share of the shoulder force gives a warning.
 NOISY = 0.1
-#: The noise is computed at so many samples, evenly spread over the movement.
+#: Number of samples at which the noise is computed, evenly spread over the movement.
 _SAMPLES = 25
 
 
@@ -44,11 +44,11 @@ def force_noise(
     force : ndarray
         F_s along it, shape (N, 3).
     forces_at : callable
-        From M orientations and their motion to F_s, shape (M, 3).
+        Takes M orientations and their motion, returns F_s, shape (M, 3).
     static : bool
         Whether ``motion`` is left out.
     stacked : bool
-        Whether other data of the query have a value for every sample: all samples are then computed.
+        Whether other data of the query have a value for every sample; then all samples are computed.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The reaction query posed in pressures: which pressures hold a pose with least shoulder force, and how stiffly."""
+"""Pressures that hold a pose with least shoulder force, and the stiffness of the arm at these pressures."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PressurePlan:
     Attributes
     ----------
     reaction : Reaction
-        The forces; its ``status`` and ``infeasibility`` say what cannot be held.
+        The forces; its ``status`` and ``infeasibility`` give the reason where a pose cannot be held.
     pressures : ndarray
         Shape (..., n), gauge, Pa.
     axial_stiffness : ndarray
@@ -46,7 +46,7 @@ class PressurePlan:
 
     @property
     def has_answer(self) -> NDArray[np.bool_]:
-        """Shape (...): whether the pose is held and every muscle could say its pressure and stiffness."""
+        """Shape (...): whether the pose is held and the pressure and stiffness of every muscle are known."""
         return np.asarray(self.reaction.has_answer & np.isfinite(self.stiffness).all(axis=(-1, -2)))
 
     @property

@@ -20,10 +20,10 @@ from ..wrist.limbs import classify
 from ..wrist_chain.equilibrium import EquilibriumModel
 from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
-from .constraints.limb_limits import ActuatorBounds, ForceLimits
+from .constraints.limb_limits import ActuatorBounds, as_force_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import actuators_of
+from .holding.actuator_limits import DesignActuators, ForceLimits
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -70,9 +70,12 @@ def reaction(
     limits = None
     if actuator_bounds is not None:
         if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            actuator_bounds = actuators_of(mechanism)
+            actuator_bounds = DesignActuators(mechanism)
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        limits = ForceLimits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
+        if isinstance(actuator_bounds, DesignActuators):
+            limits = actuator_bounds.limits(lengths())
+        else:
+            limits = as_force_limits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         one_signed = limits is not None and limits.one_signed
@@ -97,12 +100,12 @@ def reaction(
 
 
 def as_split(split: str | Split) -> Split:
-    """The split of a name, or an instance of a class of one's own.
+    """The split with a name; an instance of a class of the user is returned as it is.
 
     Raises
     ------
     InvalidInput
-        If there is none of that name.
+        If there is no split of that name.
     """
     if isinstance(split, str) and split in SPLITS:
         return SPLITS[split]
@@ -110,12 +113,12 @@ def as_split(split: str | Split) -> Split:
 
 
 def check_option(split: Split, option: str) -> None:
-    """Refuse an option that a split cannot follow.
+    """Raise for an option that a split does not support.
 
     Raises
     ------
     InvalidInput
-        Saying why, or which splits can.
+        With the reason, or the splits that support it.
     """
     if option in split.options:
         return
@@ -126,7 +129,7 @@ def check_option(split: Split, option: str) -> None:
 
 
 class _Equilibria(NamedTuple):
-    """Equilibrium of N poses, stiffness and misfit of their limbs, and how near they are to a singularity."""
+    """Equilibrium of N poses, stiffness and misfit of their limbs, and their distance from a singularity."""
 
     state: AffineState
     tensions: BalancedTensions
@@ -160,7 +163,7 @@ def _loads_at(
     rows: NDArray[np.intp],
     matrices: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Loads of the arm in some poses of the stack with other orientations, the same pose any number of times."""
+    """Loads of the arm in rows of the stack at other orientations; a row may occur more than once."""
 
     def own(array: Any) -> FloatArray:
         return np.asarray(np.broadcast_to(array, (*orientation.shape, 3)).reshape(-1, 3)[rows])
@@ -181,7 +184,7 @@ def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits | None) ->
 
 
 def _check_options(law: Split, **options: Any) -> None:
-    """Refuse options that do not belong together."""
+    """Raise for options that the split does not support or that have a wrong type."""
     kinds = {"cone": GlenoidCone, "weights": Weights}
     for name, value in options.items():
         if value is None:

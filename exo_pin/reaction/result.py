@@ -1,4 +1,4 @@
-"""The answer of a reaction query: it checks itself, prints itself, and turns into JSON."""
+"""The result of a reaction query, with its checks, its texts and its verdict."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["Optimum", "Reaction"]
 
 @dataclass(frozen=True, eq=False)
 class Optimum(ReadOnly):
-    """How good the chosen forces are as an optimum, for a pose or a stack of shape (...).
+    """Optimality of the chosen forces, for a pose or a stack of shape (...).
 
     Attributes
     ----------
@@ -33,8 +33,8 @@ class Optimum(ReadOnly):
         Shape (...): largest violation of the optimality conditions, relative to the largest force of the problem;
         0 where there was nothing to choose, NaN without an answer.
     gap : ndarray
-        Shape (...), N: by how much what was made small (|F_s| for "minimal" without weights) can at most exceed
-        its least value: the duality gap.
+        Shape (...), N: duality gap, the most by which the minimised quantity (|F_s| for "minimal" without weights) can
+        exceed its least value.
     unique : ndarray of bool
         Shape (...): whether f and g are the only optimal ones. F_s always is for "minimal": its cost is strictly
         convex in it. True is sure, False may be cautious where limits coincide.
@@ -50,8 +50,8 @@ class Reaction(ShownReaction, ReadOnly):
     """Forces between arm, limbs, shoulder and torso in a pose or a stack of poses of shape (...).
 
     Forces are in N, moments in N m about O, both in the base frame. Rows without an answer are NaN, and ``status``
-    says why. The arrays are read-only, which ``Rotation.apply`` of SciPy does not take: give it a copy, or multiply by
-    ``as_matrix()``.
+    gives the reason. The arrays are read-only. ``Rotation.apply`` of SciPy does not take such arrays: give it a copy,
+    or multiply by ``as_matrix()``.
 
     Attributes
     ----------
@@ -61,13 +61,13 @@ class Reaction(ShownReaction, ReadOnly):
         f_i, shape (..., n), tension positive.
     constraint_forces : ndarray
         g_i, shape (..., n): the couple in the universal joint at B_i is g_i |B_i|, (D-18), and for a massless
-        limb the limb pulls the arm with -f_i s_i - g_i X_i. These are passive reactions, nothing sets them.
+        limb the limb pulls the arm with -f_i s_i - g_i X_i. These are passive reactions, no actuator sets them.
         Zero for an SPS limb.
     limb_wrenches : ndarray
         Shape (..., n, 6): force and moment of each limb on the arm.
     cuff_wrench : ndarray
-        Shape (..., 6): what the cuff puts on the person's arm, that is all limbs together less what the
-        device's own moving part weighs and needs to move.
+        Shape (..., 6): wrench of the cuff on the person's arm: all limbs together, less the weight and inertia of the
+        device's own moving part.
     harness_wrenches : ndarray
         Shape (..., n, 6): force and moment of each limb on the torso.
     spherical_force : ndarray
@@ -75,7 +75,7 @@ class Reaction(ShownReaction, ReadOnly):
     split : str
         How the forces that equilibrium does not determine were chosen.
     equilibrium_status : ndarray of str
-        Shape (...): what became of the equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
+        Shape (...): status of the equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
         (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "infeasible" (the limits
         that the query was given leave no forces, see ``infeasibility``), "out_of_stroke" (an actuator that the query
         was given cannot take the length of its limb), "no_equilibrium" (the elastic device has none near the pose, see
@@ -86,40 +86,41 @@ class Reaction(ShownReaction, ReadOnly):
         det[X_1 X_2 X_3], shape (...), NaN for other than three limbs. Where its sign changes along a path the
         path crosses the singular surface.
     residual : ndarray
-        Shape (...): what force and moment balance of the arm miss, relative to the largest force (moments over
+        Shape (...): error of the force and moment balance of the arm, relative to the largest force (moments over
         the largest |B_i|), evaluated from the wrenches above; NaN without an answer.
     source : ComponentSource
         From which :attr:`certificate` is computed on demand.
     body_weight : float or None
         Weight of the person under standard gravity, N, where the mass is known.
     trivial : bool
-        Whether the least shoulder force is zero by construction, in every pose that has an answer: what is free of
-        bounds (side forces, and tensions that balance themselves) reaches every shoulder force, so that the limbs
-        alone can always carry the arm. It then says nothing about the device.
+        Whether the least shoulder force is zero by construction, in every pose that has an answer: side forces and
+        tensions without bounds can produce every shoulder force, so that the limbs alone can always carry the arm.
+        A least force of zero is then no property of the device.
     centre_displacement : ndarray or None
-        δ, shape (..., 3), m: how far the shoulder's centre gives way, for split "elastic". Moments about O are then
-        those about the centre of the arm's joint where it has moved to.
+        δ, shape (..., 3), m: displacement of the shoulder's centre, for split "elastic". Moments about O are then
+        about the displaced centre of the arm's joint.
     side_stiffness : ndarray or None
         k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
     optimum : Optimum or None
-        Optimality conditions, duality gap and uniqueness of what was chosen.
+        Optimality conditions, duality gap and uniqueness of the chosen forces.
     infeasibility : Infeasibility or None
         Evidence for the poses that cannot be held; None if there are none.
     arm_orientation : ndarray or None
-        Shape (..., 3, 3), for split "elastic": where the arm is. It differs from the pose with locked actuators only.
+        Shape (..., 3, 3), for split "elastic": orientation of the arm. It differs from the pose only with locked
+        actuators.
     interface_displacements : ndarray or None
         Shape (..., 2, 6), for split "elastic": displacement and rotation vector of the base ring against the torso
         (base frame) and of the platform against the arm (arm frame {O_B}), m and rad.
     limb_lengths : ndarray or None
         l_i of the displaced device, shape (..., n), m, for split "elastic".
     guide_twist : ndarray or None
-        φ_i, shape (..., n), rad, for split "elastic": by which the universal joints would twist a straight guide.
+        φ_i, shape (..., n), rad, for split "elastic": twist that the universal joints would give a straight guide.
     guide_bending : ndarray or None
-        Shape (..., n), for split "elastic": how far a guide bends off the line A_i B_i, over its length. The law of the
-        guides leaves out what is of its square; see :mod:`exo_pin.wrist.forces.bent_guides`.
+        Shape (..., n), for split "elastic": deflection of a guide from the line A_i B_i, over its length. The law of
+        the guides neglects its square; see :mod:`exo_pin.wrist.forces.bent_guides`.
     guide_load : ndarray or None
-        Shape (..., n), for split "elastic": the larger of bending moment and torque in the guide, each over what the
-        guide bears; NaN where that is not known, or where there is no equilibrium.
+        Shape (..., n), for split "elastic": utilisation of the guide, the larger of bending moment and torque, each
+        over its limit; NaN where a limit is not known, or where there is no equilibrium.
     load_share : ndarray or None
         Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was
         followed from the unloaded, aligned device; 1 for an answer.
@@ -154,8 +155,8 @@ class Reaction(ShownReaction, ReadOnly):
 
     @cached_property
     def certificate(self) -> Certificate:
-        """Which of these numbers equilibrium determines."""
-        return self.source.certificate()
+        """Which of these forces equilibrium determines."""
+        return Certificate.of(self.source)
 
     @property
     def ratio(self) -> FloatArray:
@@ -173,7 +174,7 @@ class Reaction(ShownReaction, ReadOnly):
 
     @cached_property
     def limits(self) -> HoldCheck:
-        """Lengths and tensions beside what the actuators of the design can do."""
+        """Lengths and tensions compared with the limits of the design's actuators."""
         poses, shape = self.source.poses, self.equilibrium_status.shape
         given = None
         if poses.limits is not None:
@@ -210,8 +211,8 @@ class Reaction(ShownReaction, ReadOnly):
     def status(self) -> NDArray[np.str_]:
         """Shape (...): as ``equilibrium_status``, or "beyond_limits" where the design's actuators cannot hold the pose.
 
-        The forces of "beyond_limits" are those of equilibrium: what the actuators would have to supply. "ok" means that
-        no known limit is broken.
+        The forces of "beyond_limits" are those of equilibrium, which the actuators would have to supply. "ok" means
+        that no known limit is broken.
         """
         status = np.where(self.limits.violated, "beyond_limits", self.equilibrium_status)
         status.setflags(write=False)
@@ -264,9 +265,9 @@ class Reaction(ShownReaction, ReadOnly):
 
         Notes
         -----
-        A pose beyond the surface is not reachable from one before it without losing hold of the arm.
+        A path to a pose beyond the surface passes a pose in which the limbs cannot hold the arm.
         """
-        # A pose that the limbs are too weak for still lies on one side of the surface.
+        # Poses that the limbs are too weak for lie on one side of the surface, too.
         side = np.where(self.equilibrium_status == "singular", 0.0, np.sign(np.nan_to_num(self.determinant)))
         if side.ndim == 0:
             return np.empty((0, 0), dtype=np.int64)
@@ -281,5 +282,5 @@ class Reaction(ShownReaction, ReadOnly):
         return reaction_table([self])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """The table for notebooks."""
         return reaction_html([self])

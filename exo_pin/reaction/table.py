@@ -1,4 +1,4 @@
-"""Reactions as short tables for reading."""
+"""Reactions as short tables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WIDTH = 100
 
 
 def reaction_table(reactions: Sequence[Reaction]) -> str:
-    """Lay out answers to the same question side by side.
+    """Answers to the same query side by side.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 
 
 def _crossings(reaction: Reaction) -> str:
-    """How often paths cross the singular surface; a dash where its sides have no sign."""
+    """Number of crossings of the singular surface; a dash where its sides have no sign."""
     return "-" if np.isnan(reaction.determinant).all() else str(len(reaction.crossings()))
 
 

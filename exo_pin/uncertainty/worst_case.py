@@ -33,25 +33,25 @@ class WorstCase:
 
     Attributes
     ----------
-    quantity : {"offset", "clearance", "stiffness"}
+    quantity : {"offset", "stiffness"}
         What was varied.
     limits : tuple of float
-        The set: (radius,) in m, (largest play of each limb, ...) in m, or (least, largest) stiffness in N/m.
+        The set: (radius,) in m, or (least, largest) stiffness in N/m.
     magnitude : ndarray
         Worst |F_s|, shape (...), N: infinite where the set holds a singular configuration, at which the forces grow
         without bound; NaN without an answer.
     shoulder_force : ndarray
         F_s in the worst case, shape (..., 3), N, of the shoulder on the arm, base frame; NaN where infinite.
     at : ndarray
-        The evidence, where the worst case is: the offset, shape (..., 3), m; the plays, shape (..., n), m; or the
-        stiffness, shape (...), N/m. Where the magnitude is infinite it is the singular configuration itself; an
-        offset of that kind is the nearest to the centre of the ball that was found.
+        The evidence, where the worst case is: the offset, shape (..., 3), m, or the stiffness, shape (...), N/m.
+        Where the magnitude is infinite it is the singular configuration itself; an offset of that kind is the nearest
+        to the centre of the ball that was found.
     nominal : ndarray
-        |F_s| at the centre of the ball, without play, or at the least stiffness, shape (...), N.
+        |F_s| at the centre of the ball, or at the least stiffness, shape (...), N.
     status : ndarray of str
         Shape (...): as :attr:`Reaction.status`, or "singular_within".
     exact : bool
-        Whether the answer is the largest for certain (an enumeration), or the best of a search.
+        Whether the answer is the largest for certain, or the best of a search.
     split : {"spherical", "elastic_linear"}
         By which F_s was computed; the second is the elastic formula for small displacements.
     """
@@ -95,15 +95,12 @@ class WorstCase:
     def _set(self) -> str:
         if self.quantity == "offset":
             return f"all centre offsets within {1e3 * self.limits[0]:g} mm"
-        if self.quantity == "clearance":
-            return f"all plays up to {', '.join(f'{1e3 * c:g}' for c in self.limits)} mm"
         return f"all shoulder stiffnesses from {self.limits[0]:g} to {self.limits[1]:g} N/m"
 
     def _place(self) -> str:
         if self.quantity == "stiffness":
             return f"K_s = {float(self.at):.4g} N/m"
-        name = "offset" if self.quantity == "offset" else "play"
-        return f"{name} ({', '.join(f'{1e3 * v:.2f}' for v in self.at)}) mm"
+        return f"offset ({', '.join(f'{1e3 * v:.2f}' for v in self.at)}) mm"
 
 
 class Loaded(NamedTuple):

@@ -14,7 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..core.conventions import as_side
 from ..core.errors import InvalidInput
@@ -92,8 +91,3 @@ class BodyShape(Record):
         if as_side(side) == "right":
             torso[:, [1, 4]] *= -1.0
         return cls(stature * torso, stature * arm)
-
-    def with_bodies(self, torso: ArrayLike = (), arm: ArrayLike = ()) -> BodyShape:
-        """This body with further capsules, shape (K, 7) each: a frame on the torso, say, or a tool in the hand."""
-        more = [np.asarray(rows, dtype=np.float64).reshape(-1, 7) for rows in (torso, arm)]
-        return BodyShape(np.vstack([self.torso, more[0]]), np.vstack([self.arm, more[1]]))

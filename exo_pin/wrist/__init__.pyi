@@ -1,8 +1,6 @@
 from .forces.rotational_stiffness_matrix import rotational_stiffness as rotational_stiffness
 from .forces.wrench_feasibility import Holding as Holding
 from .forces.wrench_feasibility import holding as holding
-from .kinematics.clearances import arm_clearance as arm_clearance
-from .kinematics.clearances import limb_clearance as limb_clearance
 from .kinematics.forward import forward_kinematics as forward_kinematics
 from .kinematics.forward import forward_kinematics_from_base_angles as forward_kinematics_from_base_angles
 from .kinematics.inverse import LimbState as LimbState
@@ -25,11 +23,8 @@ from .singularities.singularity_free_region import RangeCrossing as RangeCrossin
 from .singularities.singularity_free_region import daily_crossings as daily_crossings
 from .singularities.singularity_free_region import free_region as free_region
 from .velocity.joint_velocity import QUANTITIES as QUANTITIES
-from .velocity.joint_velocity import ArmMotion as ArmMotion
 from .velocity.joint_velocity import JointMotion as JointMotion
 from .velocity.joint_velocity import JointRows as JointRows
-from .velocity.joint_velocity import arm_motion as arm_motion
-from .velocity.joint_velocity import joint_jacobian_derivatives as joint_jacobian_derivatives
 from .velocity.joint_velocity import joint_jacobians as joint_jacobians
 from .velocity.joint_velocity import joint_motion as joint_motion
 from .velocity.joint_velocity import limb_jacobian as limb_jacobian

@@ -1,10 +1,11 @@
-"""The limbs of the wrist in stacks of poses, and whether a pose has an answer.
+"""The limbs of the wrist in stacks of poses, the angles of their joints, and whether a pose has an answer.
 
 The formulas of :mod:`exo_pin.numerics.vectors`, with their symbols and signs, for all limbs of a pose.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,13 +14,14 @@ from numpy.typing import NDArray
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..numerics.vectors import dot, gram, limb, matrix, root, second_invariant, status_code, triple, vector
+from ..numerics.vectors import dot, gram, limb, matrix, root, second_invariant, status_code, triple, turn_back, vector
 
 __all__ = [
     "STATUS",
     "Limbs",
     "classify",
     "fill_limbs",
+    "joint_angles",
     "largest_radius",
     "limb_stack",
     "limb_vectors",
@@ -133,6 +135,42 @@ def classify_stack(
         limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
         status[k], margin[k] = pose_status(X[k], reach[k], upu, radius)
         determinant[k] = triple(vector(X[k], 0), vector(X[k], 1), vector(X[k], 2)) if base.shape[0] == 3 else np.nan
+
+
+@kernel(stack=True)
+def joint_angles(
+    R: Any, base: Any, b: Any, s: Any, X: Any, length: Any, reach: Any, about_a: Any, about_b: Any, angles: Any
+) -> None:
+    """Fill the angles of platform_y, platform_x, base_x and base_y, rad, and the slide, m, of all limbs.
+
+    Source: thesis (D-4), (D-11), (D-12).
+
+    Parameters
+    ----------
+    R : ndarray
+        Poses, shape (N, 3, 3).
+    base : ndarray
+        Points A_i, shape (n, 3), m.
+    b, s, X, length, reach : ndarray
+        Of :class:`Limbs`.
+    about_a, about_b : ndarray
+        Shape (n, 6): sine and cosine per unit of X of its turn about -a_i, base frame, and about -b_i, arm frame.
+    angles : ndarray
+        Shape (N, n, 5), written.
+    """
+    for k in range(R.shape[0]):
+        pose = matrix(R[k])
+        for i in range(base.shape[0]):
+            axis, along, own = vector(X[k], i), vector(s[k], i), turn_back(pose, vector(X[k], i))
+            sine = about_b[i, 0] * own[0] + about_b[i, 1] * own[1] + about_b[i, 2] * own[2]
+            cosine = about_b[i, 3] * own[0] + about_b[i, 4] * own[1] + about_b[i, 5] * own[2]
+            angles[k, i, 0] = math.atan2(sine, cosine)
+            angles[k, i, 1] = math.atan2(reach[k, i], -dot(vector(b[k], i), along))
+            angles[k, i, 2] = math.atan2(-reach[k, i], -dot(vector(base, i), along))
+            sine = about_a[i, 0] * axis[0] + about_a[i, 1] * axis[1] + about_a[i, 2] * axis[2]
+            cosine = about_a[i, 3] * axis[0] + about_a[i, 4] * axis[1] + about_a[i, 5] * axis[2]
+            angles[k, i, 3] = math.atan2(sine, cosine)
+            angles[k, i, 4] = length[k, i]
 
 
 class Limbs(NamedTuple):

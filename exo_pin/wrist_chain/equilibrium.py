@@ -17,21 +17,21 @@ two of the angles are those between them. The other two are turns of X_i about b
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from ..chain import ClosedChain
+from ..core.compiled import kernel
 from ..core.progress import track
 from ..core.validation import FloatArray
-from ..design import Arm, Limb, Mechanism
+from ..design import Arm, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
-from ..wrist.limbs import Limbs, classify
-from .equilibrium_kernels import joint_angles, upu_closures
+from ..wrist.limbs import Limbs, classify, joint_angles
 from .wrist_urdf import across, mechanism_urdf
 
 __all__ = ["EquilibriumModel"]
@@ -63,7 +63,7 @@ class EquilibriumModel:
         self.arm = arm = mechanism.require_arm("weight")
         if arm.inertia is None:
             arm = Arm(arm.mass, arm.centre_of_mass, np.zeros((3, 3)))
-        mechanism = mechanism.replace(arm=arm, limbs=tuple(_without_spin(limb) for limb in mechanism.limbs))
+        mechanism = mechanism.replace(arm=arm, limbs=tuple(limb.without_spin() for limb in mechanism.limbs))
         text, self._closures = mechanism_urdf(mechanism, part="whole", visuals=False)
         self.model = model = pin.buildModelFromXML(text, pin.JointModelSpherical(), self._closures.root.name)
         model.gravity.linear = mechanism.gravity
@@ -215,7 +215,7 @@ class EquilibriumModel:
         wrench[:, 3:] -= query.moment
         if self.upu.size:
             columns, radii, light = self._upu_columns, self._radii, self._massless
-            upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
+            _upu_closures(rows, self.upu, columns, radii, light, J, tau, share, closure, of_f, of_g)
         if self.sps.size:
             self._close_sps(limbs, tau, share, closure, of_f)
         return AffineState.of_closures(closure, of_f, of_g, share, wrench)
@@ -246,9 +246,54 @@ class EquilibriumModel:
         of_f[:, own] = np.concatenate([-s, np.cross(base, -s)], axis=2)
 
 
-def _without_spin(limb: Limb) -> Limb:
-    """An SPS limb may spin about its own line at any rate, so its inertia about that line is left out."""
-    if limb.kind != "SPS" or limb.mass == 0.0:
-        return limb
-    base, platform = (half and replace(half, axial_inertia=0.0) for half in (limb.base_body, limb.platform_body))
-    return replace(limb, base_body=base, platform_body=platform)
+@kernel(stack=True)
+def _upu_closures(
+    rows: Any, limbs: Any, columns: Any, radius: Any, massless: bool, J: Any, tau: Any, share: Any, closure: Any,
+    of_f: Any, of_g: Any,
+) -> None:  # fmt: skip
+    """Fill the closure wrenches of the UPU limbs: five joint rows and the couple at B_i for six components of λ_i.
+
+    Of a wrench (F, M) about O the couple at B along n = b/|b| × X is n·M - |b| X·F, and the joint platform_x, about the
+    axis X through B, has the column (b × X, X) in the tree's Jacobian.
+
+    Source: thesis (D-13), (D-14), (D-15), (D-17), (D-18).
+
+    Parameters
+    ----------
+    rows : ndarray of int
+        Poses to fill.
+    limbs, columns, radius : ndarray
+        Indices of the UPU limbs, shape (m,), the columns of their joints, shape (m, 5), and |B_i|, shape (n,), m.
+    massless : bool
+        Whether no limb has mass.
+    J, tau : ndarray
+        The tree's Jacobian and the joint efforts of the open tree, shapes (N, 6, nv) and (N, nv).
+    share : ndarray
+        Wrenches that move and carry the limbs, shape (N, n, 6).
+    closure, of_f, of_g : ndarray
+        λ_i at f = g = 0 and its change, shape (N, n, 6), written.
+    """
+    system, target = np.empty((6, 6)), np.empty((6, 3))
+    for r in range(rows.shape[0]):
+        k = rows[r]
+        for m in range(limbs.shape[0]):
+            i = limbs[m]
+            for j in range(5):
+                for e in range(6):
+                    system[j, e] = J[k, e, columns[m, j]]
+            for e in range(3):
+                system[5, e] = -radius[i] * system[1, 3 + e]
+                system[5, 3 + e] = system[1, e] / radius[i]
+            target[:] = 0.0
+            if not massless:
+                for j in range(5):
+                    target[j, 0] = tau[k, columns[m, j]]
+                for e in range(6):
+                    target[5, 0] += system[5, e] * share[k, i, e]
+            target[2, 1] = 1.0
+            target[5, 2] = radius[i]
+            solved = np.linalg.solve(system, target)
+            for e in range(6):
+                closure[k, i, e], of_f[k, i, e] = solved[e, 0], solved[e, 1]
+                # Side wrenches are forces through O: what the solution has as moment is rounding.
+                of_g[k, i, e] = solved[e, 2] if e < 3 else 0.0

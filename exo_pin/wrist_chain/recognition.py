@@ -46,6 +46,16 @@ class Recognised(NamedTuple):
     heavier: tuple[str, ...]
     unheld: tuple[str, ...] = ()
 
+    @property
+    def beyond_record(self) -> str:
+        """What the chain has that the record cannot hold, in words; empty if there is nothing."""
+        lost = []
+        if self.heavier:
+            lost.append(f"the masses of {len(self.heavier)} links, the first of them after {self.heavier[0]}")
+        if self.unheld:
+            lost.append(f"the {', '.join(self.unheld[:4])}{', ...' if len(self.unheld) > 4 else ''}")
+        return " and ".join(lost)
+
 
 def wrist_of(chain: ClosedChain, side: Side = "left") -> Recognised:
     """Read a chain as a wrist, and check it against the chain that this wrist would be written as.

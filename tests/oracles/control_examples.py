@@ -8,6 +8,11 @@ from exo_pin.control.controllers.contraction import WantedByLengths, WantedByOri
 from exo_pin.control.sensors.imu import ImuSignal
 
 
+def _lengths(t):
+    """Limb lengths at a time, m."""
+    return np.full(3, 0.3 + 0.01 * t)
+
+
 def control_examples():
     """One of each, the ones with a memory after a sample or more."""
     exo, reference = ep.load("prototype"), control.flexion()
@@ -17,8 +22,7 @@ def control_examples():
     signal, sensor = ImuSignal(imu), control.ImuSensor(imu, exo.mechanism)
     reading, seen = signal.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
     contractions = control.Contractions(exo.mechanism)
-    lengths = control.LengthTable([0.0, 1.0], np.full((2, 3), 0.3))
-    by_length, by_pose = WantedByLengths(contractions, lengths), WantedByOrientation(contractions, reference)
+    by_length, by_pose = WantedByLengths(contractions, _lengths), WantedByOrientation(contractions, reference)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
     for controller in (thesis, model):
         controller(0.0, seen)
@@ -28,6 +32,6 @@ def control_examples():
     pi.step([1.0], 0.01)
     feedback = control.FeedbackGains()
     return (
-        imu, signal, sensor, reading, seen, contractions, lengths, by_length, by_pose, thesis, model, model.planned,
+        imu, signal, sensor, reading, seen, contractions, by_length, by_pose, thesis, model, model.planned,
         tracking, tracking.experiment, gains, pi, feedback,
     )  # fmt: skip

@@ -155,7 +155,6 @@ def _swing(count):
 def _unknowns(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
     exo.worst_offset(POSE, 0.01)
-    exo.worst_clearance(POSE, 1e-4)
     exo.worst_stiffness(POSE, 1e4, 1e5)
     exo.sensitivity(POSE)
     exo.ranking(POSES)
@@ -172,7 +171,6 @@ def _wrists(folder):
     exo.nearest_singularity(POSE)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
-    wrist.arm_motion(geometry, POSE, {"lengths": exo.joint_motion(POSE, motion).velocities["lengths"]})
     reaction_map(exo.mechanism, POSE)
     wrist.holding(exo.mechanism, POSE)
     wrist.free_region(geometry, step_deg=15.0)

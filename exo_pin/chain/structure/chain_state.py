@@ -65,8 +65,6 @@ class ChainState:
 
     Attributes
     ----------
-    model, description
-        As given.
     nq, nv : int
         Sizes of q and v.
     gravity : ndarray
@@ -207,10 +205,9 @@ class ChainState:
 
     def joint_index(self, joint: str) -> int:
         """Index of a joint in the model."""
-        index = self.joints.get(joint)
-        if index is None:
+        if joint not in self.joints:
             raise UnknownName("joint", joint, self.joints)
-        return index
+        return self.joints[joint]
 
     def frame_index(self, frame: str) -> int:
         """Index of a frame in the model."""

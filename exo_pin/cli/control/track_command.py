@@ -11,7 +11,6 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_figure
-from ..options.command_list import help_of
 
 if TYPE_CHECKING:
     from ...control import Experiment, Fault, Tracking
@@ -26,7 +25,7 @@ _HIGHEST = 20.0
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("track", help=help_of("track"))
+    parser = commands.add_parser("track")
     parser.add_argument(
         "study", nargs="?", metavar="STUDY|FILE", help="name of an experiment (--list), or a CSV file of orientations"
     )

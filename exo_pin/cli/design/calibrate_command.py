@@ -13,7 +13,6 @@ from ...control.calibration.calibrate import JOINTS
 from ...control.calibration.estimation import LOSSES
 from ...control.calibration.length_model import GROUPS
 from ...core.errors import InvalidInput
-from ..options.command_list import help_of
 from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]
@@ -21,7 +20,7 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the command."""
-    parser = commands.add_parser("calibrate", help=help_of("calibrate"))
+    parser = commands.add_parser("calibrate")
     parser.add_argument(
         "measured", metavar="CSV", help="columns of orientations (as of reaction --trajectory), length_1_mm, ..."
     )

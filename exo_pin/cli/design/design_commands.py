@@ -6,7 +6,6 @@ import argparse
 from typing import Any
 
 from ...design import preset, presets
-from ..options.command_list import help_of
 from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]
@@ -14,10 +13,10 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    listing = commands.add_parser("presets", help=help_of("presets"))
+    listing = commands.add_parser("presets")
     listing.set_defaults(run=_presets)
 
-    check = commands.add_parser("check", help=help_of("check"))
+    check = commands.add_parser("check")
     add_design(check)
     check.set_defaults(run=_check)
 

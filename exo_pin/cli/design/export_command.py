@@ -9,7 +9,6 @@ from typing import Any
 from ...core.errors import InvalidInput
 from ...exo.shoulder_exo import ShoulderExo
 from ...wrist_chain import PARTS, write_published_urdf
-from ..options.command_list import help_of
 from ..options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]
@@ -25,7 +24,7 @@ _NOTES = {
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("export", help=help_of("export"))
+    parser = commands.add_parser("export")
     add_design(parser)
     add_person(parser)
     parser.add_argument("--format", choices=tuple(_NOTES), default="urdf", help="format of the file (default: urdf)")

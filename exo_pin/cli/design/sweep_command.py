@@ -12,7 +12,6 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.files import is_stream
 from ...study import adl_box, sweep
-from ..options.command_list import help_of
 from ..options.query_options import add_design, add_limits, add_person, design, limits
 
 __all__ = ["add_commands"]
@@ -23,7 +22,7 @@ _UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0, "_kg": 1
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("sweep", help=help_of("sweep"))
+    parser = commands.add_parser("sweep")
     add_design(parser)
     add_person(parser)
     add_limits(parser)

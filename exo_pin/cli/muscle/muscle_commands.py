@@ -20,7 +20,6 @@ from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
-from ..options.command_list import help_of
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]
@@ -28,7 +27,7 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("muscle", help=help_of("muscle"))
+    parser = commands.add_parser("muscle")
     own = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_force(own)
     _add_pressure(own)

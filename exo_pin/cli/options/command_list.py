@@ -5,7 +5,7 @@ Only the module of the command that is called is imported: ``exo-pin --help`` an
 
 from __future__ import annotations
 
-__all__ = ["COMMANDS", "help_of"]
+__all__ = ["COMMANDS"]
 
 #: Name of a command: the module of :mod:`exo_pin.cli` that has it, and its help.
 COMMANDS = {
@@ -15,7 +15,7 @@ COMMANDS = {
         "force in the shoulder joint with the wearer's own muscles, with and without the device; their build",
     ),
     "contact": ("person.person_command", "the same as person"),
-    "plot": ("reaction_command", "picture of the mechanism with its forces, and a map of shoulder force"),
+    "plot": ("plot_command", "picture of the mechanism with its forces, and a map of shoulder force"),
     "sweep": ("design.sweep_command", "vary parameters of a design and compare the results"),
     "kinematics": (
         "kinematics_commands",
@@ -49,8 +49,3 @@ COMMANDS = {
     "thesis": ("thesis_command", "what the thesis prints beside what is computed"),
     "warm-up": ("warm_up_command", "compile the kernels ahead of time (once, about a minute)"),
 }
-
-
-def help_of(name: str) -> str:
-    """The line of help of a command."""
-    return COMMANDS[name][1]

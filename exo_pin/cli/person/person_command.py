@@ -17,7 +17,6 @@ from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, ContactRange, JointContact, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
-from ..options.command_list import help_of
 from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
 from .literature_table import literature_table
 
@@ -30,7 +29,7 @@ _ELEVATIONS = np.arange(5.0, 121.0, 5.0)
 def add_commands(commands: Any) -> None:
     """Register the command, and its older name."""
     for name in ("person", "contact"):
-        _add_options(commands.add_parser(name, help=help_of("person")))
+        _add_options(commands.add_parser(name))
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:

@@ -15,7 +15,6 @@ from ...exo.shoulder_exo import ShoulderExo, load
 from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
-from ..options.command_list import help_of
 from ..options.query_options import add_person, design, person_numbers
 from .workspace_command import add_criteria, criteria
 
@@ -27,7 +26,7 @@ _UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0}
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("optimise", help=help_of("optimise"))
+    parser = commands.add_parser("optimise")
     parser.add_argument(
         "design", nargs="?", metavar="PRESET|FILE", help="design to start from; without one, --limbs of one --family"
     )

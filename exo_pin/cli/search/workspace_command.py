@@ -13,7 +13,6 @@ from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
 from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
-from ..options.command_list import help_of
 from ..options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]
@@ -21,7 +20,7 @@ __all__ = ["add_commands", "add_criteria", "criteria"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    parser = commands.add_parser("workspace", help=help_of("workspace"))
+    parser = commands.add_parser("workspace")
     add_design(parser)
     add_person(parser)
     add_criteria(parser)
@@ -39,7 +38,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--ball", type=Path, metavar="FILE", help="picture of the ball of rotations: PNG, SVG or PDF")
     parser.set_defaults(run=_workspace)
 
-    tasks = commands.add_parser("tasks", help=help_of("tasks"))
+    tasks = commands.add_parser("tasks")
     add_design(tasks)
     add_person(tasks)
     add_criteria(tasks)

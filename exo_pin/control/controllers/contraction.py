@@ -19,11 +19,10 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_rotation
 from ...design import Mechanism
 
-__all__ = ["Contractions", "LengthTable", "WantedByLengths", "WantedByOrientation"]
+__all__ = ["Contractions", "WantedByLengths", "WantedByOrientation"]
 
 
 class Contractions:
@@ -111,38 +110,3 @@ class WantedByLengths:
     def __call__(self, t: float) -> FloatArray:
         """Shape (n,), at a time in s."""
         return self.contractions.ratios(self.lengths(t))
-
-
-@dataclass(frozen=True, eq=False)
-class LengthTable(Record):
-    """Limb lengths between samples, linear; constant before the first and after the last.
-
-    Attributes
-    ----------
-    times : array_like
-        Shape (N,), s, rising.
-    lengths : array_like
-        Shape (N, n), m.
-
-    Raises
-    ------
-    InvalidInput
-        If shapes do not fit, a time does not rise, or a length is not above zero.
-    """
-
-    times: Any
-    lengths: Any
-
-    def __post_init__(self) -> None:
-        t = as_finite("times", self.times, (None,))
-        table = as_finite("lengths", self.lengths, (len(t), None))
-        if len(t) == 0 or (np.diff(t) <= 0.0).any():
-            raise InvalidInput("expected times in s that rise from sample to sample")
-        if (table <= 0.0).any():
-            raise InvalidInput(f"expected lengths in m above zero, got {table.min():g}")
-        object.__setattr__(self, "times", t)
-        object.__setattr__(self, "lengths", table)
-
-    def __call__(self, t: float) -> FloatArray:
-        """Shape (n,), m, at a time in s."""
-        return np.array([np.interp(t, self.times, column) for column in self.lengths.T])

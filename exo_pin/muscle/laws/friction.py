@@ -131,11 +131,3 @@ class Damping:
     def printed(self, velocity: Any, pressure: Any) -> Any:
         """Force in N against the motion as the formula gives it."""
         return pressure * self.rate(velocity) * velocity
-
-    @property
-    def speed_limits(self) -> tuple[float, float]:
-        """Least and greatest velocity in m/s (shortening positive) at which the law damps, infinite if none."""
-        if self.D_1 == 0.0:
-            return (-float("inf"), float("inf")) if self.D_2 >= 0 else (0.0, 0.0)
-        limit = -self.D_2 / self.D_1
-        return (-float("inf"), limit) if self.D_1 < 0 else (limit, float("inf"))

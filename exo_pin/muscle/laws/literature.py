@@ -15,10 +15,9 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.validation import as_finite, as_positive
-from .polynomial_law import PolynomialModel
 from .static import StaticModel
 
-__all__ = ["ChouHannaford", "Colbrunn", "TonduLopez", "Wickramatunge", "pujana_arrese"]
+__all__ = ["ChouHannaford", "Colbrunn", "TonduLopez", "Wickramatunge"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,40 +212,3 @@ class Wickramatunge(StaticModel):
     def _pressure_gain(self, x: Any, pressure: Any) -> Any:
         s = self._stretch(x)
         return (2 * self.a_0 * pressure + self.a_1 * s) * s
-
-
-def pujana_arrese(
-    D: Sequence[float], passive: Sequence[float], reference_length: float, **fields: Any
-) -> PolynomialModel:
-    """Row 3 of Table 2-4: F = (D_1 + D_2 q + D_3 q²) P + φ(q) with the strain q.
-
-    Parameters
-    ----------
-    D : sequence of float
-        Shape (3,), N/Pa.
-    passive : sequence of float
-        Coefficients of φ in ascending powers of q, N; [80] uses the fourth order.
-    reference_length : float
-        Nominal length of the muscle, m.
-    **fields
-        ``name``, ``validity`` and the other fields of the model.
-
-    Returns
-    -------
-    PolynomialModel
-
-    Raises
-    ------
-    InvalidInput
-        If a coefficient is not finite.
-
-    Notes
-    -----
-    Source: thesis Table 2-4.
-    """
-    length = as_positive("reference_length", reference_length)
-    slope = as_finite("D", D, (3,))
-    phi = as_finite("passive", passive, (None,))
-    terms = {(i, 1): float(v) / length**i for i, v in enumerate(slope)}
-    terms |= {(i, 0): float(v) / length**i for i, v in enumerate(phi)}
-    return PolynomialModel(coefficients=terms, reference_length=length, **fields)

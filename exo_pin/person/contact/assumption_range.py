@@ -1,12 +1,13 @@
-"""How far the contact force moves with the assumptions that it rests on."""
+"""How the contact force changes with its assumptions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ...core.records import Record
 from ...core.validation import FloatArray
@@ -86,24 +87,33 @@ def _median(values: FloatArray) -> str:
 
 
 def contact_range(
-    query: Callable[[Person, ContactOptions], JointContact], person: Person, options: ContactOptions
+    query: Callable[..., JointContact],
+    orientation: Rotation,
+    person: Person,
+    options: ContactOptions | None = None,
+    **arguments: Any,
 ) -> ContactRange:
     """Repeat a query with one assumption changed at a time.
 
     Parameters
     ----------
     query : callable
-        Gives the contact force of a person under options.
+        Gives the contact force: ``query(orientation, person, options=options, **arguments)``.
+    orientation : Rotation
+        Pose of the upper arm, single or a stack of shape (...).
     person : Person
         The wearer.
-    options : ContactOptions
+    options : ContactOptions, optional
         The assumptions to start from.
+    **arguments
+        More of the query.
 
     Returns
     -------
     ContactRange
         Criterion, weights, socket, passive forces, strength ± 20 %, centre of the joint ± 5 mm along each axis.
     """
+    options = ContactOptions() if options is None else options
     other_power, other_weights = 5 - options.power, "volume" if options.weights == "equal" else "equal"
     changes = {
         f"{'cubed' if other_power == 3 else 'squared'} activations": (person, replace(options, power=other_power)),
@@ -121,4 +131,7 @@ def contact_range(
             shift[axis] += sign * _SHIFT
             moved = replace(options, centre_shift=shift)
             changes[f"centre {1e3 * sign * _SHIFT:+.0f} mm {name}"] = person, moved
-    return ContactRange(query(person, options), {name: query(*changed) for name, changed in changes.items()})
+    contacts = {
+        name: query(orientation, wearer, options=chosen, **arguments) for name, (wearer, chosen) in changes.items()
+    }
+    return ContactRange(query(orientation, person, options=options, **arguments), contacts)

@@ -1,4 +1,4 @@
-"""How stiff limbs are against side forces, and how stiffness shares a load out, for one pose, compiled.
+"""Stiffness of limbs against side forces, and the forces that follow from stiffness, for one pose, compiled.
 
 Centres of device and shoulder coincide here. The side force of a limb is then a pure force along X_i through O. Let
 platform and arm be displaced by δ at O: the limb answers with g_i = k_i X_iᵀ δ (it pulls the arm with -g_i X_i), the
@@ -8,9 +8,9 @@ ball joint with F_s = -K_s δ. Equilibrium with N, the force at O of load and te
 
 Of all g and F_s that balance N these have the least strain energy ½ Σ g_i²/k_i + ½ F_sᵀ K_s⁻¹ F_s.
 
-These formulas of aligned centres stand here a second time, for speed, and on purpose apart from those for any offset,
-which ``exo.reaction`` uses (:mod:`exo_pin.wrist.forces.side_forces`, :mod:`exo_pin.wrist.forces.affine_state`): each
-is a check of the other, in tests/reaction/batch.
+For speed these formulas of aligned centres are written apart from those for any offset, which ``exo.reaction`` uses
+(:mod:`exo_pin.wrist.forces.side_forces`, :mod:`exo_pin.wrist.forces.affine_state`): tests/reaction/batch checks one by
+the other.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from ..splits.elastic_linear import shoulder_stiffness as shoulder_stiffness_of
 
 __all__ = ["Elasticity", "elastic_forces", "side_stiffness"]
 
-#: Pivot, relative to the largest stiffness, below which a direction counts as carried by nothing.
+#: Pivot, relative to the largest stiffness, below which a direction has no stiffness.
 _NO_STIFFNESS = 1e-14
 
 
 class Elasticity(NamedTuple):
-    """What shares the load out by stiffness.
+    """Stiffness of guides and shoulder.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Elasticity(NamedTuple):
         joint_twist_stiffness: ArrayLike = math.inf,
         limb_count: int = 3,
     ) -> Elasticity:
-        """Check and spread what is the same for all limbs.
+        """Check values and repeat those that are the same for all limbs.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ def side_stiffness(a: Any, b: Any, s: Any, length: float, reach: float, guide: A
 
 @kernel(inline=True)
 def elastic_forces(X: Any, k: Any, shoulder_stiffness: Any, g: Any, shoulder: Any) -> bool:
-    """Replace F_s at g = 0, which is -N, by the one that stiffness makes, and fill g.
+    """Replace F_s at g = 0, which is -N, by F_s of the elastic equilibrium, and fill g.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def elastic_forces(X: Any, k: Any, shoulder_stiffness: Any, g: Any, shoulder: An
     Returns
     -------
     bool
-        False if some direction is carried by nothing: neither shoulder nor limbs are stiff there.
+        False if neither shoulder nor limbs are stiff in some direction.
     """
     n = X.shape[0]
     K = shoulder_stiffness

@@ -1,8 +1,8 @@
-"""Forces of one pose of massless limbs in closed form, compiled: limbs without side force, and a wrist on its own.
+"""Forces of one pose of massless limbs in closed form, compiled: limbs without side force, and a wrist alone.
 
 The formulas of :mod:`exo_pin.numerics.vectors`, with their symbols and signs. The affine state that ``exo.reaction``
-solves (:mod:`exo_pin.wrist.forces.affine_state`) is made another way, from closure wrenches of any limbs: the two are
-checks of each other, in tests/reaction/batch.
+solves (:mod:`exo_pin.wrist.forces.affine_state`) is computed otherwise, from closure wrenches of any limbs:
+tests/reaction/batch checks one by the other.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ...numerics.vectors import along_normals, vector
 
 __all__ = ["add_open", "open_effects", "spherical_forces", "standalone_forces"]
 
-#: Relative size of a singular value of the open forces' effects below which limbs alone do not hold the arm.
+#: Relative singular value of the effects of undetermined forces below which limbs alone do not hold the arm.
 _LOST_HOLD = 1e-9
 
 
@@ -72,7 +72,7 @@ def open_effects(s: Any, X: Any, upu: Any, Q: Any, N: Any, G: Any) -> None:
 def standalone_forces(
     s: Any, X: Any, upu: Any, Q: Any, f: Any, g: Any, shoulder: Any, N: Any, G: Any, c: Any, z: Any
 ) -> bool:
-    """Let the limbs carry all of it, (D-25): change f and g of :func:`spherical_forces` so that F_s = 0.
+    """Forces of limbs that carry everything, (D-25): change f and g of :func:`spherical_forces` so that F_s = 0.
 
     With more than three limbs the f and g of least sum of squares. Returns whether the limbs can.
 
@@ -97,7 +97,7 @@ def standalone_forces(
 
 @kernel
 def add_open(upu: Any, N: Any, z: Any, f: Any, g: Any) -> None:
-    """Add the open forces z, in the order of :func:`open_effects`, to f and g."""
+    """Add the undetermined forces z, in the order of :func:`open_effects`, to f and g."""
     n = f.shape[0]
     for k in range(n - 3):
         for i in range(n):

@@ -1,4 +1,4 @@
-"""What the loops over poses share: the question as arrays, and blocks of poses with what limbs and shoulder carry."""
+"""Common parts of the loops over poses: the query as arrays, and blocks of poses with their loads."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...numerics.vectors import applied_load, inertia_load, matrix, rotation_mat
 
 __all__ = ["Device", "Outputs", "Terms", "fill_block", "pose"]
 
-#: Poses worked on together: few enough for their numbers to stay in the nearest cache.
+#: Poses of a block: few enough for their numbers to fit into the first cache.
 LANES = 64
 #: Rows of a block of three limbs: quaternion, force and moment in; then f, g, F_s, status, margin and |F_s| out.
 ROWS = 22
@@ -52,7 +52,7 @@ class Terms(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Where the answers go, one row a pose; an array without rows is not filled."""
+    """Arrays for the results, one row a pose; an array without rows is not filled."""
 
     shoulder: Any
     f: Any
@@ -115,7 +115,7 @@ def _pull(lanes: Any, start: int, force: Any, couple: Any, at: Any, in_arm: bool
 
 @kernel(inline=True)
 def fill_block(q: Any, start: int, terms: Terms, w: Any) -> Any:
-    """Poses of the block that begins at ``start``, and what limbs and shoulder carry there; returns their number."""
+    """Fill the poses of the block that begins at ``start`` and their loads; return their number."""
     lanes = np.uint64(min(LANES, q.shape[0] - start))
     block = q[start:]
     for k in range(lanes):

@@ -1,7 +1,7 @@
 """The loop over poses of any limbs behind :func:`exo_pin.reaction.reaction_map`, compiled, without the GIL.
 
-They take unit quaternions and build the matrices as they go. Each pose is computed by itself, so neither the way a
-stack is cut nor the number of threads changes a bit of the answer.
+The input are unit quaternions. Each pose is computed by itself, so that the result does not depend on the blocks or on
+the number of threads, to the last bit.
 """
 
 from __future__ import annotations

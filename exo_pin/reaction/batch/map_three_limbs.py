@@ -1,7 +1,7 @@
 """The loop over poses of three limbs without bounds or elasticity, several poses at once, compiled.
 
-They take unit quaternions and build the matrices as they go. Each pose is computed by itself, so neither the way a
-stack is cut nor the number of threads changes a bit of the answer.
+The input are unit quaternions. Each pose is computed by itself, so that the result does not depend on the blocks or on
+the number of threads, to the last bit.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ __all__ = ["map_three"]
 def _three_limbs(lanes: Any, base: Any, platform: Any, per_radius: float, standalone: bool, w: Any) -> None:
     """One block of poses of three limbs, without bounds or elasticity.
 
-    It has no branch and calls no function, so that poses are done side by side.
+    It has no branch and calls no function, so that the compiler can vectorise it over poses.
     """
     a1, a2, a3 = vector(base, 0), vector(base, 1), vector(base, 2)
     p1, p2, p3 = vector(platform, 0), vector(platform, 1), vector(platform, 2)

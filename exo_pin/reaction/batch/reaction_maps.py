@@ -43,7 +43,7 @@ _CODES = {
     Elastic.name: map_kernels.ELASTIC,
     ElasticLinear.name: map_kernels.ELASTIC,
 }
-#: Poses in a block: enough to make little of what starting one costs, few enough for the caches.
+#: Poses in a block: enough to make the cost of starting one small, few enough for the caches.
 CHUNK = 32768
 #: Quantities that a map can return.
 _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "margin", "magnitude")
@@ -53,7 +53,7 @@ _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "ma
 class ReactionMap(ShownMap, ReadOnly):
     """Forces over a stack of poses of shape (...), massless limbs; None for what ``keep`` leaves out.
 
-    Base frame; rows without an answer are NaN, and ``status`` says why.
+    Base frame; rows without an answer are NaN, and ``status`` gives the reason.
 
     Attributes
     ----------
@@ -138,8 +138,8 @@ def reaction_map(
     bounds = SideForceBounds(constraint_bounds, poses.shape, n)
     device = _device(mechanism, upu, code, elasticity)
     threads, chunk = _count("threads", threads), _count("chunk", chunk)
-    wanted = _wanted(keep)
-    outputs = _outputs(poses.count, n, wanted)
+    selected = _selected(keep)
+    outputs = _outputs(poses.count, n, selected)
     kind = BY_ACTUATOR if bounds.by_actuator else GIVEN
 
     def compute(start: int) -> None:
@@ -155,7 +155,7 @@ def reaction_map(
     for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
         pass
     kept = {
-        name: array.reshape((*poses.shape, *array.shape[1:])) if name in wanted else None
+        name: array.reshape((*poses.shape, *array.shape[1:])) if name in selected else None
         for name, array in zip(_KEEP, outputs, strict=True)
     }
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
@@ -173,7 +173,7 @@ def reaction_map(
 
 
 def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:
-    """Call ``compute`` for every start, yielding after each; an error or an interrupt drops what has not begun."""
+    """Call ``compute`` for every start, yielding after each; after an error or an interrupt no further block starts."""
     # A single block is not worth a thread of its own.
     if min(threads, len(starts)) <= 1:
         for start in starts:
@@ -191,7 +191,7 @@ def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterato
 
 
 class _Poses:
-    """Quaternions of a stack of poses, block by block: a Rotation hands them out as a copy."""
+    """Quaternions of a stack of poses, block by block: a Rotation returns a copy of all of them."""
 
     def __init__(self, orientations: Rotation) -> None:
         if not isinstance(orientations, Rotation):
@@ -199,7 +199,7 @@ class _Poses:
         self.shape: tuple[int, ...] = orientations.shape
         self.count = math.prod(self.shape)
         self._stack = orientations
-        # Stacks of one dimension can be cut before they are copied. SciPy keeps the others as one array anyway.
+        # Stacks of one dimension can be cut before they are copied. SciPy stores the others as one array anyway.
         self._whole = None if len(self.shape) == 1 else np.reshape(orientations.as_quat(), (-1, 4))
 
     def block(self, start: int, stop: int) -> FloatArray:
@@ -223,7 +223,7 @@ class _TermRows:
         self._fixed = (
             arm.mass,
             np.array(arm.centre_of_mass).reshape(1, 3),
-            # An arm at rest feels no inertia, so an unknown one does not enter.
+            # At rest inertia has no effect, so it may be unknown.
             np.zeros((3, 3)) if motion is None else np.array(arm.inertia_about_origin),
             np.array(mechanism.gravity).reshape(1, 3),
             motion is not None,
@@ -261,19 +261,19 @@ def _device(mechanism: Mechanism, upu: NDArray[np.intp], code: int, elasticity: 
     return Device(base, platform, upu, guides, shoulder)
 
 
-def _wanted(keep: Iterable[str] | None) -> set[str]:
+def _selected(keep: Iterable[str] | None) -> set[str]:
     if keep is None:
         return set(_KEEP)
-    wanted = {keep} if isinstance(keep, str) else set(keep)
-    for name in wanted:
+    selected = {keep} if isinstance(keep, str) else set(keep)
+    for name in selected:
         if name not in _KEEP:
             raise UnknownName("quantity to keep", name, _KEEP)
-    return wanted
+    return selected
 
 
-def _outputs(count: int, limb_count: int, wanted: set[str]) -> Outputs:
+def _outputs(count: int, limb_count: int, selected: set[str]) -> Outputs:
     """Arrays for the quantities of ``keep``, and arrays without rows for the others."""
-    rows = [count if name in wanted else 0 for name in _KEEP]
+    rows = [count if name in selected else 0 for name in _KEEP]
     return Outputs(
         np.empty((rows[0], 3)),
         np.empty((rows[1], limb_count)),

@@ -30,12 +30,12 @@ class ShownMap:
         Raises
         ------
         InvalidInput
-            If neither |F_s| nor F_s was kept.
+            If neither |F_s| nor F_s is among them.
         """
         return peak_of(kept_magnitude(self))
 
     def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
-        """A pandas DataFrame, one row a pose, of what was kept; see :meth:`Reaction.to_dataframe`."""
+        """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`."""
         columns: dict[str, NDArray[Any]] = {**force_columns(self)}
         if self.status_codes is not None:
             columns["status"] = self.status.astype(object)
@@ -55,10 +55,10 @@ class ShownMap:
         Parameters
         ----------
         along : array_like, or a pair of them, optional
-            What the stack runs along: shape (k,), or for two dimensions shapes (k,) and (m,), rising, of the first
+            Values along the stack: shape (k,), or for two dimensions shapes (k,) and (m,), rising, of the first
             and of the second. Numbers of the poses if left out.
         label : str, or a pair of them, optional
-            What that is, with its unit.
+            Names of these values with the unit.
 
         Returns
         -------

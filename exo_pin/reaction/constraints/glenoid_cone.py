@@ -1,4 +1,4 @@
-"""The glenoid socket: the cone of forces that keep the humeral head in it."""
+"""The glenoid cone: contact forces at which the humeral head stays in its socket."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _FEWEST_FACES, _MOST_FACES = 3, 256
 
 @dataclass(frozen=True)
 class GlenoidCone:
-    """Which contact forces keep the humeral head in its socket: an elliptical cone about the glenoid's axis.
+    """Contact forces at which the humeral head stays in its socket: an elliptical cone about the glenoid's axis.
 
     With N the compression of the contact (along the axis that points out of the socket, as the socket pushes the
     head) and S, P its shear towards superior and anterior,
@@ -27,13 +27,13 @@ class GlenoidCone:
     The default ratios 0.61 and 0.34 are of published musculoskeletal models; Lippitt et al. (1993) measured up to
     0.6, greatest along superior and inferior. A circle of 0.5 is the other form in use.
 
-    **The person's own muscles add compression**, tens to hundreds of N of it, which no exoskeleton sees. A device
-    that hangs an arm on a socket without them nearly always pulls the head out of this cone. Give what they add as
+    **The person's own muscles add compression**, tens to hundreds of N, which the equilibrium of the device does not
+    contain. Without them nearly every device pulls the head out of this cone. Give their compression as
     ``muscle_compression``, or as a :class:`exo_pin.Load` through O (:meth:`muscle_load`); then the load is
     part of F_s, and ``muscle_compression`` stays 0.
 
     The glenoid is fixed in the base frame: it does not follow the scapula as the arm rises. Version and inclination
-    are measured against the scapula, so the scapula's own turn on the ribs goes into ``protraction``.
+    are measured against the scapula, so the rotation of the scapula on the ribs is part of ``protraction``.
 
     Attributes
     ----------
@@ -48,12 +48,13 @@ class GlenoidCone:
     faces : int
         Number of flat faces of the polyhedral cone that the programs use.
     approximation : {"inner", "outer"}
-        "inner": its edges lie on the ellipse, so that whatever it allows is allowed. "outer": its faces touch it.
+        "inner": its edges lie on the elliptical cone, which contains it. "outer": its faces touch the elliptical cone,
+        which it contains.
     muscle_compression : float
-        What the person's own muscles press the head into the socket with, N, besides F_s.
+        Compression of the joint by the person's own muscles, N, besides F_s.
     penalty : float or None
-        None: the cone is a constraint. A number: N² of cost per N² of distance from the cone, so that a pose never
-        becomes infeasible for the socket's sake.
+        None: the cone is a constraint. A number: N² of cost per N² of distance from the cone, so that the socket
+        makes no pose infeasible.
 
     Raises
     ------
@@ -164,7 +165,7 @@ class GlenoidCone:
         return parts
 
     def utilisation(self, shoulder_force: FloatArray, side: str = "left") -> FloatArray:
-        """Shear over what the exact ellipse allows, shape (...): up to 1 inside, infinite where nothing presses."""
+        """Shear over the limit of the elliptical cone, shape (...): up to 1 inside, infinite without compression."""
         compression, superior, anterior = np.moveaxis(self.components(shoulder_force, side), -1, 0)
         shear = np.hypot(superior / self.superior, anterior / self.anterior)
         with np.errstate(divide="ignore", invalid="ignore"):

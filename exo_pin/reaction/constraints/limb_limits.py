@@ -7,19 +7,19 @@ from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...core.errors import ExoPinError, InvalidInput, MissingData, UnknownName
-from ...core.validation import LARGEST, FloatArray
+from ...core.validation import LARGEST, FloatArray, as_pair
 from ...wrist.forces.wrench_feasibility import force_bounds
-from .side_force_bounds import symmetric
+from ..holding.actuator_limits import DesignActuators, ForceLimits
 
-__all__ = ["ActuatorBounds", "ForceLimited", "ForceLimits", "PressureActuator", "each_limb"]
+__all__ = ["ActuatorBounds", "ForceLimited", "PressureActuator", "as_force_limits", "each_limb"]
 
 
 @runtime_checkable
 class ForceLimited(Protocol):
-    """Anything that says what a limb can pull at a length."""
+    """Anything that gives the force limits of a limb at a length."""
 
     def force_limits(self, length: FloatArray) -> tuple[ArrayLike, ArrayLike]:
         """Least and greatest f_i, shape (...), N, at limb lengths l_i = |A_i B_i|, shape (...), m.
@@ -45,10 +45,14 @@ class PressureActuator(ForceLimited, Protocol):
 
 #: None, "pull", "design" (what the design's actuators can do), a number N for (-N, N), a pair
 #: (lower, upper) in N, an object with ``force_limits``, or one such object a limb.
-ActuatorBounds = str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | None
+ActuatorBounds = (
+    str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | DesignActuators | None
+)
 
 
-class ForceLimits:
+def as_force_limits(
+    bounds: ActuatorBounds, shape: tuple[int, ...], limb_count: int, lengths: Callable[[], FloatArray]
+) -> ForceLimits:
     """Limits of f for every pose of a stack.
 
     Parameters
@@ -62,16 +66,11 @@ class ForceLimits:
     limb_count : int
         n.
     lengths : callable
-        Gives l_i, shape (N, n), m; called only where actuators are given.
+        Returns l_i, shape (N, n), m; called only where actuators are given.
 
-    Attributes
-    ----------
-    is_free : bool
-        Whether there is no limit at all.
-    lower, upper : ndarray
-        Shape (N, n), N; NaN rows where ``reachable`` is False.
-    reachable : ndarray of bool
-        Shape (N,): whether every actuator can take its length.
+    Returns
+    -------
+    ForceLimits
 
     Raises
     ------
@@ -80,42 +79,29 @@ class ForceLimits:
     MissingData
         If an actuator lacks what it needs, such as the length of its end fitting.
     """
-
-    def __init__(
-        self, bounds: ActuatorBounds, shape: tuple[int, ...], limb_count: int, lengths: Callable[[], FloatArray]
-    ) -> None:
-        count, n = math.prod(shape), limb_count
-        bounds = symmetric("actuator_bounds", bounds)
-        self.is_free = bounds is None
-        self.reachable: NDArray[np.bool_] = np.ones(count, dtype=bool)
-        if bounds is None:
-            self.lower, self.upper = np.full((count, n), -np.inf), np.full((count, n), np.inf)
-        elif isinstance(bounds, str):
-            if bounds != "pull":
-                raise UnknownName("actuator bound", bounds, ("pull", "design"))
-            self.lower, self.upper = np.zeros((count, n)), np.full((count, n), np.inf)
-        elif _is_actuators(bounds):
-            self.lower, self.upper = np.empty((count, n)), np.empty((count, n))
-            actuators, own = each_limb(bounds, n, ForceLimited, "force_limits(length)"), lengths()
-            for i, actuator in enumerate(actuators):
-                self.lower[:, i], self.upper[:, i] = _limits(actuator, i, own[:, i])
-            self.reachable = np.asarray(~np.isnan(self.lower).any(axis=1))
-            self.lower[~self.reachable], self.upper[~self.reachable] = np.nan, np.nan
-        else:
-            try:
-                lower, upper = bounds  # type: ignore[misc]
-            except (TypeError, ValueError):
-                raise InvalidInput(
-                    'expected actuator_bounds to be None, "pull", (lower, upper) in N, or objects with '
-                    f"force_limits(length), got {bounds!r:.80}"
-                ) from None
-            self.lower, self.upper = force_bounds("actuator_bounds", lower, upper, shape, n)  # type: ignore[arg-type]
-
-    @property
-    def one_signed(self) -> bool:
-        """Whether the limits fix the sign of every f_i, so that |g_i| <= |f_i| is convex."""
-        rows = self.reachable
-        return bool((self.lower[rows] >= 0.0).all() or (self.upper[rows] <= 0.0).all())
+    size = (math.prod(shape), limb_count)
+    bounds = as_pair("actuator_bounds", bounds)
+    if bounds is None:
+        return ForceLimits(np.full(size, -np.inf), np.full(size, np.inf))
+    if isinstance(bounds, str):
+        if bounds != "pull":
+            raise UnknownName("actuator bound", bounds, ("pull", "design"))
+        return ForceLimits(np.zeros(size), np.full(size, np.inf))
+    if _is_actuators(bounds):
+        actuators, own = each_limb(bounds, limb_count, ForceLimited, "force_limits(length)"), lengths()
+        columns = [_limits(actuator, i, own[:, i]) for i, actuator in enumerate(actuators)]
+        lower, upper = (np.stack(ends, axis=1) for ends in zip(*columns, strict=True))
+        unknown = np.isnan(lower).any(axis=1)
+        lower[unknown], upper[unknown] = np.nan, np.nan
+        return ForceLimits(lower, upper)
+    try:
+        least, most = bounds  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            'expected actuator_bounds to be None, "pull", (lower, upper) in N, or objects with '
+            f"force_limits(length), got {bounds!r:.80}"
+        ) from None
+    return ForceLimits(*force_bounds("actuator_bounds", least, most, shape, limb_count))  # type: ignore[arg-type]
 
 
 def _is_actuators(bounds: Any) -> bool:
@@ -148,21 +134,21 @@ def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> tuple[Flo
     if (np.isfinite([lower, upper]) & (np.abs([lower, upper]) > LARGEST)).any():
         raise InvalidInput(f"expected force_limits of actuator {limb} in N, got more than {LARGEST:g}")
     if (np.isposinf(lower) | np.isneginf(upper)).any():
-        raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can keep")
+        raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can meet")
     if (lower[known] > upper[known]).any():
         raise InvalidInput(f"force_limits of actuator {limb} gave a lower limit above its upper limit")
     return np.where(known, lower, np.nan), np.where(known, upper, np.nan)
 
 
 def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
-    """Ask an actuator about a stack, and pose by pose where it refuses the stack as a whole.
+    """Evaluate an actuator for a stack, and pose by pose where it refuses the stack as a whole.
 
     Parameters
     ----------
     call : callable
-        Takes the arguments, gives ``outputs`` arrays (or one array, for 1).
+        Takes the arguments, returns ``outputs`` arrays (or one array, for 1).
     outputs : int
-        How many.
+        Number of arrays.
     *arguments : ndarray
         Shape (N,) each.
 
@@ -179,18 +165,18 @@ def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:
         If its results are not numbers of the expected shape.
     """
     count = len(arguments[0])
-    whole = _asked(call, outputs, arguments)
+    whole = _evaluated(call, outputs, arguments)
     if whole is not None:
         return whole
     out = np.full((outputs, count), np.nan)
     for row in range(count):
-        single = _asked(call, outputs, tuple(values[row : row + 1] for values in arguments))
+        single = _evaluated(call, outputs, tuple(values[row : row + 1] for values in arguments))
         if single is not None:
             out[:, row] = single[:, 0]
     return out
 
 
-def _asked(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
+def _evaluated(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> FloatArray | None:
     """Answer of an actuator, shape (outputs, N); None if it refuses.
 
     Raises

@@ -2,36 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
-from ...core.validation import LARGEST, FloatArray, as_real
+from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "symmetric"]
+__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds"]
 
 #: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
-
-
-def symmetric(name: str, bounds: Any) -> Any:
-    """The pair (-N, N) for a number N; anything else as it is.
-
-    Raises
-    ------
-    InvalidInput
-        If the number is negative.
-    """
-    if isinstance(bounds, bool | np.bool_) or not isinstance(bounds, int | float | np.integer | np.floating):
-        return bounds
-    if bounds < 0.0:
-        raise InvalidInput(
-            f"expected {name} as a number of zero or more for (-N, N), or (lower, upper), got {bounds:g} N"
-        )
-    return (-float(bounds), float(bounds))
 
 
 class SideForceBounds:
@@ -54,8 +35,8 @@ class SideForceBounds:
     Attributes
     ----------
     by_actuator : bool
-        Whether the bounds of a pose are its own |f_i| at g = 0. Without a centre offset equilibrium fixes these;
-        with one they are those of limbs without side force.
+        Whether the bounds of a pose are its own |f_i| at g = 0. Without a centre offset equilibrium determines
+        them; with one they are those of limbs without side force.
     by_tension : bool
         Whether |g_i| <= |f_i| binds g to an f that is chosen together with it.
 
@@ -89,14 +70,14 @@ class SideForceBounds:
                 raise UnknownName("constraint bound", bounds, ("actuator",))
             if limb_count > 3 and not one_signed:
                 raise NonConvexBound(
-                    f"|g_i| <= |f_i| needs limb forces that equilibrium fixes; with {limb_count} limbs they are chosen "
-                    "together with g and may take either sign, so give the bounds as (lower, upper), or "
+                    f"|g_i| <= |f_i| needs limb forces that equilibrium determines; with {limb_count} limbs they are "
+                    "chosen together with g and may take either sign, so give the bounds as (lower, upper), or "
                     'limbs that only pull (actuator_bounds="pull")'
                 )
             self.by_tension = limb_count > 3 or (displaced and one_signed)
             self.by_actuator = not self.by_tension
             return
-        lower, upper = _pair(symmetric("constraint_bounds", bounds))
+        lower, upper = _pair(as_pair("constraint_bounds", bounds))
         stacked = (
             Rows("constraint_bounds", lower, shape, limb_count),
             Rows("constraint_bounds", upper, shape, limb_count),
@@ -131,7 +112,7 @@ class SideForceBounds:
         return -infinite, infinite
 
 
-#: No bounds, for the bounds of single poses.
+#: No bounds, for single poses.
 UNBOUNDED = SideForceBounds(None, (), 0)
 
 

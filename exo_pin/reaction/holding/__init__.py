@@ -1,1 +1,1 @@
-"""Whether the device can hold a pose: what its actuators can do beside what equilibrium demands of them."""
+"""Whether the device can hold a pose: forces and lengths of equilibrium, compared with the actuators' limits."""

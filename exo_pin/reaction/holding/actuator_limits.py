@@ -10,17 +10,26 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Actuator, Mechanism, Stroke
 from ...muscle import Muscle, muscle_model
 
-__all__ = ["DesignLimits", "actuators_of", "design_limits", "length_limits", "missing_limits"]
+__all__ = [
+    "DesignActuators",
+    "DesignLimits",
+    "ForceLimits",
+    "design_limits",
+    "length_limits",
+    "limb_list",
+    "missing_limits",
+]
 
 
 class DesignLimits(NamedTuple):
-    """What the actuators of a design can do in N poses; tension is positive.
+    """Force limits of the actuators of a design in N poses; tension is positive.
 
     Attributes
     ----------
@@ -71,7 +80,7 @@ def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
 
 
 def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[str, ...]:
-    """What would have to be known to judge every pose, one entry a quantity, with the limbs that lack it.
+    """Data that are missing for a verdict on every pose, one entry for each quantity, with the limbs that lack it.
 
     Limits of the forces are left out if all of them are known (``known_forces``), by the design or from a query.
     """
@@ -102,8 +111,32 @@ def limb_list(numbers: list[int]) -> str:
     return f"limbs {', '.join(words[:-1])} and {words[-1]}"
 
 
-def actuators_of(mechanism: Mechanism, stroke: bool = True) -> list[_LimbForces]:
-    """The actuators of a design in the form that the limits of a query take, one a limb.
+class ForceLimits(NamedTuple):
+    """Limits of f for the N poses of a query.
+
+    Attributes
+    ----------
+    lower, upper : ndarray
+        Shape (N, n), N; infinite where there is no limit, NaN in the rows where ``reachable`` is False.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+
+    @property
+    def reachable(self) -> NDArray[np.bool_]:
+        """Whether every actuator can take its length, shape (N,)."""
+        return np.asarray(~np.isnan(self.lower).any(axis=1))
+
+    @property
+    def one_signed(self) -> bool:
+        """Whether the limits fix the sign of every f_i, so that |g_i| <= |f_i| is convex."""
+        rows = self.reachable
+        return bool((self.lower[rows] >= 0.0).all() or (self.upper[rows] <= 0.0).all())
+
+
+class DesignActuators:
+    """The actuators of a design as limits of a query, ``actuator_bounds="design"``.
 
     Parameters
     ----------
@@ -118,28 +151,24 @@ def actuators_of(mechanism: Mechanism, stroke: bool = True) -> list[_LimbForces]
         If a limb has no actuator. A limit that is not known is left out: the forces are then bounded on the known
         side alone.
     """
-    lacking = [i for i, limb in enumerate(mechanism.limbs, start=1) if limb.actuator is None]
-    if lacking:
-        raise MissingData([f"actuator of {limb_list(lacking)}"], "the limits of the design's actuators", mechanism.name)
-    return [_LimbForces(mechanism, i, stroke) for i in range(mechanism.limb_count)]
 
+    def __init__(self, mechanism: Mechanism, stroke: bool = True) -> None:
+        lacking = [i for i, limb in enumerate(mechanism.limbs, start=1) if limb.actuator is None]
+        if lacking:
+            needed_for = "the limits of the design's actuators"
+            raise MissingData([f"actuator of {limb_list(lacking)}"], needed_for, mechanism.name)
+        self._mechanism, self._stroke = mechanism, stroke
 
-class _LimbForces:
-    """Force limits of one limb, as a query takes them."""
-
-    def __init__(self, mechanism: Mechanism, limb: int, stroke: bool) -> None:
-        self._mechanism, self._limb, self._stroke = mechanism, limb, stroke
-
-    def force_limits(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Least and greatest f_i, shape (N,), N; NaN where the actuator cannot take the length."""
-        every = np.repeat(np.atleast_1d(length)[:, None], self._mechanism.limb_count, axis=1)
-        limits = design_limits(self._mechanism, every)
-        lower, upper = limits.lower[:, self._limb], limits.upper[:, self._limb]
-        lower = np.where(np.isnan(lower), -np.inf, lower)
-        upper = np.where(np.isnan(upper), limits.ceiling[:, self._limb], upper)
-        low, high = (ends[self._limb] for ends in length_limits(self._mechanism))
-        outside = self._stroke & ((length < low) | (length > high))
-        return np.where(outside, np.nan, lower), np.where(outside, np.nan, upper)
+    def limits(self, lengths: FloatArray) -> ForceLimits:
+        """Limits of f at limb lengths, shape (N, n), m."""
+        own = design_limits(self._mechanism, lengths)
+        lower = np.where(np.isnan(own.lower), -np.inf, own.lower)
+        upper = np.where(np.isnan(own.upper), own.ceiling, own.upper)
+        if self._stroke:
+            low, high = length_limits(self._mechanism)
+            outside = ((lengths < low) | (lengths > high)).any(axis=1)
+            lower[outside], upper[outside] = np.nan, np.nan
+        return ForceLimits(lower, upper)
 
 
 @lru_cache(maxsize=64)

@@ -1,8 +1,8 @@
 """Whether the actuators can take the lengths and forces of a pose.
 
 The forces are those of the answer. Where a mechanism of more than three limbs can balance a pose with other tensions
-under the same side forces, f = f_answer + N y, the pose can be held if some y meets all limits. Of a device that gives
-way this leaves out how the side forces follow y; a query with ``actuator_bounds="design"`` follows them.
+under the same side forces, f = f_answer + N y, the pose can be held if some y meets all limits. For an elastic device
+this neglects that the side forces depend on y; a query with ``actuator_bounds="design"`` includes it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
-from ...numerics.least_force_of_sums import shortest_within
+from ...numerics.least_force_of_sums import SUMMED, shortest_within
 from ...numerics.quadratic import LeastSquares, solve
 from .actuator_limits import DesignLimits, design_limits, length_limits, missing_limits
 
@@ -28,7 +28,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class HoldCheck(ReadOnly):
-    """Lengths and tensions of a pose, or a stack of shape (...), beside what the actuators can do.
+    """Lengths and tensions of a pose, or a stack of shape (...), compared with the limits of the actuators.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class HoldCheck(ReadOnly):
     tensions : ndarray
         f_i that were checked, shape (..., n), N: those of the answer, or others that balance the pose as well.
     missing, estimated : tuple of str
-        Limits of the design that are not known, and that are estimates.
+        Limits of the design that are not known, and limits that are estimates.
     """
 
     can_hold: NDArray[np.bool_]
@@ -90,8 +90,8 @@ def hold_check(
     answered : ndarray of bool
         Shape (N,): poses with an answer; the others cannot be held.
     limits : DesignLimits, optional
-        Limits of the forces that a query was given. Where they are finite they take the place of the design's own: a
-        limb that "only pulls" still pulls no harder than its actuator can.
+        Force limits of the query. Where they are finite they replace those of the design. A limb that "only pulls" has
+        no finite upper limit, so that of its actuator applies.
     """
     low, high = length_limits(mechanism)
     length_error = np.where(lengths < low, lengths - low, np.where(lengths > high, lengths - high, 0.0))
@@ -146,7 +146,7 @@ def _estimated_limbs(mechanism: Mechanism) -> NDArray[np.bool_]:
 def _force_error(tensions: FloatArray, limits: DesignLimits) -> FloatArray:
     """Shape (N, n), N: as :attr:`HoldCheck.force_error`."""
     slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
-    # A limit that is not known cannot be broken, but the ceiling can.
+    # A limit that is not known cannot be exceeded, but the ceiling can.
     pushed = np.minimum(tensions - limits.lower + slack, 0.0)
     pulled = np.maximum(tensions - np.where(np.isnan(limits.upper), limits.ceiling, limits.upper) - slack, 0.0)
     error = np.where(np.nan_to_num(pushed) < 0.0, pushed, pulled)
@@ -157,17 +157,17 @@ def _force_error(tensions: FloatArray, limits: DesignLimits) -> FloatArray:
 def _redistributed(
     tensions: FloatArray, self_stress: FloatArray, limits: DesignLimits, rows: NDArray[np.intp]
 ) -> FloatArray:
-    """The shortest tensions within the limits that balance as well, those given where there are none; (rows, n)."""
+    """Tensions of least norm within the limits that balance as well, else the given ones; shape (rows, n)."""
     lower = np.where(np.isnan(limits.lower), -np.inf, limits.lower)[rows]
     upper = np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)[rows]
     f, N = tensions[rows], self_stress[rows]
     out = f.copy()
-    if N.shape[2] <= 3:
+    if N.shape[2] <= SUMMED:
         shortest_within(f, np.ascontiguousarray(N), lower, upper, out)
         return out
     size = out.shape[1]
     for k in range(len(rows)):
-        # More spare limbs than the exact method takes. What self-stress cannot change stays as it is.
+        # Too many limbs for the exact method. The part of f that self-stress cannot change is an equality.
         fixed = scipy.linalg.null_space(N[k].T).T
         none = np.zeros((0, size)), np.zeros(0)
         program = LeastSquares(np.eye(size), np.zeros(size), fixed, fixed @ f[k], lower[k], upper[k], *none)

@@ -1,9 +1,8 @@
 """The nearest pose that the device can hold.
 
-The search goes outwards from the given pose in rings of the rotation group, in directions spread evenly over the
-sphere, the more the wider the ring; around the first poses that can be held it then shortens the turn by a direct
-search. All poses of a ring or of a step are one stack. The result is a pose that was checked; a nearer one between two
-directions may have been missed.
+The search tries turns of growing angle (rings) about axes spread evenly over the sphere; larger rings have more axes.
+Around the first poses that can be held a direct search then shortens the turn. All poses of a ring or of a step are
+one stack. The result is a pose that was checked. A nearer one between two axes may have been missed.
 """
 
 from __future__ import annotations
@@ -26,8 +25,8 @@ __all__ = ["NearestPose", "nearest_held_pose", "spread_directions"]
 _DIRECTIONS, _FEWEST = 96, 32
 _STEP = np.radians(2.0)
 _RINGS = 5
-#: Poses around which the search goes on, the distance of their directions that counts in full, and lengths of steps,
-#: each a quarter of the one before: down to 0.03°.
+#: Number of poses that are refined, the distance of their directions that counts in full, and the number of step
+#: lengths, each a quarter of the one before, down to 0.03°.
 _REFINED = 2
 _APART = 1.0
 _SCALES = 4
@@ -71,11 +70,11 @@ def nearest_held_pose(
     Parameters
     ----------
     check : callable
-        Gives the :class:`HoldCheck` of a stack of poses.
+        Returns the :class:`HoldCheck` of a stack of poses.
     orientation : Rotation
         Single.
     reach : float
-        How far to search, rad.
+        Largest turn, rad.
     progress : bool
         Whether to show a bar on standard error.
 
@@ -108,7 +107,7 @@ def _meets_limits(answer: HoldCheck) -> NDArray[np.bool_]:
 
 
 def _count(angle: float) -> int:
-    """Directions in a ring: those at 60°, as far apart as there."""
+    """Number of directions in a ring, as far apart as at 60°."""
     share = np.sin(0.5 * angle) ** 2 / np.sin(np.radians(30.0)) ** 2
     return max(_FEWEST, round(_DIRECTIONS * share))
 
@@ -125,7 +124,7 @@ def _spread(turns: FloatArray) -> FloatArray:
 
 def _shortest(held: Callable[[FloatArray], NDArray[np.bool_]], turns: FloatArray) -> FloatArray:
     """The shortest rotation vector to a pose that can be held, by direct search from several at once, shape (k, 3)."""
-    # Long and short steps in one stack: of a device that gives way, a large stack takes little longer than a small one.
+    # Long and short steps in one stack: for an elastic device, a large stack takes little longer than a small one.
     steps = _STEP * 4.0 ** -np.arange(_SCALES)
     before = np.inf
     while np.linalg.norm(turns, axis=-1).min() < before - steps[-1]:

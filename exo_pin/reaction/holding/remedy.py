@@ -1,4 +1,4 @@
-"""What would make a pose possible: a pose nearby that can be held, or the moment that is missing."""
+"""Remedies for a pose that cannot be held: a pose nearby that can, and the moment that is missing."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ...core.validation import ReadOnly
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..indeterminacy.infeasibility import Infeasibility
 from ..query import as_split, reaction
-from .actuator_limits import actuators_of
+from .actuator_limits import DesignActuators
 from .nearest_pose import NearestPose, nearest_held_pose
 
 __all__ = ["Remedy", "at_rest", "remedy"]
 
-#: How far the search for a pose that can be held goes, rad.
+#: Largest turn of the search for a pose that can be held, rad.
 _REACH = float(np.radians(60.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Remedy(ReadOnly):
-    """What would make a single pose possible.
+    """Remedies for a single pose that cannot be held.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Remedy(ReadOnly):
         A pose nearby, or the pose itself, that can be held, as far as the limits are known; None if none was found
         within 60°.
     infeasibility : Infeasibility or None
-        What is missing in the pose itself, if the lengths of its limbs were possible; None if nothing is, if the
+        What is missing in the pose itself, the strokes of the limbs left out; None if nothing is missing, if the
         actuators of the design are not known, or if the split takes no limits (locked actuators).
     side : {"left", "right"}
         Side of the body, for the angles.
@@ -53,7 +53,7 @@ class Remedy(ReadOnly):
 
 
 def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
-    """What would make a pose possible.
+    """Remedies for a pose that cannot be held.
 
     Parameters
     ----------
@@ -62,10 +62,10 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
     orientation : Rotation
         Single.
     progress : bool
-        Whether to show a bar on standard error: a device that gives way takes some milliseconds a pose, and there are
-        up to a thousand.
+        Whether to show a bar on standard error: an elastic device takes some milliseconds a pose, for up to a thousand
+        poses.
     **options
-        Of the query: ``load``, ``centre_offset``, ``split``. Motion is not taken: poses nearby are at rest.
+        Of the query: ``load``, ``centre_offset``, ``split``. There is no motion: poses nearby are at rest.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
     infeasibility = None
     law = as_split(options.get("split", "spherical"))
     if "actuator_bounds" not in law.refusals and all(limb.actuator is not None for limb in mechanism.limbs):
-        bounds = actuators_of(mechanism, stroke=False)
+        bounds = DesignActuators(mechanism, stroke=False)
         infeasibility = reaction(model, orientation, actuator_bounds=bounds, **options).infeasibility
     return Remedy(nearest, infeasibility, mechanism.side)
 

@@ -1,8 +1,8 @@
-"""Forces on the way into a singular pose: how far it is, which axis loses hold, and how the forces grow.
+"""Forces along a turn into a singular pose: its distance, the axis without resistance, and the growth of the forces.
 
-The way is a turn about one fixed axis that ends in the singular pose. Where the load has a moment about the axis that
-loses hold, limb forces beside that pose grow like one over the angle that is left if the way crosses the surface of
-singular poses, and like one over its square if the way only touches it.
+The turn is about one fixed axis and ends in the singular pose. If the load has a moment about the axis without
+resistance, limb forces near that pose grow with the inverse of the remaining angle if the turn crosses the surface of
+singular poses, and with its inverse square if it only touches the surface.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 __all__ = ["SingularApproach", "singular_approach"]
 
-#: Where the way begins if no start is given, where it ends, and its samples; rad.
+#: Angle at which the turn begins if no start is given, angle at which it ends, rad, and the number of samples.
 _FROM, _TO, _SAMPLES = float(np.radians(20.0)), float(np.radians(0.05)), 81
 #: Angles of the printed table, degrees.
 _PRINTED = (20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1)
 #: Or, of a shorter way, one in so many samples.
 _EVERY = 20
-#: Directions in which a singular pose is left, compared at this angle, rad.
+#: Number of directions that lead out of a singular pose, and the angle at which they are compared, rad.
 _DIRECTIONS, _AT = 96, float(np.radians(5.0))
 
 
@@ -49,15 +49,15 @@ class SingularApproach(ReadOnly):
     Attributes
     ----------
     singular_pose : Rotation
-        Single: the pose in which the way ends; the given pose if that is singular, else the nearest singular one.
+        Single: the end of the turn; the given pose if it is singular, else the nearest singular one.
     distance : float
-        rad, angle between the given pose and the singular one; 0 if the given pose is singular.
+        Angle between the given pose and the singular one, rad; 0 if the given pose is singular.
     lost_axis : ndarray
         Shape (3,), unit vector, base frame: the axis about which the limbs resist no moment in the singular pose.
     turns : ndarray
-        Shape (k,), rad, falling: angle that is left to the singular pose.
+        Shape (k,), rad, falling: remaining angle to the singular pose.
     orientations : Rotation
-        Shape (k,), the poses on the way.
+        Shape (k,), the poses along the turn.
     reaction : Reaction
         Shape (k,), the forces there.
     nearest_held : NearestPose or None
@@ -78,11 +78,11 @@ class SingularApproach(ReadOnly):
 
     @property
     def peak(self) -> float:
-        """Largest |F_s| on the way, N; NaN without an answer. It depends on how near the way comes to its end."""
+        """Largest |F_s| of the samples, N; NaN without an answer. It depends on the angle at which the turn ends."""
         return self.reaction.peak
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame, one row a sample: angle left, forces, margin and status, with units in the names.
+        """A pandas DataFrame, one row a sample: remaining angle, forces, margin and status, with units in the names.
 
         Raises
         ------
@@ -93,7 +93,7 @@ class SingularApproach(ReadOnly):
         return frame_of(left | force_columns(self.reaction) | {"status": self.reaction.status.astype(object)})
 
     def plot(self) -> Figure:
-        """Draw |F_s| and the limb forces over the angle that is left to the singular pose.
+        """Draw |F_s| and the limb forces over the remaining angle to the singular pose.
 
         Returns
         -------
@@ -132,17 +132,17 @@ class SingularApproach(ReadOnly):
 def singular_approach(
     model: EquilibriumModel, orientation: Rotation, start: Rotation | None = None, **options: Any
 ) -> SingularApproach:
-    """Forces on the way into the singular pose at or nearest to a pose.
+    """Forces along a turn into the singular pose at or nearest to a pose.
 
     Parameters
     ----------
     model : EquilibriumModel
         The design.
     orientation : Rotation
-        Single. Of other than three limbs it must be singular itself: their singular poses form no surface.
+        Single. With other than three limbs it must be singular itself: their singular poses form no surface.
     start : Rotation, optional
-        Single: where the turn begins. If left out, it covers the last 20°, from the side of the given pose; from a
-        singular pose it goes in the direction in which the limbs regain hold soonest.
+        Single: beginning of the turn. If left out, the turn covers the last 20° from the side of the given pose; for a
+        singular pose it takes the direction in which the margin grows fastest.
     **options
         Of the query: ``load``, ``centre_offset``, ``split``.
 

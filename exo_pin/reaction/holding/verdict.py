@@ -85,7 +85,7 @@ def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
 
 
 def _reasons(check: HoldCheck) -> list[str]:
-    """What is wrong with a single pose, the forces first."""
+    """The limits that a single pose exceeds, the forces first."""
     force, length, tension = check.force_error, check.length_error, check.tensions
     pushing, pulling = np.flatnonzero(force < 0.0), np.flatnonzero(force > 0.0)
     short, long = np.flatnonzero(length < 0.0), np.flatnonzero(length > 0.0)

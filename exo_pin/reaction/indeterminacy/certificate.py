@@ -5,13 +5,16 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, ReadOnly
+
+if TYPE_CHECKING:
+    from .component_assumptions import ComponentSource
 
 __all__ = ["KINDS", "Certificate", "Components", "component_names", "is_determined"]
 
@@ -45,7 +48,7 @@ class Components(ReadOnly):
     actuator_forces, constraint_forces, shoulder_force : ndarray of str
         Shape (..., n), (..., n) and (..., 3), a key of :data:`KINDS`: "unique" (no self-stress changes it),
         "stiffness", "optimiser" (the only one, or that of least squares, of those that balance), "assumed" (g = 0 or
-        F_s = 0), "bounded" (what the optimiser seeks does not depend on it: any value of an interval is as good), or
+        F_s = 0), "bounded" (the objective does not depend on it: any value of an interval is as good), or
         "none" for a pose without an answer.
     actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
         Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
@@ -53,8 +56,7 @@ class Components(ReadOnly):
     needed : tuple of str
         What would have to be known to determine the other components.
     outside : tuple of str
-        Components whose answer lies beyond its interval in some pose: the answer breaks bounds that were no part
-        of its query.
+        Components whose value is outside its interval in some pose: it breaks bounds that were no part of the query.
     """
 
     actuator_forces: NDArray[np.str_]
@@ -114,16 +116,16 @@ class Components(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class Certificate(ReadOnly):
-    """What equilibrium says about an answer, for a pose or a stack of shape (...).
+    """Which reactions of an answer equilibrium determines, for a pose or a stack of shape (...).
 
     A reaction is unique if no self-stress of the mechanism (a set of closure and joint forces that balances
-    itself) changes it; J. Wojtyra's criterion, Multibody Syst. Dyn. 14 (2005) 23. Here it is evaluated on the
-    closure Jacobian of the pose itself.
+    itself) changes it; J. Wojtyra's criterion, Multibody Syst. Dyn. 14 (2005) 23, evaluated on the closure Jacobian of
+    the pose.
 
     Attributes
     ----------
     undetermined : ndarray of int
-        Shape (...): how many independent reactions equilibrium alone does not determine; -1 without an answer.
+        Shape (...): number of independent reactions that equilibrium alone does not determine; -1 without an answer.
     redundant_closures : ndarray of int
         Shape (...): rows of the loop closures that repeat others, so that only the sum of their forces is determined.
     actuator_forces : ndarray of bool
@@ -137,7 +139,7 @@ class Certificate(ReadOnly):
     chosen_by : str
         Assumption by which the others were chosen.
     source : callable or None
-        From which :attr:`components` are computed on demand.
+        Computes :attr:`components` on demand.
     """
 
     undetermined: NDArray[np.int64]
@@ -148,6 +150,34 @@ class Certificate(ReadOnly):
     torso_wrench: NDArray[np.bool_]
     chosen_by: str
     source: Callable[..., Components] | None = field(default=None, repr=False)
+
+    @classmethod
+    def of(cls, source: ComponentSource) -> Certificate:
+        """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
+        poses, own = source.poses, source.poses.tensions
+        upu, good = poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
+        n, stresses = own.self_stress.shape[1:]
+        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
+        of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
+        g_unique = np.ones((len(good), n), dtype=bool)
+        g_unique[:, upu] = False
+
+        def stacked(array: np.ndarray) -> np.ndarray:
+            return array.reshape((*source.shape, *array.shape[1:]))
+
+        return cls(
+            stacked(np.where(good, stresses + upu.size, -1)),
+            stacked(np.where(good, upu.size, -1)),
+            stacked(is_determined(of_f) & good[:, None]),
+            stacked(g_unique & good[:, None]),
+            stacked(is_determined(of_shoulder) & good[:, None]),
+            # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
+            stacked(good),
+            source.split.assumption
+            + ("" if poses.limits is None else ", within the limits of the limbs")
+            + ("" if poses.socket is None else ", with regard to the socket"),
+            source,
+        )
 
     @functools.cached_property
     def components(self) -> Components:

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, ReadOnly
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
-from .certificate import Certificate, Components, component_names, is_determined
+from .certificate import Components, component_names, is_determined
 from .freedom import Freedom
 
 if TYPE_CHECKING:
@@ -38,51 +38,24 @@ _POINT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ComponentSource(ReadOnly):
-    """An answer and its question, from which the certificate's components follow.
+    """An answer and its query, from which the components of the certificate are computed.
 
     Attributes
     ----------
     split : Split
-        How the answer was chosen.
+        Assumption of the answer.
     poses : PoseStack
         N poses.
     shape : tuple of int
         The stack's shape (...).
     values : ndarray
-        f, g and F_s side by side, shape (N, 2 n + 3), N; NaN without an answer.
+        f, g and F_s in one row, shape (N, 2 n + 3), N; NaN without an answer.
     """
 
     split: Split
     poses: PoseStack
     shape: tuple[int, ...]
     values: FloatArray
-
-    def certificate(self) -> Certificate:
-        """Which reactions change with a self-stress, Wojtyra's criterion."""
-        poses, own = self.poses, self.poses.tensions
-        upu, good = poses.upu, np.asarray(~np.isnan(self.values).any(axis=1))
-        n, stresses = own.self_stress.shape[1:]
-        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
-        of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
-        g_unique = np.ones((len(good), n), dtype=bool)
-        g_unique[:, upu] = False
-
-        def stacked(array: np.ndarray) -> np.ndarray:
-            return array.reshape((*self.shape, *array.shape[1:]))
-
-        return Certificate(
-            stacked(np.where(good, stresses + upu.size, -1)),
-            stacked(np.where(good, upu.size, -1)),
-            stacked(is_determined(of_f) & good[:, None]),
-            stacked(g_unique & good[:, None]),
-            stacked(is_determined(of_shoulder) & good[:, None]),
-            # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
-            stacked(good),
-            self.split.assumption
-            + ("" if poses.limits is None else ", within the limits of the limbs")
-            + ("" if poses.socket is None else ", with regard to the socket"),
-            self,
-        )
 
     def __call__(self, constraint_bounds: ConstraintBounds = None, tension_bounds: TensionBounds = None) -> Components:
         """Kinds and intervals; see :meth:`exo_pin.reaction.Certificate.under`."""
@@ -130,7 +103,7 @@ class ComponentSource(ReadOnly):
         return Freedom(stresses, *effects, partial(self._elastic, row), partial(self._fixed, row, every, box))
 
     def _elastic(self, row: int, tensions: FloatArray) -> FloatArray:
-        """Effect of self-stresses of tensions once limbs and shoulder have given way to them."""
+        """Effect of self-stresses of tensions, with the displacement of limbs and shoulder that they cause."""
         n, poses = self.poses.mechanism.limb_count, self.poses
         stiffness = np.asarray(poses.mechanism.shoulder.stiffness)
         system, _ = poses.elastic_system(np.array([row]), stiffness)

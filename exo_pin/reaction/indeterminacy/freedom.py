@@ -23,12 +23,12 @@ class Freedom(NamedTuple):
     Attributes
     ----------
     own : int
-        How many of them are tensions; side forces follow.
+        Number of tensions among them; side forces follow.
     of_f, of_g, of_shoulder : ndarray
         Effects on f, g and F_s, shapes (n, m), (n, m) and (3, m).
     elastic : callable
-        Takes effects of tensions on F_s, shape (3, k), and returns what f, g and F_s change by once limbs and shoulder
-        have given way, shape (2 n + 3, k), beside the change of f itself.
+        Takes effects of tensions on F_s, shape (3, k), and returns the changes of f, g and F_s that follow from the
+        displacement of limbs and shoulder, shape (2 n + 3, k), beside the change of f itself.
     fixed : callable
         Takes directions within the freedom, shape (m, k), and returns which of f, g and F_s are the same for all of
         them within the bounds, shape (2 n + 3,).

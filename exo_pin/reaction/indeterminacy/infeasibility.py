@@ -32,12 +32,12 @@ class Shortfall(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Infeasibility(ReadOnly):
-    """Evidence for the poses of a stack of shape (...) that cannot be held; all else NaN, False or 0.
+    """Evidence for the poses of a stack of shape (...) that cannot be held; NaN, False or 0 for the others.
 
     Attributes
     ----------
     infeasible : ndarray of bool
-        Shape (...): which poses are meant.
+        Shape (...): poses that cannot be held.
     closest_actuator_forces, closest_constraint_forces : ndarray
         Shape (..., n), N: forces within all limits that come closest to equilibrium, in the root of sum of squares
         of what is missing (moments over the largest |B_i|); of several, the shortest.
@@ -45,17 +45,17 @@ class Infeasibility(ReadOnly):
         F_s with them, shape (..., 3), N, inside the socket's cone if that is a constraint; then it misses the
         balance of forces by ``missing_wrench``.
     missing_wrench : ndarray
-        Shape (..., 6): force (N) and moment about O (N m) on the arm, base frame, that would have to come from
-        elsewhere. Unique. The force part is zero unless F_s is bound, by the cone or by "standalone".
+        Shape (..., 6): force (N) and moment about O (N m) on the arm, base frame, that are missing.
+        Unique. The force part is zero unless F_s is bound, by the cone or by "standalone".
     direction : ndarray
         Farkas direction y, shape (..., 6), pairing with (force, moment): y · (what limbs and shoulder supply) is at
-        most ``available`` whatever they do within their limits, and balance needs ``required``. The force part
+        most ``available`` within all limits, and balance needs ``required``. The force part
         is dimensionless, the moment part 1/m; scaled to length 1 with moments over the largest |B_i|.
     required, available : ndarray
         Shape (...), N. The first exceeds the second: that is the proof.
     valid_up_to : ndarray
         Shape (...), N. Where a force has no limit, y must not gain by it; rounding may leave 1e-17 N of gain a
-        newton, and the proof then covers all forces up to this one. Infinite if nothing is left.
+        newton, and the proof then covers all forces up to this one. Infinite if there is no such gain.
     blocking : ndarray of int
         Shape (..., n): -1 where the lower limit of f_i blocks, +1 where the upper one does, else 0.
     relief : ndarray
@@ -64,8 +64,8 @@ class Infeasibility(ReadOnly):
     one_more_muscle : ndarray of bool
         Shape (...): whether one more muscle, suitably placed, would hold the pose.
     extra_muscle_force : ndarray
-        Shape (..., 3), N, base frame: pull of such a muscle on the arm. Its moment about O is the least that a
-        further muscle can do with. Of all directions that give it, with the lever arm of the largest |B_i|, the
+        Shape (..., 3), N, base frame: pull of such a muscle on the arm. Its moment about O is the least that
+        suffices. Of all directions that give it, with the lever arm of the largest |B_i|, the
         one that lowers |F_s| most; with a hard cone, one near it that brings F_s inside.
     extra_muscle_point : ndarray
         Shape (..., 3), m, base frame: the point of its line nearest to O.
@@ -120,7 +120,7 @@ class Infeasibility(ReadOnly):
         )
 
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
-        """Say in words why a pose cannot be held: what is missing, which limits block, what would hold it.
+        """Reason in words why a pose cannot be held: what is missing, which limits block, and what would hold it.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""When the limbs cannot hold a pose: how near they come, what blocks them, and a direction that proves it."""
+"""Poses that the limbs cannot hold: the closest forces, the limits that block, and a direction that proves it."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .infeasibility import Shortfall
 
 __all__ = ["shortfall"]
 
-#: What is missing, relative to the forces in play, below which a pose counts as held: rounding, not slack.
+#: Missing force, relative to the scale of the forces, below which a pose counts as held: rounding, not slack.
 HELD = 1e-12
-#: A multiplier, relative to what is missing, above which its limit blocks.
+#: Multiplier, relative to the missing force, above which its limit blocks.
 _BLOCKS = 1e-7
 
 
 def shortfall(pose: Pose) -> Shortfall | None:
     """What is missing in a pose; None if nothing is.
 
-    Where F_s is free, a compiled test of the exact moment set answers first, so that only poses that fail it cost a
-    program. The closest wrench is a least-squares problem with all limits hard, and its optimality condition is the
-    proof: the miss itself separates what is needed from all that can be supplied.
+    Where F_s is free, the exact set of moments is tested first, and only poses that fail need a program. The closest
+    wrench is a least-squares problem with hard limits. Its optimality condition is the proof: the residual separates
+    the required wrench from all wrenches that can be supplied.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
     y = missing / size
     required, available, valid = _separation(program, solution, y, target, size / scale)
     if required - available < 0.5 * size / scale:
-        # The miss proves nothing, so it is the solver's and not the limbs': at the exact answer both sides are equal.
+        # The residual proves nothing, so it is an error of the solver: at the exact answer both sides are equal.
         return None
     blocking = _blocking(program, solution, size / scale, n)
     if not quick:
@@ -74,7 +74,7 @@ def shortfall(pose: Pose) -> Shortfall | None:
     shoulder = balancing
     if bound:
         shoulder = np.zeros(3) if pose.alone else solution.z[n + pose.upu.size :] * scale
-    # The program's rows are (moment / radius, force); what the caller sees is (force, moment).
+    # The rows of the program are (moment / radius, force); the result has (force, moment).
     force = missing[3:] if bound else np.zeros(3)
     moment = missing[:3] * pose.radius
     direction = np.concatenate([y[3:] if bound else np.zeros(3), y[:3] / pose.radius])
@@ -121,7 +121,7 @@ def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, Float
 def _separation(
     program: LeastSquares, solution: Solution, y: FloatArray, target: FloatArray, size: float
 ) -> tuple[float, float, float]:
-    """What y needs, the most of it that can be supplied, and up to which forces that holds.
+    """Required along y, the most that can be supplied along it, and the forces up to which that holds.
 
     For ν >= 0: max of y·T z over the limits <= ν·c + max over the bounds of (Tᵀy - Cᵀν)·z.
     """
@@ -142,7 +142,7 @@ def _blocking(program: LeastSquares, solution: Solution, size: float, n: int) ->
 
 
 def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int) -> float:
-    """By how much one blocking limit alone must give: a linear program in the forces and that one length."""
+    """Relaxation of one blocking limit alone that makes the pose feasible: a linear program."""
     if blocking == 0:
         return np.inf
     m = program.size
@@ -171,15 +171,15 @@ def _extra_muscle(
 ) -> tuple[FloatArray, FloatArray]:
     """Pull and nearest point to O of one more muscle that closes the gap; NaN if none is found.
 
-    A muscle puts a pure force p on the arm along a line, so its moment about O stands across p. That moment has to be
-    the missing one; p then changes F_s to F_s - p, which the socket has to allow.
+    A muscle puts a pure force p on the arm along a line, so its moment about O is perpendicular to p. That moment has
+    to be the missing one; p then changes F_s to F_s - p, which the socket has to allow.
 
     Parameters
     ----------
     pose : Pose
         The pose.
     force, moment : ndarray
-        What the arm is missing, shape (3,) each.
+        Missing force and moment of the arm, shape (3,) each.
     shoulder : ndarray
         F_s that balances the closest forces, were it free, shape (3,).
     """
@@ -212,7 +212,7 @@ def _extra_muscle(
 
 
 def _allowed(pose: Pose, pull: FloatArray, axis: FloatArray, shoulder: FloatArray) -> FloatArray:
-    """The pull across ``axis`` nearest to ``pull`` that leaves F_s in the socket; zero if there is none."""
+    """The pull perpendicular to ``axis``, nearest to ``pull``, with F_s in the socket; zero if there is none."""
     assert pose.socket is not None
     N, h = pose.socket.N, pose.socket.h
     scale = float(max(np.linalg.norm(pull), np.linalg.norm(shoulder), h.max(initial=0.0)))

@@ -1,1 +1,1 @@
-"""How the part of the forces that equilibrium does not determine is shared."""
+"""Assumptions (splits) that determine the forces that equilibrium alone does not."""

@@ -1,19 +1,19 @@
 """Split "elastic": side forces and shoulder force by stiffness, at the displaced geometry.
 
 The centre of the arm's joint moves by δ until the shoulder's spring, the guides of UPU limbs and, where they are not
-rigid, harness and cuff carry load and centre offset; forces act along the limbs as they then lie. The equations, their
-assumptions and their solution are those of :mod:`exo_pin.wrist.forces.elastic_equilibrium`. Of what the actuators do
-there are two readings:
+rigid, harness and cuff carry load and centre offset; forces act along the displaced limbs. The equations, their
+assumptions and their solution are those of :mod:`exo_pin.wrist.forces.elastic_equilibrium`. There are two assumptions
+on the actuators:
 
-- "elastic", held: the pose of the arm is given and stays. Actuators adapt, so that their forces balance the moments; of
-  tensions that balance themselves, the least are taken.
+- "elastic", held: the arm stays in the given pose. The actuators adapt, so that their forces balance the moments;
+  tensions that balance themselves are of least norm.
 - "elastic_locked": the limbs have the lengths of the aligned device in the given pose. Load and offset move and
-  turn the arm, and all forces follow, those of more than three limbs, too.
+  turn the arm, which determines all forces, also with more than three limbs.
 
 Within limits of f, or with a cone, the held device is as in :mod:`exo_pin.reaction.splits.elastic_linear`, solved until
-the geometry at which the program stands is the one that its forces lead to. A limb at its limit holds that force; side
-forces go on following their stiffness; where the other tensions cannot take over, the pose is infeasible. Limits of
-locked actuators are refused: what a lock bears is no force that an actuator chooses.
+the geometry of the program is the one that its forces lead to. A limb at its limit holds that force; side forces still
+follow their stiffness; where the other tensions cannot take the rest, the pose is infeasible. Limits of locked
+actuators are refused: the force in a lock is a reaction, no actuator chooses it.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Elastic(ElasticLinear):
         if self.locked and mechanism.limb_count > 6:
             raise InvalidInput(
                 f"expected at most six limbs with locked actuators, got {mechanism.limb_count}: an arm with six "
-                'freedoms cannot keep more lengths. split="elastic" lets the actuators adapt'
+                'freedoms cannot have more given lengths. split="elastic" lets the actuators adapt'
             )
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
@@ -87,7 +87,7 @@ class Elastic(ElasticLinear):
         return np.full_like(held, "stiffness") if self.locked else held
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
-        """What moved and by how much, poses along the first axis."""
+        """Displacements, poses along the first axis."""
         movement, found = poses.movement, super().extras(poses, answer)
         assert movement is not None
         assert poses.load_share is not None
@@ -105,13 +105,13 @@ class Elastic(ElasticLinear):
         for name, array in found.items():
             if name != "side_stiffness":
                 array[lost] = np.nan
-        # An overloaded guide has a load, at an equilibrium that is there; other poses without an answer have none.
+        # A pose with an overloaded guide has an equilibrium, and a guide load; other poses without an answer have none.
         none = lost & (answer.status != QUERY_STATUS.index("guide_overloaded"))
         guide_load = np.where(none[:, None], np.nan, poses.guide_load)
         return found | {"load_share": poses.load_share, "guide_load": guide_load}
 
 
 _REFUSED = (
-    "{} cannot go with locked actuators: what they bear follows from the lengths, and is no choice. Use "
+    "{} cannot go with locked actuators: their forces follow from the lengths and cannot be chosen. Use "
     'split="elastic", whose actuators adapt within their limits, or split="elastic_linear"'
 )

@@ -1,27 +1,27 @@
 """Split "elastic_linear": side forces and shoulder force by stiffness, in the limit of small displacements.
 
-The ball joint gives way by δ under the force it carries, the guides of UPU limbs by g_i / k_i under theirs. With S_i
-the force of the side wrench of limb i (X_i where the centres of device and shoulder coincide) and misfit_i how far the
-centres lie apart in its sense,
+The ball joint is displaced by δ under its force, the guides of UPU limbs by g_i / k_i under theirs. With S_i the force
+of the side wrench of limb i (X_i where the centres of device and shoulder coincide) and misfit_i the distance of the
+centres along it,
 
     g_i = k_i (S_i · δ + misfit_i)          F_s = -K_s δ
 
 For given tensions this is the δ of least strain energy ½ δᵀ K_s δ + ½ Σ k_i (S_i · δ + misfit_i)² - N · δ, with N the
 force at O of load and tensions. δ is taken to be small against the limbs: lever arms and directions are those at δ = 0.
-The arm is in the pose that is given, held there by the actuators, so that tensions follow from the moment balance and
-not from a stiffness; of tensions that balance themselves, the least are taken. Harness and cuff are taken for rigid.
+The actuators hold the arm in the given pose, so that tensions follow from the moment balance and not from a stiffness;
+tensions that balance themselves are of least norm. Harness and cuff are rigid.
 The split "elastic" (:mod:`exo_pin.reaction.splits.elastic`) solves the equilibrium at the displaced geometry.
 
 Within limits of f (or with a cone) g, δ and F_s still follow their stiffness: they are passive, and for given tensions
-the energy above has one minimum. Inserted, they are affine in f (:meth:`AffineState.following`), and what is left is
+the energy above has one minimum. Inserted, they are affine in f (:meth:`AffineState.following`), which leaves
 
     minimise |Nᵀ f|²   subject to   M' f = m',   lower <= f <= upper,   F_s(f) in the cone
 
 with the orthonormal columns of N the tensions that balance themselves at constant g: a convex quadratic program, solved
 by :func:`exo_pin.numerics.solve` and certified by its optimality conditions. Where no limit is met its answer is the
-one without limits. A limb at its limit holds that force; the other tensions take over what it cannot carry, and the
-side forces follow the load that these leave. Where the others cannot, the actuators do not hold the pose: it is
-infeasible, and the arm would turn until the guides carry the rest, which is another pose.
+one without limits. A limb at its limit holds that force; the other tensions carry the rest, and the side forces
+follow. Where the others cannot carry it, the actuators do not hold the pose: it is infeasible, and the arm would turn
+to another pose, in which the guides carry the rest.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class ElasticLinear(Split):
     determines_sides = True
 
     def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words."""
+        """The assumption in a few words."""
         return "determined by stiffness"
 
     def check(self, mechanism: Mechanism) -> None:

@@ -1,4 +1,4 @@
-"""Choosing limb and side forces together, within what limbs and socket allow: one quadratic program a pose."""
+"""Limb and side forces chosen together within the limits of limbs and socket: one quadratic program a pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, as_positive
-from ...numerics import LeastSquares, Solution, solve
+from ...numerics import LeastSquares, solve
 from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
 
@@ -19,7 +19,7 @@ __all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
 
 @dataclass(frozen=True)
 class Weights:
-    """What the split "minimal" makes small: the weighted sum of squares of F_s, and a little of the tensions.
+    """Objective of the split "minimal": a weighted sum of squares of F_s and of the tensions.
 
         compression (F_s · out)² + shear (|F_s|² - (F_s · out)²) + tension Σ f_i²
 
@@ -28,10 +28,10 @@ class Weights:
     shear, compression : float
         Weights of F_s across and along the axis out of the socket, above zero, so that the best F_s is unique.
     tension : float
-        Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 gives up 1 N of shoulder
-        force for 10 N of tension. At zero, of several best sets of forces the shortest is taken.
+        Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 weighs 1 N of shoulder
+        force as 10 N of tension. At zero, of several best sets of forces that of least norm is taken.
     glenoid : GlenoidCone
-        Whose axes are meant; only its angles count here.
+        Defines the axes; only its angles count here.
     """
 
     shear: float = 1.0
@@ -52,7 +52,7 @@ class Weights:
 
 
 class Socket(NamedTuple):
-    """The half-spaces N F_s <= h of a glenoid cone, and what leaving it costs (None: not allowed)."""
+    """The half-spaces N F_s <= h of a glenoid cone, and the penalty outside it (None: not allowed)."""
 
     N: FloatArray
     h: FloatArray
@@ -65,14 +65,14 @@ class Socket(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """All that the choice of one pose depends on.
+    """The program of one pose.
 
     Attributes
     ----------
     state : AffineState
         Forces of the pose as affine functions of f and g.
     radius : float
-        Largest |B_i|, m: it turns moments into forces.
+        Largest |B_i|, m, by which moments are divided.
     f_low, f_high : ndarray
         Limits of f, shape (n,), N.
     g_low, g_high : ndarray
@@ -90,7 +90,7 @@ class Pose(NamedTuple):
     alone : bool
         Whether F_s must be zero.
     metric : ndarray or None
-        Without a ``goal``: its product with f, shape (k,), is what is made small of f; None for f itself.
+        Without a ``goal``: its product with f, shape (k,), is minimised; None for f itself.
     follower : Follower or None
         Side forces that follow f by stiffness; ``state`` is then its state.
     """
@@ -159,7 +159,7 @@ class Pose(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """f and g of one pose, and how sure they are.
+    """f and g of one pose, with their optimality.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ class Choice(NamedTuple):
     kkt : float
         Largest violation of the optimality conditions over the largest force of the problem.
     gap : float
-        By how much, N, the square root of the cost (|F_s| where nothing else is weighted) can exceed its least.
+        The most, N, by which the square root of the cost (|F_s| where nothing else is weighted) can exceed its minimum.
     unique : bool
         Whether f and g are the only best ones; the cost's minimum always is.
     """
@@ -181,13 +181,13 @@ class Choice(NamedTuple):
 
 
 def force_scale(pose: Pose) -> float:
-    """The size of forces in a pose, N: load, tensions that balance it, and limits that are away from zero."""
+    """Scale of the forces in a pose, N: load, tensions that balance it, and limits that are away from zero."""
     effect, target = pose.moment_effect, pose.state.moment / pose.radius
     if pose.alone:
         effect = np.vstack([effect, -pose.shoulder_effect])
         target = np.concatenate([target, pose.state.shoulder])
     f = np.linalg.lstsq(effect, target, rcond=None)[0]
-    # Distance of an interval from zero: far ends of wide limits say nothing about the forces in play.
+    # Distance of an interval from zero: the far ends of wide limits are no measure of the forces.
     nearest = np.maximum(np.maximum(pose.low, -pose.high), 0.0)
     socket = 0.0 if pose.socket is None else float(pose.socket.h.max(initial=0.0))
     parts = (np.abs(pose.state.shoulder).max(), np.abs(f).max(initial=0.0), nearest.max(initial=0.0), socket)
@@ -209,7 +209,7 @@ def choose(pose: Pose) -> Choice:
         raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
     # Scaling back may round a variable on its limit to just beyond it.
     f, g = pose.forces(solution.z[:variables] * scale)
-    return Choice(f, g, solution.kkt, _force_gap(solution) * scale / root, solution.unique)
+    return Choice(f, g, solution.kkt, solution.residual_gap * scale / root, solution.unique)
 
 
 def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
@@ -222,7 +222,7 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
     count = S.shape[1]
     constant = state.shoulder / scale
     slack = 0 if pose.socket is None or pose.socket.is_hard else 3
-    # What is to be small: F_s as weighted and some tension, or all forces; and the distance from a soft cone.
+    # Minimised are weighted F_s and tension, or all forces; and the distance from a soft cone.
     if pose.goal is None:
         E = np.eye(count)
         if pose.metric is not None:
@@ -250,9 +250,3 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
             high = np.concatenate([high, np.full(slack, np.inf)])
     root = 1.0 / float(np.linalg.norm(E, axis=0).max())
     return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root
-
-
-def _force_gap(solution: Solution) -> float:
-    """|r| - |r*| <= 2 gap / |r|, and no more than |r| itself."""
-    size = float(np.linalg.norm(solution.residual))
-    return min(size, 2.0 * solution.gap / size) if size > 0.0 else 0.0

@@ -16,12 +16,12 @@ from .split import Chosen, PoseStack, Split
 
 __all__ = ["Minimal", "is_trivial"]
 
-#: Ratio of singular values below which what has no bound does not reach every shoulder force.
+#: Ratio of singular values below which the unbounded forces do not produce every shoulder force.
 _REACHES = 1e-9
 
 
 def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool:
-    """Whether what has no bound reaches every shoulder force, so that the least one is zero by construction.
+    """Whether the unbounded forces produce every shoulder force, so that the least one is zero by construction.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def is_trivial(effect: FloatArray, lower: FloatArray, upper: FloatArray) -> bool
 
 
 class Minimal(Split):
-    """The f and g of least |F_s|: a lower bound over all side forces, no prediction. A real device is above it."""
+    """The f and g of least |F_s|: a lower bound over all side forces. A real device is above it."""
 
     name = "minimal"
     assumption = "the side forces within their bounds that make the shoulder force least"
@@ -46,7 +46,7 @@ class Minimal(Split):
     chooses_sides = True
 
     def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words."""
+        """The assumption in a few words."""
         if not mechanism.is_upu.any():
             return "of the limb forces that hold the arm, those of least |F_s|"
         return "lower bound of |F_s| over the side forces within their limits"

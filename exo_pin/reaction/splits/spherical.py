@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.validation import FloatArray
 from ...design import Mechanism
+from ...numerics.least_force_of_sums import SUMMED, shortest_within
+from ...numerics.optimality import LeastSquares, judged
 from ..indeterminacy.freedom import Freedom
-from .limb_and_side_forces import Pose
+from .limb_and_side_forces import Choice, Pose
 from .split import Chosen, PoseStack, Split
 
 __all__ = ["Spherical"]
+
+#: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
+_ON_LIMIT = 1e-10
 
 
 class Spherical(Split):
@@ -22,7 +28,7 @@ class Spherical(Split):
     is_linear = True
 
     def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words."""
+        """The assumption in a few words."""
         return "limbs carry no side force"
 
     def program(self, poses: PoseStack, row: int) -> Pose:
@@ -33,6 +39,43 @@ class Spherical(Split):
         """Tensions of least norm."""
         f = poses.tensions.f[rows]
         answer.put_determined(rows, f, np.zeros_like(f))
+
+    def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
+        """Tensions of least norm within their limits, of up to six limbs by the exact method of the numerics.
+
+        Left are poses that cannot be held, or so nearly that rounding decides.
+        """
+        assert poses.limits is not None
+        own, (lower, upper) = poses.tensions, poses.limits
+        inside = ((lower[rows] <= own.f[rows]) & (own.f[rows] <= upper[rows])).all(axis=1)
+        self.choose(poses, rows[inside], answer)
+        rows = rows[~inside]
+        if not rows.size or not 0 < own.self_stress.shape[2] <= SUMMED:
+            return rows
+        f, low, high = own.f[rows], lower[rows], upper[rows]
+        shortest = np.full_like(f, np.nan)
+        shortest_within(f, np.ascontiguousarray(own.self_stress[rows]), low, high, shortest)
+        left = [
+            row
+            for row, tensions in zip(rows.tolist(), np.clip(shortest, low, high), strict=True)
+            if np.isnan(tensions).any() or not self._put_optimal(poses, row, tensions, answer)
+        ]
+        return np.array(left, dtype=np.intp)
+
+    def _put_optimal(self, poses: PoseStack, row: int, tensions: FloatArray, answer: Chosen) -> bool:
+        """Fill a pose if its tensions meet the optimality conditions."""
+        assert poses.limits is not None
+        scale = float(np.abs(tensions).max(initial=0.0)) or 1.0
+        z, low, high = (part / scale for part in (tensions, poses.limits.lower[row], poses.limits.upper[row]))
+        A, b = poses.state.moment_of_f[row] / poses.radius, poses.state.moment[row] / (poses.radius * scale)
+        n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
+        program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))
+        multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
+        solution = judged(program, z, multipliers, np.zeros(0))
+        if solution.is_optimal:
+            gap = solution.residual_gap * scale
+            answer.put(row, Choice(tensions, np.zeros(n), solution.kkt, gap, solution.unique))
+        return solution.is_optimal
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Assumed, but for tensions that balance themselves."""

@@ -1,4 +1,4 @@
-"""What a split is: how the part of the forces that equilibrium does not determine is chosen."""
+"""The interface of a split: the assumption that determines the forces that equilibrium alone does not."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
 from ...wrist.forces.moved_device import Movement
-from ..constraints.limb_limits import ForceLimits
 from ..constraints.side_force_bounds import SideForceBounds
+from ..holding.actuator_limits import ForceLimits
 from ..indeterminacy.freedom import Freedom
 from .limb_and_side_forces import Choice, Pose, Socket, Weights
 
@@ -22,20 +22,20 @@ __all__ = ["Chosen", "PoseStack", "Split", "limb_lengths"]
 
 
 class PoseStack(NamedTuple):
-    """N poses with their equilibrium and their limits: all that a split works on.
+    """N poses with their equilibrium and their limits: the input of a split.
 
     Attributes
     ----------
     mechanism : Mechanism
         The design.
     radius : float
-        Largest |B_i|, m: it turns moments into forces.
+        Largest |B_i|, m, by which moments are divided.
     upu : ndarray of int
         Indices of the UPU limbs, shape (u,).
     state : AffineState
         Of the N poses.
     tensions : BalancedTensions
-        The tensions that balance it.
+        Tensions that balance the moments.
     stiffness, misfit : ndarray
         Of each limb along its side wrench, shape (N, n), N/m and m.
     limits : ForceLimits or None
@@ -51,13 +51,13 @@ class PoseStack(NamedTuple):
     offset : tuple of ndarray or None
         Shifts of the base and of the cuff, shape (N, 3) each, m; None where the device's centre is the shoulder's.
     movement : Movement or None
-        How the parts of an elastic device moved; None for a split that leaves them where they are.
+        Displacements of the parts of an elastic device; None for a rigid one.
     unmoved : ndarray or None
-        F_s of limbs without side force where the parts have not moved, shape (N, 3), N.
+        F_s of limbs without side force and of undisplaced parts, shape (N, 3), N.
     load_share : ndarray or None
         Share of load and offset up to which an equilibrium was followed, shape (N,).
     guide_load : ndarray or None
-        Bending moment and torque over what the guides bear, the larger, shape (N, n).
+        The larger of bending moment and torque of each guide, each over its limit, shape (N, n).
     """
 
     mechanism: Mechanism
@@ -83,7 +83,7 @@ class PoseStack(NamedTuple):
 
     @property
     def lengths(self) -> FloatArray:
-        """Limb lengths l_i, shape (N, n), m; of an elastic device as it lies."""
+        """Limb lengths l_i, shape (N, n), m; of an elastic device at its displaced geometry."""
         if self.movement is not None:
             return self.movement.lengths
         return limb_lengths(self.mechanism, self.matrices, self.offset)
@@ -101,7 +101,7 @@ class PoseStack(NamedTuple):
 
     @property
     def spherical_force(self) -> FloatArray:
-        """F_s of limbs that carry no side force, the parts where the pose has them, shape (N, 3), N."""
+        """F_s of limbs that carry no side force and of undisplaced parts, shape (N, 3), N."""
         return self.tensions.shoulder if self.unmoved is None else self.unmoved
 
     def effect(self, row: int) -> FloatArray:
@@ -122,7 +122,7 @@ class PoseStack(NamedTuple):
         return own.f[row] + own.f_of_g[row] @ g + stress @ z[: stress.shape[1]], g
 
     def program(self, row: int, **choices: Any) -> Pose:
-        """The program of one pose within its limits, tensions only and of least norm unless ``choices`` say else."""
+        """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
         none, n = np.empty(0), len(self.tensions.f[row])
         fields: dict[str, Any] = {
             "state": self.state.row(row),
@@ -134,7 +134,7 @@ class PoseStack(NamedTuple):
             "tension": 0.0,
             "alone": False,
         }
-        # Where side forces load the tensions, the shortest tensions are those with the least part that balances itself.
+        # Where side forces load the tensions, those of least norm have the least part that balances itself.
         metric = self.tensions.self_stress[row].T if fields["state"].moment_of_g.any() else None
         return Pose(
             **(fields | choices),
@@ -164,13 +164,13 @@ class Split(ABC):
     Attributes
     ----------
     name : str
-        By which it is known.
+        Name of the split.
     assumption : str
-        What is assumed, for the certificate.
+        The assumption in words, for the certificate.
     options : frozenset of str
-        Which of "constraint_bounds", "weights" and "cone" it can follow.
+        Those of "constraint_bounds", "weights" and "cone" that it supports.
     refusals : dict of str to str
-        Why it cannot follow an option, or "actuator_bounds", where there is a reason of physics.
+        Reason why it does not support an option, or "actuator_bounds", where physics gives one.
     is_linear : bool
         Whether f, g and F_s follow from linear equations alone, so that they have derivatives everywhere.
     chooses_sides : bool
@@ -178,7 +178,7 @@ class Split(ABC):
     determines_sides : bool
         Whether it determines g by physics and not by a choice.
     moves : bool
-        Whether the device gives way, so that forces are those of a displaced geometry.
+        Whether the device is elastic, so that forces are those of a displaced geometry.
     """
 
     name: ClassVar[str]
@@ -191,11 +191,11 @@ class Split(ABC):
     moves: ClassVar[bool] = False
 
     def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words, for pictures."""
+        """The assumption in a few words, for pictures."""
         return self.assumption
 
     def check(self, mechanism: Mechanism) -> None:  # noqa: B027 - most have nothing to check
-        """Raise if a design cannot be split in this way."""
+        """Raise if the split does not apply to a design."""
 
     def shoulder_stiffness(self, mechanism: Mechanism) -> FloatArray | None:
         """K_s, shape (3, 3), N/m, if the split uses it."""
@@ -213,9 +213,13 @@ class Split(ABC):
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Fill f and g of some poses where neither limits of f nor a cone nor weights are given."""
 
+    def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
+        """Fill poses whose forces within limits of f alone need no program; return the rows that are left."""
+        return rows
+
     @abstractmethod
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
-        """What each of f, g and F_s depends on where equilibrium alone does not say, shape (2 n + 3,).
+        """Assumption behind each of f, g and F_s that equilibrium alone does not determine, shape (2 n + 3,).
 
         Keys of :data:`exo_pin.reaction.indeterminacy.certificate.KINDS`.
         """
@@ -253,7 +257,7 @@ class Chosen:
         self.f[row], self.g[row], self.kkt[row], self.gap[row], self.unique[row] = choice
 
     def put_determined(self, rows: NDArray[np.intp], f: FloatArray, g: FloatArray) -> None:
-        """Fill poses in which nothing was to choose, shapes (k, n)."""
+        """Fill poses without a choice, shapes (k, n)."""
         self.f[rows], self.g[rows] = f, g
         self.kkt[rows] = self.gap[rows] = 0.0
         self.unique[rows] = True

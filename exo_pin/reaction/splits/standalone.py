@@ -23,7 +23,7 @@ __all__ = ["Standalone"]
 class Standalone(Split):
     """A shoulder that carries nothing: tensions and side forces hold all six components of the arm.
 
-    There is then no shoulder to be off: the device turns about its own centre, where the cuff's seat puts it.
+    There is no shoulder centre: the device turns about its own centre, which the seat of the cuff determines.
     """
 
     name = "standalone"
@@ -32,7 +32,7 @@ class Standalone(Split):
     chooses_sides = True
 
     def caption(self, mechanism: Mechanism) -> str:
-        """What is assumed, in a few words."""
+        """The assumption in a few words."""
         return "wrist without a shoulder joint"
 
     def check(self, mechanism: Mechanism) -> None:
@@ -66,10 +66,10 @@ class Standalone(Split):
             answer.put(row, Choice(*poses.forces(row, best.variables), best.residual, best.gap, best.unique))
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
-        """Mark poses in which the limbs alone hold the centre badly, or not at all.
+        """Mark poses that are singular, or nearly, for limbs without a shoulder.
 
-        What counts is the smallest singular value of the effect of free forces on the shoulder force: dimensionless, N
-        of force at O per N of limb force. ``margin`` stays that of the moments.
+        The measure is the smallest singular value of the effect of undetermined forces on the shoulder force:
+        dimensionless, N of force at O per N of limb force. ``margin`` remains that of the moments.
         """
         for row in rows.tolist():
             effect = poses.effect(row)

@@ -15,11 +15,8 @@ from .force_plots import use_file_backend as use_file_backend
 from .muscle_plots import plot_force_map as plot_force_map
 from .muscle_plots import plot_measured as plot_measured
 from .muscle_plots import plot_responses as plot_responses
-from .muscle_plots import plot_settling as plot_settling
 from .singularity_plots import determinant_map as determinant_map
-from .singularity_plots import locus_picture as locus_picture
 from .singularity_plots import locus_surface as locus_surface
-from .workspace_plots import criterion_bars as criterion_bars
 from .workspace_plots import rotation_ball as rotation_ball
 from .workspace_plots import shoulder_force_slices as shoulder_force_slices
 from .workspace_plots import workspace_slices as workspace_slices

@@ -12,12 +12,11 @@ from ...muscle.io.measured import SteadyStates, steady_states
 from ...muscle.laws.dynamic import DynamicModel
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.response import StepResponse
-from ...muscle.simulation.settling import SettlingCurve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["plot_force_map", "plot_measured", "plot_responses", "plot_settling"]
+__all__ = ["plot_force_map", "plot_measured", "plot_responses"]
 
 # A palette that stays apart in print and for the colour-blind (Okabe and Ito).
 _INK, _BLUE, _ORANGE, _GREEN, _GREY = "#222222", "#0072b2", "#d55e00", "#009e73", "#8a8a8a"
@@ -217,43 +216,4 @@ def plot_responses(
     bottom.set_xlabel("time (s)")
     bottom.set_ylabel("pressure (bar)")
     bottom.set_ylim(bottom=0.0)
-    return figure
-
-
-def plot_settling(curve: SettlingCurve, measured: float | None = None) -> Figure:
-    """Draw the settling time over the lag of the pressure.
-
-    Parameters
-    ----------
-    curve : SettlingCurve
-        From :func:`exo_pin.muscle.settling_against_lag`. Motions that leave the model's range are hollow: these times
-        are no results of the model.
-    measured : float or None
-        Measured settling time in s to mark.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    MissingExtra
-        If matplotlib is not installed.
-    """
-    figure, axis = _figure(6.4, 4.2)
-    held = curve.in_range
-    axis.plot(curve.lags, curve.quoted, color=_BLUE, linewidth=1.8, marker="o", label="within the model's range")
-    if not held.all():
-        style = {"linestyle": "", "marker": "o", "markerfacecolor": "none", "markeredgecolor": _GREY}
-        axis.plot(curve.lags[~held], curve.settling[~held], label="leaves the model's range", **style)
-    if measured is not None:
-        axis.axhline(measured, color=_INK, linewidth=1, linestyle="--", label=f"measured, {measured:g} s")
-    axis.set_xlabel("lag of the pressure (s)")
-    axis.set_ylabel(f"settling time, {100 * curve.band:g} % (s)")
-    # Room for a mark at zero.
-    axis.set_xlim(left=-0.03 * float(curve.lags.max()))
-    axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize=9, loc="lower right")
-    title = f"A mass of {curve.mass:.2f} kg, {curve.pressure / BAR:g} bar, record of {curve.record:g} s"
-    axis.set_title(title, loc="left", fontsize=11)
     return figure

@@ -10,11 +10,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ... import wrist
-from ...core.conventions import shoulder_angles
-from ...core.validation import FloatArray, as_rotation
+from ...core.validation import FloatArray
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
 from ...reaction.holding.actuator_limits import design_limits
@@ -30,7 +27,7 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["approach_figure", "determinant_map", "locus_picture", "locus_surface"]
+__all__ = ["approach_figure", "determinant_map", "locus_surface"]
 
 #: Line styles and labels of the ranges drawn on a map.
 _STYLES = ("-", (0, (5, 2)), (0, (1, 1.2)), (0, (5, 1, 1, 1)))
@@ -235,28 +232,4 @@ def approach_figure(approach: SingularApproach) -> Figure:
     ax.yaxis.set_major_formatter("{x:,.0f}" if mildest >= 10.0 else "{x:,g}")
     tidy(ax)
     legend_below(ax, 3)
-    return figure
-
-
-def locus_picture(exo: ShoulderExo, orientation: Rotation | None = None) -> Figure:
-    """The locus over flexion and abduction beside the surface in space.
-
-    Parameters
-    ----------
-    exo : ShoulderExo
-        Three limbs.
-    orientation : Rotation, optional
-        A single pose whose internal rotation the map is cut at; rest if left out. It is marked.
-    """
-    plt = pyplot()
-    figure = plt.figure(figsize=(13.5, 6.4), layout="constrained")
-    pose = Rotation.identity() if orientation is None else as_rotation("orientation", orientation)
-    flexion, abduction, internal = shoulder_angles(pose, exo.side, degrees=True)
-    left = determinant_map(exo, figure.add_subplot(1, 2, 1), internal_rotation=round(float(internal), 6) + 0.0)
-    if orientation is not None:
-        state = wrist.singularity(exo.geometry, pose)
-        left.plot(flexion, abduction, marker="X", markersize=11, color=BLACK, markeredgecolor="white", linestyle="none",
-                  label=f"pose, det X = {float(state.determinant):+.3f}")  # fmt: skip
-        left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
-    locus_surface(exo, figure.add_subplot(1, 2, 2, projection="3d"))
     return figure

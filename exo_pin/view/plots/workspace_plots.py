@@ -12,14 +12,13 @@ from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...workspace import Workspace
-from ..colours import BLACK, BLUE
+from ..colours import BLUE
 from .plot_style import pyplot, tidy
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["criterion_bars", "rotation_ball", "shoulder_force_slices", "workspace_slices"]
+__all__ = ["rotation_ball", "shoulder_force_slices", "workspace_slices"]
 
 #: Fill of poses that fail, by the first criterion that they do not meet; lightness differs as well as hue.
 _COLOURS = {
@@ -153,26 +152,6 @@ def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] 
     figure.colorbar(image, ax=figure.axes, label="|F_s|, N (grey: outside)", fraction=0.03)
     figure.suptitle(f"{found.name}: least shoulder force over tensions within the limits")
     return figure
-
-
-def criterion_bars(found: Workspace, ax: Axes | None = None) -> Axes:
-    """Share of the poses that meet each criterion, and that are lost to it alone."""
-    if ax is None:
-        _, ax = pyplot().subplots(figsize=(7.5, 0.55 * len(found.margins) + 1.6), layout="constrained")
-    assert ax is not None
-    fractions, lost = found.fractions, found.lost_to
-    rows = np.arange(len(fractions))[::-1]
-    ax.barh(rows, [100 * share for share in fractions.values()], color=BLUE, label="met")
-    ax.barh(
-        rows, [100 * share for share in lost.values()], left=[100 * share for share in fractions.values()],
-        color="#E69F00", label="would be inside without it",
-    )  # fmt: skip
-    ax.axvline(100 * found.index, color=BLACK, linestyle="--", linewidth=1.4, label="inside: all criteria")
-    ax.set_yticks(rows, [_WORDS[name] for name in fractions])
-    ax.set(xlim=(0, 100), xlabel="% of the poses", title=found.name)
-    tidy(ax)
-    ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3, frameon=False)
-    return ax
 
 
 def _panels(

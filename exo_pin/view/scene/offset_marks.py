@@ -19,7 +19,7 @@ from ..meshcat_viewer import mg
 from .shapes import flat_material, frustum, segment
 from .stage import Stage
 
-__all__ = ["Offset", "OffsetMarks", "displaced", "offsets"]
+__all__ = ["Offset", "OffsetMarks", "displaced", "offsets", "same_offset"]
 
 #: Radius of a mark and of its line from O, m.
 _MARK, _LINE = 0.008, 0.0025
@@ -36,6 +36,13 @@ def offsets(given: CentreOffset | CentrePath | ArrayLike, poses: Rotation, split
     base, cuff = as_offset(known, poses.shape)
     base, cuff = as_split(split).offsets(poses.as_matrix().reshape(-1, 3, 3), base, cuff)
     return list(zip(base, cuff, strict=True))
+
+
+def same_offset(one: Offset | None, other: Offset | None) -> bool:
+    """Whether two offsets are equal."""
+    if one is None or other is None:
+        return one is other
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
 def displaced(mechanism: Mechanism, offset: Offset | None) -> Mechanism:

@@ -23,7 +23,7 @@ from .additions import bar
 from .force_arrows import ForcePicture, PoseForces
 from .ghost_picture import Ghosts, single_pose
 from .mechanism_picture import MechanismPicture
-from .offset_marks import Offset, OffsetMarks
+from .offset_marks import Offset, OffsetMarks, same_offset
 from .stage import Stage
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ class Scene(Ghosts, Playing, Pages):
     elbow_flexion : float
         Of the human figure, rad. For the picture only.
     stature : float, optional
-        Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. An arm does not tell how
-        tall its person is. For the picture only.
+        Of the human figure, m, which is scaled to it as a whole; its own 1.79 m if left out. The mass of an arm does
+        not determine it. For the picture only.
     person : Person, optional
         Who wears it: the design is put on their arm, bones and muscles take the place of the human figure, and the
         contact force of the shoulder joint with their own muscles is drawn beside F_s. The limb forces are those of
@@ -149,12 +149,7 @@ class Scene(Ghosts, Playing, Pages):
             self._set_exo(exo)
             self.show(self._orientation, **self._asked)
 
-    def show(
-        self,
-        orientation: Rotation,
-        pressures: ArrayLike | None = None,
-        **query: Any,
-    ) -> Reaction | None:
+    def show(self, orientation: Rotation, pressures: ArrayLike | None = None, **query: Any) -> Reaction | None:
         """Move everything into a pose and draw its forces.
 
         Parameters
@@ -236,7 +231,7 @@ class Scene(Ghosts, Playing, Pages):
 
     def _place(self, offset: Offset | None) -> None:
         """Draw the design where an offset puts it, if that is another place."""
-        if not _same(offset, self._offset):
+        if not same_offset(offset, self._offset):
             self._offset = offset
             self._draw_mechanism()
 
@@ -299,9 +294,3 @@ def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:
     except NotAWrist as error:
         return exo.without_masses(), [f"no forces: {error.reason}"]
     return exo, []
-
-
-def _same(one: Offset | None, other: Offset | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))

@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from .finite_turns import turn_coefficients
-from .side_forces import SideWrenches, StraightGuides, angle_about, reciprocal_couples, unit, unit_wrenches
+from .analytic_vectors import angle_about, turn_coefficients, unit
+from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, unit_wrenches
 
 __all__ = ["bent_wrenches", "largest_deflection"]
 

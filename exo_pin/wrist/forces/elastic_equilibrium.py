@@ -34,8 +34,8 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
+from .analytic_vectors import turn_matrix
 from .bent_guides import bent_wrenches
-from .finite_turns import turn_matrix
 from .interface_give import Placement, given_way, placed, turned
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, guide_flexibility, straight_guides

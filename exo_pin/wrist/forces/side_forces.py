@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.vectors import FOLDED_SINE
+from .analytic_vectors import angle_about, dot, length_of, unit
 
 __all__ = ["SideWrenches", "guide_flexibility", "side_wrenches", "side_wrenches_of"]
 
@@ -237,28 +238,9 @@ def unit_wrenches(
     )
 
 
-def length_of(vectors: FloatArray) -> FloatArray:
-    """Lengths, shape (..., 1), by a formula that is analytic, unlike a norm of absolute values."""
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True)))
-
-
-def unit(vectors: FloatArray) -> FloatArray:
-    length = length_of(vectors)
-    return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
-
-
-def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """Angle about s from one unit vector across it to another, within ±π; analytic, unlike arctan2."""
-    return np.asarray(2.0 * np.arctan(dot(np.cross(first, second), s) / (1.0 + dot(first, second))))
-
-
 def _across(couple: FloatArray, s: FloatArray) -> FloatArray:
     """Size of a couple across the limb."""
     return length_of(np.cross(couple, s))[..., 0]
-
-
-def dot(u: FloatArray, v: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("...i,...i->...", u, v))
 
 
 def reciprocal_couples(guides: StraightGuides) -> tuple[FloatArray, FloatArray, FloatArray]:

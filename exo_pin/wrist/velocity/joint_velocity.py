@@ -1,30 +1,23 @@
-"""Velocities and accelerations of limbs and universal joints from those of the arm, and back."""
+"""Velocities and accelerations of limbs and universal joints from those of the arm."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case import Motion
 from ...load_case.pose_stacks import as_query, pose_matrices
-from ...numerics.vectors import SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
 from .joint_rates import QUANTITIES, rate_stack
 
 __all__ = [
     "QUANTITIES",
-    "ArmMotion",
     "JointMotion",
     "JointRows",
-    "arm_motion",
-    "joint_jacobian_derivatives",
     "joint_jacobians",
     "joint_motion",
     "limb_jacobian",
@@ -33,7 +26,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class JointRows:
-    """What turns an angular velocity ω of the arm (base frame) into rates, or the time derivative of that.
+    """Matrices that multiply the angular velocity ω of the arm (base frame) to give rates.
 
     Each is of shape (..., n, 3). NaN for the angles of a folded limb, which has no plane.
 
@@ -66,29 +59,6 @@ class JointMotion:
 
     velocities: dict[str, FloatArray]
     accelerations: dict[str, FloatArray]
-
-
-@dataclass(frozen=True, eq=False)
-class ArmMotion:
-    """Motion of the arm that fits measured rates, in the sense of least squares.
-
-    Attributes
-    ----------
-    angular_velocity : ndarray
-        ω, shape (..., 3), rad/s, base frame; NaN where the measured quantities do not determine it.
-    angular_acceleration : ndarray or None
-        η, shape (..., 3), rad/s²; None if no accelerations were given.
-    residual : ndarray
-        Shape (...), largest rate left unexplained, in m/s and rad/s; zero but for rounding with three measurements.
-    condition : ndarray
-        Shape (...), largest over smallest singular value of the rows, lengths divided by the largest |B_i|; inf where
-        the motion is not determined.
-    """
-
-    angular_velocity: FloatArray
-    angular_acceleration: FloatArray | None
-    residual: FloatArray
-    condition: FloatArray
 
 
 def limb_jacobian(geometry: WristGeometry, orientation: Rotation) -> FloatArray:
@@ -126,6 +96,7 @@ def _rows(
 
 
 def _named(rows: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
+    """Arrays by the names of their quantities."""
     return {name: rows[:, k].reshape(*shape, *rows.shape[2:]) for k, name in enumerate(QUANTITIES)}
 
 
@@ -146,28 +117,6 @@ def joint_jacobians(geometry: WristGeometry, orientation: Rotation) -> JointRows
     """
     shape, rows, _ = _rows(geometry, orientation, None)
     return JointRows(**_named(rows, shape))
-
-
-def joint_jacobian_derivatives(geometry: WristGeometry, orientation: Rotation, motion: Motion) -> JointRows:
-    """Time derivatives of :func:`joint_jacobians` for a moving arm.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Joint centres.
-    orientation : Rotation
-        Pose, single or a stack of shape (...).
-    motion : Motion
-        Its ω is used; broadcasts to (..., 3).
-
-    Returns
-    -------
-    JointRows
-        Per second.
-    """
-    query = as_query(orientation, motion)
-    shape, _, derivatives = _rows(geometry, orientation, query.velocity)
-    return JointRows(**_named(derivatives, shape))
 
 
 def joint_motion(geometry: WristGeometry, orientation: Rotation, motion: Motion) -> JointMotion:
@@ -192,89 +141,3 @@ def joint_motion(geometry: WristGeometry, orientation: Rotation, motion: Motion)
     accelerations = np.einsum("kqnj,kj->kqn", rows, query.acceleration)
     accelerations += np.einsum("kqnj,kj->kqn", derivatives, query.velocity)
     return JointMotion(_named(velocities, shape), _named(accelerations, shape))
-
-
-def arm_motion(
-    geometry: WristGeometry,
-    orientation: Rotation,
-    velocities: Mapping[str, ArrayLike],
-    accelerations: Mapping[str, ArrayLike] | None = None,
-) -> ArmMotion:
-    """Angular velocity and acceleration of the arm from measured rates, the inverse of :func:`joint_motion`.
-
-    Parameters
-    ----------
-    geometry : WristGeometry
-        Joint centres.
-    orientation : Rotation
-        Pose, single or a stack of shape (...).
-    velocities : mapping of str to array_like
-        One or more of :data:`QUANTITIES`, each broadcasting to (..., n). More than three rates are fitted with least
-        squares, lengths divided by the largest |B_i| to stand beside angles.
-    accelerations : mapping of str to array_like, optional
-        The same quantities' second derivatives.
-
-    Returns
-    -------
-    ArmMotion
-        Where the rows have a smallest singular value below 1e-9 the motion is not determined: NaN.
-
-    Raises
-    ------
-    UnknownName
-        If a quantity is not one of :data:`QUANTITIES`.
-    InvalidInput
-        If nothing is given, a value is not finite, its shape does not fit, or accelerations are given of other
-        quantities than velocities.
-    """
-    if not velocities:
-        raise InvalidInput("expected the rates of at least one quantity")
-    for name in (*velocities, *(accelerations or ())):
-        if name not in QUANTITIES:
-            raise UnknownName("quantity", name, QUANTITIES)
-    if accelerations is not None and set(accelerations) != set(velocities):
-        raise InvalidInput(
-            f"expected accelerations of {', '.join(sorted(velocities))}, got {', '.join(sorted(accelerations))}"
-        )
-    names = [name for name in QUANTITIES if name in velocities]
-    shape, all_rows, _ = _rows(geometry, orientation, None)
-    radius = float(np.linalg.norm(geometry.platform_points, axis=-1).max())
-    scale = np.array([1.0 / radius if name == "lengths" else 1.0 for name in names])
-    picked = [QUANTITIES.index(name) for name in names]
-    n = geometry.limb_count
-
-    def stacked(values: Mapping[str, ArrayLike]) -> FloatArray:
-        parts = []
-        for name, weight in zip(names, scale, strict=True):
-            array = as_finite(name, values[name], (n,), stack=True)
-            try:
-                parts.append(np.broadcast_to(array, (*shape, n)).reshape(-1, n) * weight)
-            except ValueError:
-                raise InvalidInput(f"expected {name} to broadcast to {(*shape, n)}, got {array.shape}") from None
-        return np.concatenate(parts, axis=-1)
-
-    rows = (all_rows[:, picked] * scale[:, None, None]).reshape(len(all_rows), -1, 3)
-    known = np.isfinite(rows).all(axis=(1, 2))
-    safe = np.where(known[:, None, None], rows, 0.0)
-    U, singular, Vt = np.linalg.svd(safe, full_matrices=False)
-    determined = known & (singular[:, 2] > SINGULAR_MARGIN)
-    inverse = np.divide(1.0, singular, out=np.zeros_like(singular), where=determined[:, None])
-
-    def solve(right: FloatArray) -> FloatArray:
-        answer = np.einsum("kji,kj->ki", Vt, inverse * np.einsum("kji,kj->ki", U, right))
-        answer[~determined] = np.nan
-        return answer
-
-    rates = stacked(velocities)
-    omega = solve(rates)
-    left = np.abs(rates - np.einsum("kij,kj->ki", safe, omega)).reshape(len(rates), len(names), n) / scale[:, None]
-    residual = left.max(axis=(1, 2)) if len(rates) else np.zeros(0)
-    condition = np.full(len(rates), np.inf)
-    np.divide(singular[:, 0], singular[:, 2], out=condition, where=determined)
-    eta = None
-    if accelerations is not None:
-        _, _, derivatives = _rows(geometry, orientation, np.where(determined[:, None], omega, 0.0))
-        moving = (derivatives[:, picked] * scale[:, None, None]).reshape(len(rates), -1, 3)
-        drift = np.einsum("kij,kj->ki", np.where(determined[:, None, None], moving, 0.0), np.nan_to_num(omega))
-        eta = solve(stacked(accelerations) - drift).reshape(*shape, 3)
-    return ArmMotion(omega.reshape(*shape, 3), eta, residual.reshape(shape), condition.reshape(shape))

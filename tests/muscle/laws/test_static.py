@@ -16,7 +16,6 @@ from exo_pin.muscle import (
     muscle_model,
     muscle_models,
     parameter_set,
-    pujana_arrese,
 )
 from exo_pin.muscle.laws.validity import as_outside
 
@@ -38,7 +37,6 @@ def all_models():
             **fields,
         ),
         Wickramatunge(name="wickra", rest_length=0.2, a_0=4e-10, a_1=0.013, a_2=3500.0, a_3=-160.0, **fields),
-        pujana_arrese((2.6e-4, -1e-3, 1e-3), (-9, -200, 2000, -7000, 8000), 0.3, name="pujana", validity=WIDE),
     ]
     return [muscle_model(name) for name in muscle_models()] + extra
 

@@ -1,20 +1,17 @@
 """Plots: drawn without warnings, with the data and labels that they are for."""
 
-import sys
-
 import numpy as np
 import pytest
 
-from exo_pin.core.errors import InvalidInput, MissingExtra
+from exo_pin.core.errors import InvalidInput
 from exo_pin.muscle import (
     PressureStep,
-    SettlingCurve,
     dynamic_model,
     muscle_model,
     simulate,
     steady_states,
 )
-from exo_pin.view.plots.muscle_plots import plot_force_map, plot_measured, plot_responses, plot_settling
+from exo_pin.view.plots.muscle_plots import plot_force_map, plot_measured, plot_responses
 
 PNG = b"\x89PNG"
 
@@ -59,22 +56,3 @@ def test_responses(tmp_path):
     figure.savefig(tmp_path / "responses.png", dpi=50)
     with pytest.raises(InvalidInput, match="one to three"):
         plot_responses({})
-
-
-def test_settling(tmp_path):
-    lags, times = np.array([0.0, 0.5, 1.0]), np.array([1.0, 1.8, 3.6])
-    curve = SettlingCurve(lags, times, np.zeros(3), np.array([False, True, True]), 0.02, 2.3, 4e5, 8.0)
-    figure = plot_settling(curve, measured=6.0)
-    (axis,) = figure.axes
-    labels = [text.get_text() for text in axis.get_legend().get_texts()]
-    assert labels == ["within the model's range", "leaves the model's range", "measured, 6 s"]
-    np.testing.assert_array_equal(axis.lines[0].get_ydata(), [np.nan, 1.8, 3.6])
-    assert axis.get_ylabel() == "settling time, 2 % (s)"
-    figure.savefig(tmp_path / "settling.png", dpi=50)
-
-
-def test_a_missing_matplotlib_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(MissingExtra, match=r"\.\[plot\]") as caught:
-        plot_force_map(muscle_model("best"))
-    assert isinstance(caught.value, ImportError)

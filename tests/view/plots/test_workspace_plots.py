@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
 from exo_pin.view.plots import (
-    criterion_bars,
     design_drawing,
     rotation_ball,
     shoulder_force_slices,
@@ -65,10 +64,8 @@ def test_force_slices_leave_out_what_is_outside(found):
     assert np.nanmax(values) <= np.nanmax(found.magnitude[found.inside])
 
 
-def test_ball_and_bars(found):
+def test_ball(found):
     assert "% of" in rotation_ball(found).get_suptitle()
-    bars = criterion_bars(found)
-    assert bars.get_yticklabels()[0].get_text() == "stroke"
 
 
 def test_drawing_has_a_row_a_pose():

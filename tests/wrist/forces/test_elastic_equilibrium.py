@@ -10,8 +10,8 @@ from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.load_case.pose_stacks import arm_loads, as_query
+from exo_pin.wrist.forces.analytic_vectors import left_jacobian, turn_matrix
 from exo_pin.wrist.forces.elastic_equilibrium import ElasticEquations
-from exo_pin.wrist.forces.finite_turns import left_jacobian, turn_matrix
 
 SOFT = ep.Interfaces(ep.Interface.of(3e4, 500.0, [0, 0.05, 0]), ep.Interface.upper_arm_cuff(0.2, 4.0))
 #: Stiffness of the shoulder, N/m, and EI and GJ of the guides, N m².
@@ -227,7 +227,7 @@ def test_jacobian_equals_differences(worn, locked, interfaces, mass):
     np.testing.assert_allclose((ends[0] - ends[1]) / (2 * h), rate, atol=1e-6 * np.abs(rate).max())
 
 
-def test_finite_turns():
+def test_analytic_vectors():
     rng = np.random.default_rng(39)
     v = rng.normal(size=(40, 3)) * np.geomspace(1e-9, 2.0, 40)[:, None]
     np.testing.assert_allclose(turn_matrix(v), Rotation.from_rotvec(v).as_matrix(), atol=1e-14)

@@ -189,7 +189,7 @@ def test_what_does_not_fit_is_named():
 def test_pictures_show_what_they_say(tmp_path):
     import matplotlib.pyplot as plt
 
-    from exo_pin.view.plots.singularity_plots import determinant_map, locus_picture, locus_surface
+    from exo_pin.view.plots.singularity_plots import determinant_map, locus_surface
 
     exo = ep.load("prototype")
     ax = determinant_map(exo, step=2.0)
@@ -205,7 +205,6 @@ def test_pictures_show_what_they_say(tmp_path):
     assert np.linalg.norm(points - [0, 6.21], axis=1).min() < 1.0
     drawn = locus_surface(exo, step=10.0, ranges=DAILY_RANGES)
     assert drawn.get_zlabel() == "internal rotation, °"
-    figure = locus_picture(exo, shoulder_rotation(30, 40, 20, **DEGREES))
-    figure.savefig(tmp_path / "locus.png", dpi=40)
+    drawn.figure.savefig(tmp_path / "locus.png", dpi=40)
     assert (tmp_path / "locus.png").stat().st_size > 5000
     plt.close("all")

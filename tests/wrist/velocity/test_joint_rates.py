@@ -7,7 +7,6 @@ from wrists import random_mechanism
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.core.errors import InvalidInput, UnknownName
 from exo_pin.design import preset
 from exo_pin.load_case import Motion
 
@@ -44,10 +43,7 @@ def test_rates_and_their_derivatives(geometry):
     assert count >= 10
     omega, eta = rng.normal(size=(2, count, 3))
     motion = Motion(omega, eta)
-    rows, derivatives = (
-        wrist.joint_jacobians(geometry, poses),
-        wrist.joint_jacobian_derivatives(geometry, poses, motion),
-    )
+    rows = wrist.joint_jacobians(geometry, poses)
     joints = wrist.joint_motion(geometry, poses, motion)
 
     def at(t):
@@ -55,7 +51,6 @@ def test_rates_and_their_derivatives(geometry):
         return Rotation.from_rotvec(omega * t + eta * t**2 / 2) * poses
 
     ahead, behind = wrist.inverse_kinematics(geometry, at(STEP)), wrist.inverse_kinematics(geometry, at(-STEP))
-    rows_ahead, rows_behind = wrist.joint_jacobians(geometry, at(STEP)), wrist.joint_jacobians(geometry, at(-STEP))
     motion_ahead = wrist.joint_motion(geometry, at(STEP), Motion(omega + eta * STEP, eta))
     motion_behind = wrist.joint_motion(geometry, at(-STEP), Motion(omega - eta * STEP, eta))
     for name in wrist.QUANTITIES:
@@ -66,8 +61,6 @@ def test_rates_and_their_derivatives(geometry):
         np.testing.assert_allclose(
             np.einsum("kij,kj->ki", getattr(rows, name), omega), joints.velocities[name], atol=1e-12
         )
-        slope = (getattr(rows_ahead, name) - getattr(rows_behind, name)) / (2 * STEP)
-        np.testing.assert_allclose(getattr(derivatives, name), slope, atol=10 * tolerance)
         change = (motion_ahead.velocities[name] - motion_behind.velocities[name]) / (2 * STEP)
         np.testing.assert_allclose(joints.accelerations[name], change, atol=20 * tolerance)
 
@@ -94,52 +87,10 @@ def test_rows_in_terms_of_the_limbs_normal():
     np.testing.assert_allclose(np.linalg.det(rows.base_theta_y), expected, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "measured",
-    [("lengths",), ("base_theta_x",), ("base_theta_y",), ("platform_theta_x",), ("base_theta_x", "base_theta_y"),
-     wrist.QUANTITIES],
-    ids="+".join,
-)  # fmt: skip
-def test_back_from_rates_to_the_arm(measured):
-    geometry = preset("prototype").geometry
-    rng = np.random.default_rng(4)
-    poses = calm_poses(geometry, rng, 30)
-    omega, eta = rng.normal(size=(2, len(poses), 3))
-    joints = wrist.joint_motion(geometry, poses, Motion(omega, eta))
-    back = wrist.arm_motion(
-        geometry,
-        poses,
-        {name: joints.velocities[name] for name in measured},
-        {name: joints.accelerations[name] for name in measured},
-    )
-    error = 1e-13 * back.condition[:, None]
-    assert (np.abs(back.angular_velocity - omega) < error).all()
-    assert (np.abs(back.angular_acceleration - eta) < 1e3 * error * back.condition[:, None]).all()
-    assert back.residual.max() < 1e-11
-
-
-def test_the_singular_row_is_nan_and_no_other():
+def test_the_row_of_a_folded_limb_is_nan_and_no_other():
     exo = ep.load("prototype")
-    poses = ep.thesis_rotation([40, 90, 10], [-20, 0, 0], [-30, 0, 0], degrees=True)
-    back = wrist.arm_motion(exo.geometry, poses, {"lengths": np.full(3, 0.1)}, {"lengths": np.zeros(3)})
-    assert np.isnan(back.angular_velocity[1]).all()
-    assert np.isnan(back.angular_acceleration[1]).all()
-    assert np.isinf(back.condition[1])
-    assert np.isfinite(back.angular_velocity[[0, 2]]).all()
     turn, _ = Rotation.align_vectors(exo.geometry.base_points[:1].copy(), exo.geometry.platform_points[:1].copy())
     rows = wrist.joint_jacobians(exo.geometry, turn)
     np.testing.assert_allclose(rows.lengths[0], 0, atol=1e-15)
     assert np.isnan(rows.base_theta_y[0]).all()
     assert np.isfinite(rows.base_theta_y[1:]).all()
-
-
-def test_what_does_not_fit_is_named():
-    geometry, pose = preset("prototype").geometry, Rotation.identity()
-    with pytest.raises(UnknownName, match="lengths"):
-        wrist.arm_motion(geometry, pose, {"length": np.zeros(3)})
-    with pytest.raises(InvalidInput, match="at least one"):
-        wrist.arm_motion(geometry, pose, {})
-    with pytest.raises(InvalidInput, match="accelerations of lengths"):
-        wrist.arm_motion(geometry, pose, {"lengths": np.zeros(3)}, {"base_theta_x": np.zeros(3)})
-    with pytest.raises(InvalidInput, match="broadcast"):
-        wrist.arm_motion(geometry, pose, {"lengths": np.zeros((2, 3))})

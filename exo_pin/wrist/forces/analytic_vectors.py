@@ -1,6 +1,7 @@
-"""Rotation vectors of any size, by formulas that are analytic, so that complex steps give exact derivatives.
+"""Vectors and rotation vectors by formulas that are analytic, so that complex steps give exact derivatives.
 
-With θ = |v| and [v] the matrix of v × (Chirikjian, Stochastic Models, Information Theory, and Lie Groups 2, 2012):
+For a rotation vector v of any size, with θ = |v| and [v] the matrix of v × (Chirikjian, Stochastic Models, Information
+Theory, and Lie Groups 2, 2012):
 
     exp [v] = 1 + sin θ/θ [v] + (1 - cos θ)/θ² [v]²      J_l = 1 + (1 - cos θ)/θ² [v] + (θ - sin θ)/θ³ [v]²
 
@@ -13,13 +14,34 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["left_jacobian", "turn_coefficients", "turn_matrix"]
+__all__ = ["angle_about", "dot", "left_jacobian", "length_of", "turn_coefficients", "turn_matrix", "unit"]
 
 #: θ² below which the series is used; its first term that is left out is below 1e-16 there.
 _SMALL = 1e-2
 #: Denominators of the series in -θ²: 1/(2k+1)!, 1/(2k+2)! and 1/(2k+3)!.
 _SERIES = [[1.0, 6.0, 120.0, 5040.0, 362880.0, 39916800.0], [2.0, 24.0, 720.0, 40320.0, 3628800.0, 479001600.0],
            [6.0, 120.0, 5040.0, 362880.0, 39916800.0, 6227020800.0]]  # fmt: skip
+
+
+def dot(u: FloatArray, v: FloatArray) -> FloatArray:
+    """Dot products of vectors of shape (..., 3)."""
+    return np.asarray(np.einsum("...i,...i->...", u, v))
+
+
+def length_of(vectors: FloatArray) -> FloatArray:
+    """Lengths, shape (..., 1), by a formula that is analytic, unlike a norm of absolute values."""
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True)))
+
+
+def unit(vectors: FloatArray) -> FloatArray:
+    """Vectors of length 1 along vectors of shape (..., 3); zero where they are zero."""
+    length = length_of(vectors)
+    return np.asarray(vectors / np.where(length.real > 0.0, length, 1.0))
+
+
+def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """Angle about s from one unit vector across it to another, within ±π; analytic, unlike arctan2."""
+    return np.asarray(2.0 * np.arctan(dot(np.cross(first, second), s) / (1.0 + dot(first, second))))
 
 
 def turn_coefficients(square: FloatArray) -> list[FloatArray]:

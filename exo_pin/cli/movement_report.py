@@ -1,0 +1,59 @@
+"""``exo-pin reaction --trajectory``: forces along a movement."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from ..core.errors import InvalidInput
+from ..core.files import is_stream
+from ..exo.shoulder_exo import ShoulderExo
+from ..load_case import read_movement
+from ..reaction import ConstraintBounds, MovementReaction
+from ..reaction.along_files import write_movement_reaction
+from .options.query_options import limits, pose_angles
+from .reaction_report import moving_mass
+
+__all__ = ["follow"]
+
+
+def follow(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argparse.Namespace) -> MovementReaction:
+    """Compute the forces of the movement in ``--trajectory``, print their summary and write them to ``--out``.
+
+    Parameters
+    ----------
+    exo : ShoulderExo
+        The design.
+    split : str
+        Assumption on the side forces.
+    bounds : ConstraintBounds
+        Of the side forces.
+    options : argparse.Namespace
+        Options of the command.
+    """
+    if any(pose_angles(options)):
+        raise InvalidInput("a movement has poses of its own: give no --flexion, --abduction or --internal-rotation")
+    if options.approach is not None:
+        raise InvalidInput("--approach is for a pose: leave --trajectory out")
+    if options.muscles:
+        raise InvalidInput("--muscles is for a pose; of a movement: exo.joint_contact(movement.orientations, person)")
+    if options.json:
+        raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
+    named = options.out is None or is_stream(options.out) or options.out.suffix.lower() in (".csv", ".npz")
+    if not named:
+        raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
+    smoothing = None if options.smoothing == "none" else options.smoothing
+    known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
+    movement = read_movement(options.trajectory, exo.side, smoothing, known, options.ends)
+    query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}
+    answer = exo.follow(movement, actuator_bounds=limits(options), **query)
+    if limits(options) is None and answer.reaction.has_better_tensions:
+        answer = exo.follow(movement, actuator_bounds="design", **query)
+    print(
+        f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(movement.times)} samples; {moving_mass(exo)}\n"
+    )
+    print(answer)
+    if options.out is not None:
+        write_movement_reaction(answer, options.out, exo.side, exo.name)
+        print(options.out)
+    return answer

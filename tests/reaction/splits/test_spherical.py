@@ -1,0 +1,66 @@
+"""Split "spherical" within limits: the exact method against the quadratic program and against closed forms."""
+
+import numpy as np
+import pytest
+from wrists import random_mechanism, regular_poses
+
+from exo_pin.exo.shoulder_exo import ShoulderExo
+from exo_pin.reaction.splits.spherical import Spherical
+
+
+class Programs(Spherical):
+    """The same split with a quadratic program for every pose."""
+
+    name = "spherical by programs"
+
+    def choose_within(self, poses, rows, answer):
+        """Leave all poses to the program."""
+        return rows
+
+
+@pytest.mark.parametrize("limbs", [3, 4, 5, 6, 7])
+@pytest.mark.parametrize("offset", [None, (0.01, -0.008, 0.012)])
+def test_tensions_within_limits_agree_with_the_program(limbs, offset):
+    rng = np.random.default_rng(100 * limbs + (offset is not None))
+    exo = ShoulderExo.from_mechanism(random_mechanism(rng, n=limbs))
+    poses = regular_poses(exo.mechanism, rng, 40, margin=0.05)
+    free = exo.reaction(poses, centre_offset=offset)
+    largest, typical = np.abs(free.actuator_forces).max(), np.quantile(np.abs(free.actuator_forces), 0.8)
+    held = bound = 0
+    for limit in ((0.0, np.inf), (-typical, typical), (-2.0 * largest, 2.0 * largest)):
+        options = {"centre_offset": offset, "actuator_bounds": limit}
+        exact, program = exo.reaction(poses, **options), exo.reaction(poses, split=Programs(), **options)
+        np.testing.assert_array_equal(exact.equilibrium_status, program.equilibrium_status)
+        good = exact.has_answer
+        np.testing.assert_allclose(
+            exact.actuator_forces[good], program.actuator_forces[good], rtol=0, atol=1e-9 * largest
+        )
+        f = exact.actuator_forces[good]
+        assert ((limit[0] <= f) & (f <= limit[1])).all()
+        assert exact.is_balanced()
+        assert (exact.optimum.kkt[good] <= 1e-8).all()
+        assert exact.optimum.unique[good].all()
+        assert not exact.constraint_forces[good].any()
+        held += good.sum()
+        bound += ((f == limit[0]) | (f == limit[1])).any(axis=1).sum()
+    assert held >= 40
+    assert bound >= 5 or limbs == 3
+
+
+def test_four_cables_need_no_program(monkeypatch):
+    """One self-stress: the shortest pull is f + N z with the z nearest to zero that no cable pushes at."""
+    exo = ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(5), n=4))
+    poses = regular_poses(exo.mechanism, np.random.default_rng(6), 60, margin=0.05)
+    monkeypatch.setattr("exo_pin.reaction.answer.choose", lambda pose: pytest.fail("a program was solved"))
+    answer = exo.reaction(poses, actuator_bounds="pull")
+    own, tried = answer.source.poses.tensions, 0
+    for k in np.flatnonzero(answer.has_answer):
+        f, N = own.f[k], own.self_stress[k][:, 0]
+        z = -f / N
+        low, high = z[N > 0.0].max(initial=-np.inf), z[N < 0.0].min(initial=np.inf)
+        assert low <= high
+        np.testing.assert_allclose(
+            answer.actuator_forces[k], f + N * np.clip(0.0, low, high), atol=1e-10 * np.abs(f).max()
+        )
+        tried += 1
+    assert tried >= 10

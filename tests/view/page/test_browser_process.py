@@ -8,20 +8,14 @@ import tempfile
 
 import numpy as np
 import pytest
+from page_pictures import SIZE
 from PIL import Image
 
-from exo_pin.core.errors import BrowserFailed, BrowserNotFound
-from exo_pin.view import Browser, find_browser
-
-pytest.importorskip("choreographer")
-try:
-    find_browser()
-except BrowserNotFound as missing:
-    pytest.skip(str(missing), allow_module_level=True)
-
-SIZE = (960, 640)
+from exo_pin.core.errors import BrowserFailed
+from exo_pin.view import Browser
 
 
+@pytest.mark.usefixtures("needs_browser")
 def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
     command = [sys.executable, "-m", "exo_pin.cli", "view", "--no-human", "--png", str(target), "--size", "400x300"]
@@ -37,6 +31,7 @@ def test_failing_browser_is_reported(tmp_path):
         Browser(SIZE, program="/bin/false")
 
 
+@pytest.mark.usefixtures("needs_browser")
 def test_a_browser_that_is_killed_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with Browser(SIZE, timeout=20.0) as window:

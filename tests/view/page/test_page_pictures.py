@@ -1,0 +1,137 @@
+"""What a browser draws: points of the device, the arm and the wearer have the colours they should have."""
+
+import base64
+
+import numpy as np
+import pytest
+from page_pictures import EYE, POSES, TARGET, VIEW, check_picture, chroma, make_scene, named_pose, pixel, shot, shot_of
+from scipy.spatial.transform import Rotation, Slerp
+
+import exo_pin as ep
+from exo_pin.core.errors import MissingExtra
+from exo_pin.person.limb.skeleton import bone_meshes
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_exported_page_shows_limbs_arm_and_arrows_where_they_are(browser, tmp_path, name):
+    scene = make_scene(human=False)
+    scene.show(named_pose(name))
+    scene.save_html(tmp_path / "scene.html")
+    browser.open((tmp_path / "scene.html").as_uri())
+    check_picture(shot(browser), scene, name)
+
+
+def test_live_page_follows_the_pose(browser):
+    scene = make_scene(human=False)
+    try:
+        browser.open(scene.serve(0))
+        for name in POSES:
+            answer = scene.show(named_pose(name))
+            browser.wait_for(f"document.body.dataset.serial === '{scene.serial}'")
+            check_picture(shot(browser), scene, name)
+            assert f"{answer.magnitude:.1f} N" in browser.evaluate("document.getElementById('big').innerText")
+    finally:
+        scene.close()
+
+
+def test_shoulder_is_inside_the_rings_and_no_limb_in_the_chest_at_rest(browser):
+    try:
+        scene = make_scene(human=True)
+    except MissingExtra as missing:
+        pytest.skip(str(missing))
+    browser.open_html(scene.html())
+    image = shot(browser)
+    exo = scene.exo
+    state = exo.inverse_kinematics(Rotation.identity())
+    # A limb that ran through the chest would be hidden by it; every limb is seen along its whole outer half.
+    for i in range(3):
+        a, b = exo.geometry.base_points[i], state.platform_points[i]
+        for share in (0.15, 0.3, 0.45):
+            assert pixel(image, b + share * (a - b)).max() < 0.4, (i, share)
+    # Bright skin of the upper arm around O, in front of the dark cloth of the chest.
+    assert chroma(pixel(image, [0.0, 0.03, -0.08])) @ chroma((0.86, 0.70, 0.60)) > 0.8
+
+
+def test_recording_plays_by_itself_and_its_numbers_follow(browser, tmp_path):
+    scene = make_scene(human=False, metres_per_newton=0.0005)
+    times = np.linspace(0.0, 1.0, 7)
+    ends = Rotation.concatenate([named_pose("rest"), named_pose("raised")])
+    poses = Slerp([0.0, 1.0], ends)(times)
+    recording = scene.record(poses, times)
+    recording.save(tmp_path / "motion.html")
+    browser.open((tmp_path / "motion.html").as_uri())
+    browser.wait_for("document.body.dataset.frame !== undefined")
+    first = browser.evaluate("document.body.dataset.frame")
+    browser.wait_for(f"document.body.dataset.frame !== '{first}'")
+    for frame, name in ((0, "rest"), (6, "raised")):
+        browser.evaluate(f"showFrame({frame})")
+        check_picture(shot(browser), scene, name)
+        text = browser.evaluate("document.getElementById('big').innerText")
+        assert f"{recording.reaction.magnitude[frame]:.1f} N" in text
+    assert "1.00 s" in browser.evaluate("document.getElementById('clock').textContent")
+
+
+def test_wearers_bones_and_muscles_move_and_change_colour(browser):
+    """Without arrows and device in the way: bones are bright, muscles have the colour of their activation."""
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    wearer, device = ep.Person(1.75, 75, "male"), ep.load("four-cables")
+    scene = device.view(person=wearer, metres_per_newton=1e-7)
+    scene.camera(EYE, TARGET, VIEW)
+    scene._stage.viewer["exo"].set_property("visible", False)
+    poses, times = device.pose([10.0, 50.0], [20.0, 60.0], 0.0), [0.0, 1.0]
+    # Part of the load, so that muscles work.
+    recording = scene.record(poses, times, load=ep.Load([0.0, 0.0, -20.0], at=(0.0, 0.0, -0.3)))
+    browser.open_html(recording.html())
+    frames = recording._frames
+    moving, coloured = frames["moving"], frames["coloured"]
+    transforms = np.frombuffer(base64.b64decode(frames["transforms"]), "<f4").reshape(2, len(moving), 4, 4)
+    colours = np.frombuffer(base64.b64decode(frames["colours"]), "<f4").reshape(2, len(coloured), 4)
+    assert len(coloured) >= 10
+    vertices = bone_meshes("left")["trunk"][0]
+    images = []
+    for frame in range(2):
+        browser.evaluate(f"showFrame({frame})")
+        image = shot(browser)
+        images.append(image)
+        trunk = transforms[frame, moving.index("/meshcat/wearer/bones/trunk")].T
+        skull = vertices @ trunk[:3, :3].T + trunk[:3, 3]
+        skull = skull[skull[:, 2] > skull[:, 2].max() - 0.08]
+        nearest = skull[np.argmin(np.linalg.norm(skull - EYE, axis=1))]
+        red, green, blue = pixel(image, nearest)
+        assert red > 0.5
+        assert red >= green >= blue
+        # The middles of the muscles' parts that something else does not hide.
+        seen = total = 0
+        for k, path in enumerate(coloured):
+            parts = [i for i, name in enumerate(moving) if name.startswith(f"{path}/")]
+            for i in parts:
+                matrix = transforms[frame, i].T
+                got = pixel(image, matrix[:3, 3] + 0.5 * matrix[:3, 2])
+                seen += chroma(got) @ chroma(colours[frame, k, :3]) > 0.97 and np.ptp(got) > 0.05
+                total += 1
+        assert seen > 0.6 * total
+    assert np.abs(images[0] - images[1]).max() > 0.3
+
+
+def test_muscles_points_surface_and_ghost_are_drawn(browser):
+    scene = make_scene(human=False, limbs="muscles")
+    scene.show(named_pose("rest"), pressures=[0.0, 2e5, 4e5])
+    before = shot_of(browser, scene)
+    spot = np.array([0.25, 0.25, 0.2])
+    scene.points("cloud", [spot], [3.0], "value, 1", limits=(0.0, 3.0), size=0.05)
+    corners = [[0.1, 0.4, 0.1], [0.1, 0.4, 0.25], [0.1, 0.25, 0.25]]
+    scene.surface("face", corners, [[0, 1, 2]], [0.0, 0.0, 0.0], "value, 1", limits=(0.0, 1.0))
+    scene.ghost(ep.shoulder_rotation(0, 80, 0, degrees=True))
+    after = shot_of(browser, scene)
+    red, green, blue = pixel(after, spot)
+    assert red > 0.8
+    assert green > 0.7
+    assert blue < 0.5
+    face = pixel(after, np.mean(corners, axis=0))
+    assert face[2] > face[0] + 0.05
+    ghost = ep.shoulder_rotation(0, 80, 0, degrees=True).as_matrix() @ [0.0, 0.0, -0.2]
+    assert pixel(after, ghost).mean() < pixel(before, ghost).mean() - 0.05
+    # Full pressure is the bright end of the scale.
+    a, b = scene.exo.geometry.base_points, scene.exo.inverse_kinematics(named_pose("rest")).platform_points
+    brightness = [pixel(after, (a[i] + b[i]) / 2).mean() for i in range(3)]
+    assert brightness[0] < brightness[1] < brightness[2]

@@ -14,7 +14,6 @@ from ...core.errors import (
     LoopNotClosed,
     NearSingularConfiguration,
     SingularConfiguration,
-    UnknownName,
 )
 from ...core.validation import FloatArray, as_finite, as_mapping
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
@@ -271,10 +270,8 @@ def put_on(state: ChainState, external: Mapping[str, ArrayLike] | None) -> None:
     """Add wrenches on frames to the workspace's external forces; its poses must be up to date."""
     work, frames = state.workspace, state.model.frames
     for name, value in as_mapping("external", external, "frames to wrenches").items():
-        if name not in state.frames:
-            raise UnknownName("frame", name, state.frames)
+        frame = frames[state.frame_index(name)]
         given = as_finite(f"external[{name!r}]", value, (6,))
-        frame = frames[state.frames[name]]
         to_local = work.poses[frame.parentJoint, :3]
         force = to_local @ given[:3]
         work.external[frame.parentJoint, :3] += force

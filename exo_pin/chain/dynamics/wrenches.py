@@ -11,7 +11,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
 from .equations_of_motion import EquationsOfMotion
@@ -135,9 +134,6 @@ def axes_and_point(
 def _frame_pose(
     equations: EquationsOfMotion, name: str, what: str, others: tuple[str, ...]
 ) -> tuple[FloatArray, FloatArray]:
-    frames = equations.state.frames
-    if not isinstance(name, str) or name not in frames:
-        raise UnknownName(what, name, (*others, *frames))
-    frame = equations.state.model.frames[frames[name]]
+    frame = equations.state.model.frames[equations.state.frames.find(what, name, others=others)]
     pose = equations.poses[frame.parentJoint]
     return frame.placement.translation @ pose[:3] + pose[3], frame.placement.rotation.T @ pose[:3]

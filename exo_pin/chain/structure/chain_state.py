@@ -28,7 +28,7 @@ from .memory.workspace import (
     proximal_constraints,
 )
 from .passive import PassiveForces
-from .topology import Part, all_parts, frame_table, make_topology, refuse_model
+from .topology import FrameTable, Part, all_parts, make_topology, refuse_model
 
 __all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
 
@@ -88,7 +88,7 @@ class ChainState:
 
     def __init__(self, model: pin.Model, description: Closures) -> None:
         self.model, self.description = model, description
-        self.frames = frame_table(model)
+        self.frames = FrameTable(model)
         self.joints = {str(name): index for index, name in enumerate(model.names)}
         refuse_model(model)
         self.nq, self.nv, self.gravity = int(model.nq), int(model.nv), np.asarray(model.gravity.linear)
@@ -112,8 +112,8 @@ class ChainState:
         if roles.shoulder is not None and roles.shoulder not in joined:
             raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
         for frame in (roles.arm, roles.reference_point):
-            if frame is not None and frame not in self.frames:
-                raise UnknownName("frame", frame, self.frames, where="roles")
+            if frame is not None:
+                self.frames.find("frame", frame, "roles")
 
     # Parts, sizes and units
 
@@ -191,9 +191,7 @@ class ChainState:
 
     def body_index(self, frame: str) -> int:
         """Index of the joint that carries the body of a frame, 0 for the world."""
-        if not isinstance(frame, str) or frame not in self.frames:
-            raise UnknownName("body", frame, self.frames)
-        return int(self.model.frames[self.frames[frame]].parentJoint)
+        return int(self.model.frames[self.frames.find("body", frame)].parentJoint)
 
     def rows(self, closure: str) -> slice:
         """The constraint rows of a closure."""
@@ -211,9 +209,7 @@ class ChainState:
 
     def frame_index(self, frame: str) -> int:
         """Index of a frame in the model."""
-        if frame not in self.frames:
-            raise UnknownName("frame", frame, self.frames)
-        return self.frames[frame]
+        return self.frames.find("frame", frame)
 
     def configuration_slice(self, joint: str) -> slice:
         """Indices of a joint's coordinates in q."""

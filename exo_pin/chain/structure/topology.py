@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from .couplings import make_couplings
 from .description import Closures
 from .motion_axes import carried_joints, in_metres, moving_coordinates
 
-__all__ = ["Part", "Topology", "all_parts", "frame_table", "make_topology", "refuse_model", "se3"]
+__all__ = ["FrameTable", "Part", "Topology", "all_parts", "make_topology", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
 
@@ -124,18 +125,39 @@ def se3(placement: Placement) -> pin.SE3:
     return pin.SE3(quaternion, np.array(placement.translation))
 
 
-def frame_table(model: pin.Model) -> dict[str, int]:
+class FrameTable(dict[str, int]):
     """Frame index by name.
 
-    A link and its joint may share a name: they share their frame too. The first one counts.
+    A link and its joint may share a name: they share their frame too. A link and a joint that share a name in different
+    places, as a URDF may have them, are two frames: neither has an index, and :meth:`find` refuses their name.
     """
-    table: dict[str, int] = {}
-    for index, frame in enumerate(model.frames):
-        known = table.setdefault(frame.name, index)
-        other = model.frames[known]
-        if frame.parentJoint != other.parentJoint or not frame.placement.isApprox(other.placement, 1e-12):
-            raise InvalidInput(f"two frames in different places have the name {frame.name!r}: rename one of them")
-    return table
+
+    def __init__(self, model: pin.Model) -> None:
+        super().__init__()
+        self._shared = set()
+        for index, frame in enumerate(model.frames):
+            other = model.frames[self.setdefault(frame.name, index)]
+            if frame.parentJoint != other.parentJoint or not frame.placement.isApprox(other.placement, 1e-12):
+                self._shared.add(frame.name)
+        for name in self._shared:
+            del self[name]
+
+    def find(self, what: str, name: object, where: str = "", others: Iterable[str] = ()) -> int:
+        """Index of a frame.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such frame; ``what`` it is, ``where`` it is named and ``others`` beside it are for the text.
+        InvalidInput
+            If two frames have this name.
+        """
+        if isinstance(name, str) and name in self:
+            return self[name]
+        if name in self._shared:
+            place = f" in {where}" if where else ""
+            raise InvalidInput(f"two frames in different places have the name {name!r}{place}: rename one of them")
+        raise UnknownName(what, name, (*others, *self), where)
 
 
 def refuse_model(model: pin.Model) -> None:
@@ -170,7 +192,7 @@ def refuse_model(model: pin.Model) -> None:
             )
 
 
-def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) -> Topology:
+def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> Topology:
     """Find the closures' frames in the model.
 
     Raises
@@ -188,9 +210,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: dict[str, int]) 
             continue
         ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
         for end, (name, placement) in enumerate(ends):
-            if name not in frames:
-                raise UnknownName("frame", name, frames, where=f"closure {closure.name!r}")
-            frame = model.frames[frames[name]]
+            frame = model.frames[frames.find("frame", name, f"closure {closure.name!r}")]
             pose = frame.placement * se3(placement) * _axis_turn(closure.axis)
             joints[c, end] = frame.parentJoint
             local[c, end, :3], local[c, end, 3] = pose.rotation.T, pose.translation

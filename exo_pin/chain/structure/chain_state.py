@@ -71,7 +71,7 @@ class ChainState:
         Sizes of q and v.
     gravity : ndarray
         Shape (3,), m/s², a window on the model's.
-    frames, joints : dict of str to int
+    frames, joints : mapping of str to int
         Index in the model by name.
     topology : Topology
         The loops as arrays for the kernels.
@@ -267,9 +267,13 @@ class ChainState:
 
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
-        if type(value) is not np.ndarray or value.dtype is not _FLOAT or value.shape != (size,):
-            return as_finite(name, value, (size,))
-        return value if math.isfinite(value.dot(value)) else as_finite(name, value, (size,))
+        array = self.sized(name, value, size)
+        return array if math.isfinite(array.dot(array)) else as_finite(name, array, (size,))
+
+    def sized(self, name: str, value: ArrayLike, size: int) -> FloatArray:
+        """An array of floats as it is, its numbers not looked at; anything else through :func:`as_finite`."""
+        usual = type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,)
+        return value if usual else as_finite(name, value, (size,))
 
     # Scratch memory of the calling thread
 
@@ -284,10 +288,7 @@ class ChainState:
     @property
     def freed_chains(self) -> dict[int, Any]:
         """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
-        chains = getattr(self._local, "freed", None)
-        if chains is None:
-            chains = self._local.freed = {}
-        return chains
+        return self._local.__dict__.setdefault("freed", {})  # type: ignore[no-any-return]
 
     @property
     def proximal_problem(self) -> ProximalProblem:

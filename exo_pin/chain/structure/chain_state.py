@@ -113,9 +113,8 @@ class ChainState:
         joined = {*self.joints, *(closure.name for closure in self.closures)}
         if roles.shoulder is not None and roles.shoulder not in joined:
             raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
-        for frame in (roles.arm, roles.reference_point):
-            if frame is not None:
-                self.frames.find("frame", frame, "roles")
+        for frame in {roles.arm, roles.reference_point} - {None}:
+            self.frames.find("frame", frame, "roles")
 
     # Parts, sizes and units
 
@@ -272,8 +271,9 @@ class ChainState:
 
     def sized(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """An array of floats as it is, its numbers not looked at; anything else through :func:`as_finite`."""
-        usual = type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,)
-        return value if usual else as_finite(name, value, (size,))
+        if type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,):
+            return value
+        return as_finite(name, value, (size,))
 
     # Scratch memory of the calling thread
 
@@ -288,7 +288,7 @@ class ChainState:
     @property
     def freed_chains(self) -> dict[int, Any]:
         """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
-        return self._local.__dict__.setdefault("freed", {})  # type: ignore[no-any-return]
+        return self._local.__dict__.setdefault("freed", {})
 
     @property
     def proximal_problem(self) -> ProximalProblem:

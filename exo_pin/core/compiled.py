@@ -69,13 +69,14 @@ class Kernel:
         self._done = 0
         self._plain: Any = None
         self._compiled: Any = None
-        self._run: Callable[..., Any] = self._call_plain
+        #: What a call runs at the moment; where a microsecond counts, ``kernel.run(...)`` saves the frame of a call.
+        self.run: Callable[..., Any] = self._call_plain
         self.choose()
         on_change(self.choose)
         _all.append(self)
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102 - the class says it
-        return self._run(*arguments)
+        return self.run(*arguments)
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.__qualname__}>"
@@ -121,11 +122,11 @@ class Kernel:
         """Set which form calls take, by the mode of the process."""
         chosen = current_mode()
         if chosen == "auto":
-            self._run = self._call_and_count if self._compiled is None else self._compiled
+            self.run = self._call_and_count if self._compiled is None else self._compiled
         elif chosen == "plain":
-            self._run = self._call_plain
+            self.run = self._call_plain
         else:
-            self._run = self._call_compiled if self._compiled is None else self._compiled
+            self.run = self._call_compiled if self._compiled is None else self._compiled
 
     def _call_plain(self, *arguments: Any) -> Any:
         with np.errstate(all="ignore"):
@@ -196,7 +197,7 @@ class _Intrinsic(Kernel):
         return digest.hexdigest()
 
     def choose(self) -> None:
-        self._run = self._call_plain  # Numba calls intrinsics from compiled code only
+        self.run = self._call_plain  # Numba calls intrinsics from compiled code only
 
     def _make_compiled(self) -> Any:
         return self._make()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -57,13 +58,13 @@ def moving_loops(
     -------
     tuple
         The largest residual; the same scaled; the largest opening by v, scaled; the scaled size of v; whether the
-        configuration is certainly far enough from a singular one.
+        configuration is certainly far enough from a singular one; whether the numbers of q and v are finite.
     """
     worst = residual_jacobian(
         poses, J, joints, local, kinds, lengths, rows, signs, q, coupled, polynomials, gap, jacobian
     )
     jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, coupled, polynomials, rate, drift)
-    scaled, opening, speed = 0.0, 0.0, 0.0
+    scaled, opening, speed, total = 0.0, 0.0, 0.0, 0.0
     for i in range(len(gap)):
         along = 0.0
         for k in range(len(v)):
@@ -71,8 +72,11 @@ def moving_loops(
         scaled, opening = max(scaled, abs(gap[i] * row_scale[i])), max(opening, abs(row_scale[i] * along))
     for k in range(len(v)):
         speed = max(speed, abs(v[k] / column[k]))
+        total += v[k]
+    for k in range(len(q)):
+        total += q[k]
     regular = is_clearly_regular(jacobian, row_scale, column, blocks, len(poses), scaled)
-    return worst, scaled, opening, speed, regular
+    return worst, scaled, opening, speed, regular, math.isfinite(total)
 
 
 @kernel
@@ -91,9 +95,9 @@ def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> An
     Returns
     -------
     tuple
-        The largest error; the same scaled; the scaled size of a.
+        The largest error; the same scaled; the scaled size of a; whether the numbers of a are finite.
     """
-    largest, scaled, size = 0.0, 0.0, 0.0
+    largest, scaled, size, total = 0.0, 0.0, 0.0, 0.0
     for i in range(len(drift)):
         error = drift[i]
         for k in range(len(a)):
@@ -101,7 +105,8 @@ def missed(jacobian: Any, drift: Any, a: Any, row_scale: Any, column: Any) -> An
         largest, scaled = max(largest, abs(error)), max(scaled, abs(row_scale[i] * error))
     for k in range(len(a)):
         size = max(size, abs(a[k] / column[k]))
-    return largest, scaled, size
+        total += a[k]
+    return largest, scaled, size, math.isfinite(total)
 
 
 @kernel

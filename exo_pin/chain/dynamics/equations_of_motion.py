@@ -36,7 +36,7 @@ __all__ = [
 _OPENING = 1e-6
 #: Largest residual, the same scaled; largest opening by v and size of v, both scaled; whether q is certainly far from a
 #: singular configuration.
-LoopMotion = tuple[float, float, float, float, bool]
+LoopMotion = tuple[float, float, float, float, bool, bool]
 #: Least size of a motion in that comparison, characteristic lengths and rad a second (and squared), so that rounding
 #: at rest does not count as a motion that opens the loops.
 _REST = 1e-3
@@ -197,7 +197,7 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     """Fill the workspace's ``gap``, ``jacobian``, ``jacobian_rate`` and ``drift`` at a state of motion."""
     work, top = state.workspace, state.topology
     work.jacobian_rates(q, v)
-    found: LoopMotion = kernels.moving_loops(
+    found: LoopMotion = kernels.moving_loops.run(
         work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
         top.supports, work.q, top.coupled, top.polynomials, top.row_scale, top.column, top.blocks,
         work.gap, work.jacobian, work.jacobian_rate, work.drift,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -26,7 +25,7 @@ from .equations_of_motion import (
     refuse_opening,
 )
 from .inverse_dynamics import solved
-from .nonsmooth.constrained_acceleration import smooth_acceleration, with_contacts
+from .nonsmooth.constrained_acceleration import proximal_acceleration, smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
@@ -168,11 +167,14 @@ def forward_dynamics(
         stabilisation = float(as_finite("stabilisation", stabilisation, ()))
         if stabilisation < 0.0:
             raise InvalidInput(f"expected a stabilisation of zero or more, 1/s, got {stabilisation}")
-    q = state.configuration(q).copy()
-    v = np.zeros(state.nv) if v is None else state.tangent("v", v).copy()
+    q = state.sized("q", q, state.nq).copy()
+    v = np.zeros(state.nv) if v is None else state.sized("v", v, state.nv).copy()
     efforts = efforts_of(state, tau)
     work, top = state.workspace, state.topology
-    worst, gap, opening, speed, regular = moving_loops(state, q, v)
+    worst, gap, opening, speed, regular, finite = moving_loops(state, q, v)
+    if not finite or state.nq != state.nv:
+        state.configuration(q)
+        state.tangent("v", v)
     if not stabilisation:
         if not worst <= CLOSED:
             raise LoopNotClosed(q, worst, 0)
@@ -182,17 +184,20 @@ def forward_dynamics(
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
-    forces, applied = None, Applied(efforts, external, chosen, stabilisation)
+    forces = None
     if stops or state.passive.rubs:
+        applied = Applied(efforts, external, chosen, stabilisation)
         chosen, a, forces = with_contacts(state, q, v, applied, method, stops)
+    elif chosen == "proximal":
+        a = proximal_acceleration(state, q, v, efforts, external)
     else:
-        a = smooth_acceleration(state, q, v, applied)
-    if not math.isfinite(a.dot(a)):
+        a = smooth_acceleration(state, q, v, Applied(efforts, external, chosen, stabilisation))
+    drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
+    largest, missing, size, finite = missed.run(work.jacobian, drift, a, top.row_scale, top.column)
+    if not finite:
         if chosen == "proximal" and method == "auto":
             return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
-    drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
-    largest, missing, size = missed(work.jacobian, drift, a, top.row_scale, top.column)
     size += speed * speed
     if not stabilisation:
         # Pinocchio's tolerances have units, so that very small or light robots may miss them.
@@ -206,8 +211,17 @@ def forward_dynamics(
     if external is not None:
         wrenches = as_mapping("external", external, "frames to wrenches")
         given = {name: np.array(wrench) for name, wrench in wrenches.items()}
-    motion = state, q, v, given, state.gravity.copy()
-    return ClosedMotion(frozen(a), frozen(efforts), chosen, largest, motion, forces)
+    found = ClosedMotion.__new__(ClosedMotion)
+    # A frozen dataclass's own __init__ sets its attributes one by one, which takes a microsecond.
+    vars(found).update(
+        a=frozen(a),
+        tau=frozen(efforts),
+        method=chosen,
+        residual=largest,
+        _motion=(state, q, v, given, state.gravity.copy()),
+        _contacts=forces,
+    )
+    return found
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:
@@ -215,7 +229,7 @@ def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | Non
     if tau is None:
         return np.zeros(state.nv)
     if type(tau) is np.ndarray or not isinstance(tau, Mapping):
-        return state.tangent("tau", tau).copy()
+        return state.vector("tau", tau, state.nv).copy()
     efforts = np.zeros(state.model.nv)
     for joint, value in tau.items():
         own = state.velocity_slice(joint)

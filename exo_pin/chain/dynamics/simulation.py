@@ -159,7 +159,7 @@ def simulate(
     for name, value in (("rtol", rtol), ("atol", atol)):
         if not 0.0 < as_finite(name, value, ()) < 1.0:
             raise InvalidInput(f"expected {name} between 0 and 1, got {value}")
-    _, _, opening, speed, _ = moving_loops(state, start, velocity)
+    _, _, opening, speed, _, _ = moving_loops(state, start, velocity)
     refuse_opening(opening, speed)
     bounce = float(as_finite("restitution", restitution, ()))
     if not 0.0 <= bounce <= 1.0:

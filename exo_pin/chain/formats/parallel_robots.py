@@ -98,9 +98,7 @@ def read_parallel_robot(
         plain, _ = load_model(source, Closures(name), root_joint, right_angle_tolerance)
         data, types = present_layout(given, plain, file), _OLDER_TYPES if "name_closedloop" in given else _TYPES
     loops, kinds, motors, changes = _described(data, types, file)
-    closures = tuple(
-        Closure(f"{pair[0]}-{pair[1]}", types[kind], *pair) for pair, kind in zip(loops, kinds, strict=True)
-    )
+    closures = tuple(Closure(f"{a}-{b}", types[kind], a, b) for (a, b), kind in zip(loops, kinds, strict=True))
     described = Closures(name, closures=closures, roles=Roles(tuple(motors)))
     model, described = load_model(source, described, root_joint, right_angle_tolerance)
     for joint in changes:

@@ -69,7 +69,7 @@ class ChainState:
         Sizes of q and v.
     gravity : ndarray
         Shape (3,), m/s², a window on the model's.
-    frames, joints : dict of str to int
+    frames, joints : mapping of str to int
         Index in the model by name.
     topology : Topology
         The loops as arrays for the kernels.
@@ -111,9 +111,8 @@ class ChainState:
         joined = {*self.joints, *(closure.name for closure in self.closures)}
         if roles.shoulder is not None and roles.shoulder not in joined:
             raise UnknownName("joint or closure", roles.shoulder, joined, where="roles.shoulder")
-        for frame in (roles.arm, roles.reference_point):
-            if frame is not None:
-                self.frames.find("frame", frame, "roles")
+        for frame in {roles.arm, roles.reference_point} - {None}:
+            self.frames.find("frame", frame, "roles")
 
     # Parts, sizes and units
 
@@ -264,9 +263,14 @@ class ChainState:
 
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
-        if type(value) is not np.ndarray or value.dtype is not _FLOAT or value.shape != (size,):
-            return as_finite(name, value, (size,))
-        return value if math.isfinite(value.dot(value)) else as_finite(name, value, (size,))
+        array = self.sized(name, value, size)
+        return array if math.isfinite(array.dot(array)) else as_finite(name, array, (size,))
+
+    def sized(self, name: str, value: ArrayLike, size: int) -> FloatArray:
+        """An array of floats as it is, its numbers not looked at; anything else through :func:`as_finite`."""
+        if type(value) is np.ndarray and value.dtype is _FLOAT and value.shape == (size,):
+            return value
+        return as_finite(name, value, (size,))
 
     # Scratch memory of the calling thread
 
@@ -281,10 +285,7 @@ class ChainState:
     @property
     def freed_chains(self) -> dict[int, Any]:
         """This thread's chains with one joint set free, by joint; derivatives of reactions change their models."""
-        chains = getattr(self._local, "freed", None)
-        if chains is None:
-            chains = self._local.freed = {}
-        return chains
+        return self._local.__dict__.setdefault("freed", {})
 
     @property
     def proximal_problem(self) -> ProximalProblem:

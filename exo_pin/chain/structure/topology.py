@@ -154,7 +154,7 @@ class FrameTable(dict[str, int]):
         """
         if isinstance(name, str) and name in self:
             return self[name]
-        if name in self._shared:
+        if isinstance(name, str) and name in self._shared:
             place = f" in {where}" if where else ""
             raise InvalidInput(f"two frames in different places have the name {name!r}{place}: rename one of them")
         raise UnknownName(what, name, (*others, *self), where)

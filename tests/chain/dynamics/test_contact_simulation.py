@@ -1,9 +1,12 @@
-"""Motion with dry friction, stops and events: closed forms, MuJoCo with stiff constraints, energy."""
+"""Motion with dry friction, stops and events: closed forms, MuJoCo and Drake with stiff constraints, energy."""
 
 import mujoco
 import numpy as np
 import pytest
 from moving_chains import moving
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
+from pydrake.systems.analysis import Simulator
 from rubbing_chains import slide, with_friction
 
 from exo_pin.chain import ClosedChain, Closures, JointProperties
@@ -202,6 +205,62 @@ def test_mujoco_with_stiff_constraints_moves_alike(what, tmp_path):
         errors.append(np.abs(np.array(found) - own.q).max())
     assert errors[1] <= 2e-4
     assert errors[1] <= 0.5 * errors[0], errors
+
+
+#: A four-bar whose rocker has stops; Drake reads it as a URDF, with the loop as a ball.
+STOPPED = """<mujoco model="four_bar"><compiler angle="radian"/>
+  <default><joint axis="0 1 0"/><geom type="capsule" size="0.01" mass="0.2"/></default>
+  <worldbody>
+    <body name="crank"><joint name="crank"/><geom fromto="0 0 0 0 0 0.1"/>
+      <body name="coupler" pos="0 0 0.1"><joint name="coupler"/><geom fromto="0 0 0 0.3 0 0"/>
+        <site name="coupler_end" pos="0.3 0 0"/></body></body>
+    <body name="rocker" pos="0.3 0 0"><joint name="rocker" range="-0.35 0.55"/><geom fromto="0 0 0 0 0 0.2"/>
+      <site name="rocker_end" pos="0 0 0.2"/></body>
+  </worldbody><equality><connect name="pin" site1="coupler_end" site2="rocker_end"/></equality></mujoco>"""
+
+
+@pytest.mark.parametrize(("torque", "hit"), [(0.2, 0.2523), (-0.2, 0.1003)])
+def test_drakes_sap_solver_moves_alike_at_a_stop(torque, hit, tmp_path):
+    """The rocker hits its stop and stays: Drake's discrete plant, to first order of its step.
+
+    SAP solves the loop and the joint limits as stiff constraints, implicitly, so that its impacts are inelastic and
+    their errors vanish with the step. Drake's plants have no dry friction in joints (they do not read it) and no
+    restitution at joint limits: those are compared with MuJoCo, with closed forms, and by a complementarity program.
+    """
+    chain = ClosedChain.from_mjcf(STOPPED)
+    q, times = chain.close(chain.neutral()), np.linspace(0.0, 0.4, 21)
+    own = chain.simulate(q, np.zeros(3), times, {"crank": torque}, stops=True)
+    impact = next(event for event in own.events if event.kind == "impact")
+    assert impact.time == pytest.approx(hit, abs=1e-4)
+    found, errors = {}, {}
+    for step in (1e-3, 5e-4):
+        plant = MultibodyPlant(step)
+        plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap)
+        Parser(plant).AddModels(str(chain.to_urdf(tmp_path)))
+        bodies = [plant.GetBodyByName(name) for name in ("coupler", "rocker")]
+        plant.AddBallConstraint(bodies[0], [0.3, 0.0, 0.0], bodies[1], [0.0, 0.0, 0.2])
+        plant.AddJointActuator("motor", plant.GetJointByName("crank"))
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("ground"))
+        plant.Finalize()
+        simulator = Simulator(plant)
+        context = simulator.get_mutable_context()
+        order = [plant.GetJointByName(name).position_start() for name in ("crank", "coupler", "rocker")]
+        start = np.empty(3)
+        start[order] = q
+        plant.SetPositions(context, start)
+        plant.get_actuation_input_port().FixValue(context, [torque])
+        states = []
+        for time in times:
+            simulator.AdvanceTo(time)
+            states.append(plant.GetPositions(context)[order])
+        found[step], errors[step] = np.array(states), np.abs(np.array(states) - own.q).max()
+    assert errors[5e-4] <= 0.6 * errors[1e-3] <= 0.01
+    # The error of first order removed; in the steps about the impact it has no single size.
+    away = np.abs(times - impact.time) > 0.01
+    better = 2.0 * found[5e-4] - found[1e-3]
+    np.testing.assert_allclose(better[away], own.q[away], rtol=0, atol=1e-3)
+    assert own.q[-1, 2] == pytest.approx(-0.35, abs=1e-9)
+    assert found[5e-4][-1, 2] == pytest.approx(-0.35, abs=1e-6)
 
 
 def test_efforts_that_switch_without_end_stop_the_motion_with_the_reason():

@@ -93,6 +93,7 @@ STUDY, UP = ep.experiment("abduction"), control.abduction()
         lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 0.05, faults=3),
         lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 0.05, sensor=3),
         lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 1e11),
+        lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 0.05, rtol=0.1),
         lambda: PLANT.simulate(lambda t, seen: [0.0] * 3, 1.0, sample_rate=1e11),
         lambda: ep.PlantOptions(valves=3),
         lambda: ep.Plant(EXO, ep.PlantOptions(valves=[OPTIONS.valves] * 2)),

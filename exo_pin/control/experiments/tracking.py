@@ -184,7 +184,11 @@ class Tracking(Record):
         return findings(self)
 
     def __str__(self) -> str:
-        lines = [f"{key.replace('_', ' '):26} {value:.4g}" for key, value in self.summary().items()]
+        rows = (
+            (key.replace("_", " "), f"{value:.4g}" if np.isfinite(value) else "-")
+            for key, value in self.summary().items()
+        )
+        lines = [f"{name:26} {number}" for name, number in rows]
         return "\n".join([self.verdict, *(f"- {finding}" for finding in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import as_choice, as_finite
+from ...core.validation import as_choice, as_finite, as_positive
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
@@ -32,6 +32,8 @@ __all__ = ["METHODS", "Plant"]
 
 #: How a plant is integrated.
 METHODS = ("minimal", "chain")
+#: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.
+_LOOSEST = 1e-3
 
 
 class Plant(Record):
@@ -187,7 +189,7 @@ class Plant(Record):
             closed chain of Pinocchio, some hundred times slower. They agree, but for dry friction in the shoulder,
             which the chain has in each axis of the arm by itself.
         rtol : float
-            Relative tolerance of a step.
+            Relative tolerance of a step, at most 1e-3.
         progress : bool
             Whether to show a bar.
 
@@ -210,6 +212,8 @@ class Plant(Record):
             )
         if sensor is not None and not callable(sensor):
             raise InvalidInput(f"expected a sensor, a function (t, measurement) -> measurement, got {sensor!r:.60}")
+        if as_positive("rtol", rtol) > _LOOSEST:
+            raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
         simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
         return simulation(self, controller, clock, start, as_faults(faults, self.count), sensor, rtol, progress)

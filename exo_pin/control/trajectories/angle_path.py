@@ -24,7 +24,7 @@ _SHORTEST = 1e-6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AnglePath(Trajectory):
-    """Clinical angles from waypoint to waypoint, at rest at each.
+    """Clinical angles from waypoint to waypoint, with minimum jerk at rest at each.
 
     Between two waypoints all three angles follow the same law, so none of them leaves the interval between its two
     values: a path between waypoints of a box stays in the box. Angles describe the path only; R, ω and η come from the

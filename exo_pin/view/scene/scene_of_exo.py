@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist, UnknownName
-from ...core.validation import FloatArray, as_positive, require_method
+from ...core.errors import InvalidInput, LoopNotClosed, NotAWrist
+from ...core.validation import FloatArray, as_choice, as_positive, require_method
 from ...reaction import Reaction
 from .. import LIMB_STYLES
 from ..colours import scale_colours
@@ -87,8 +87,7 @@ class Scene(Ghosts, Playing, Pages):
         device: bool = True,
     ) -> None:
         require_method("exo", exo, "reaction", "a ShoulderExo")
-        if limbs not in LIMB_STYLES:
-            raise UnknownName("limb style", limbs, LIMB_STYLES)
+        as_choice("limb style", limbs, LIMB_STYLES)
         if metres_per_newton is not None:
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         if not device and person is None:
@@ -194,8 +193,7 @@ class Scene(Ghosts, Playing, Pages):
     def _write_legend(self) -> None:
         scale, items = self._arrows.legend() if self._exo.arm is not None else ("No mass of the arm: no forces", [])
         bars = [] if self._muscle_bar is None else [self._muscle_bar]
-        wearer = self._figure.wearer
-        if wearer is not None:
+        if (wearer := self._figure.wearer) is not None:
             bars.append(bar("wearer's activation, %", 0.0, 100.0 * wearer.top))
             items = [*items, *wearer.legend]
         legend = {"scale": scale, "items": [*items, *self._items.values()], "bars": [*bars, *self._bars.values()]}

@@ -147,6 +147,21 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
         ep.optimise(exo, free_joints(4), objectives=["beauty"])
 
 
+def test_search_without_a_pose_inside_reports_a_design():
+    """|F_s| of at most 0.1 N nowhere: mean and peak are NaN, and no run is on the front."""
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    found = ep.optimise(
+        ep.ShoulderExo.from_mechanism(start()), free_joints(4), lifting_poses(counts=(2, 2, 2)),
+        ["index", "mean_shoulder_force"], LIMITS.replace(largest_shoulder_force=0.1), budget=48, run_length=24,
+        finer_step=45.0,
+    )  # fmt: skip
+    assert all(np.isnan(run.objectives["mean_shoulder_force"]) for run in found.runs)
+    assert len(found.front) == 1
+    assert found.best.workspace(20.0, LIMITS).index >= 0.0
+    assert not found.best_candidate.check.works
+
+
 def test_study_of_other_data_is_refused(tmp_path):
     pytest.importorskip("optuna")
     pytest.importorskip("cmaes")

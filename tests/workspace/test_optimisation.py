@@ -147,16 +147,22 @@ def test_optimise_reports_what_pinocchio_confirms(tmp_path):
         ep.optimise(exo, free_joints(4), objectives=["beauty"])
 
 
-@pytest.mark.parametrize(
-    ("change", "named"),
-    [
-        ({"exo": "heavier"}, "data of the design"),
-        ({"poses": lifting_poses(counts=(3, 3, 2), lifting_weight=0.9)}, "data of the poses"),
-        ({"fit_strokes": False}, "fit_strokes"),
-        ({"objectives": "worst_margin"}, "objectives"),
-    ],
-)
-def test_study_of_other_data_is_refused(tmp_path, change, named):
+def test_search_without_a_pose_inside_reports_a_design():
+    """|F_s| of at most 0.1 N nowhere: mean and peak are NaN, and no run is on the front."""
+    pytest.importorskip("optuna")
+    pytest.importorskip("cmaes")
+    found = ep.optimise(
+        ep.ShoulderExo.from_mechanism(start()), free_joints(4), lifting_poses(counts=(2, 2, 2)),
+        ["index", "mean_shoulder_force"], LIMITS.replace(largest_shoulder_force=0.1), budget=48, run_length=24,
+        finer_step=45.0,
+    )  # fmt: skip
+    assert all(np.isnan(run.objectives["mean_shoulder_force"]) for run in found.runs)
+    assert len(found.front) == 1
+    assert found.best.workspace(20.0, LIMITS).index >= 0.0
+    assert not found.best_candidate.check.works
+
+
+def test_study_of_other_data_is_refused(tmp_path):
     pytest.importorskip("optuna")
     pytest.importorskip("cmaes")
     exo = ep.ShoulderExo.from_mechanism(start())
@@ -165,10 +171,15 @@ def test_study_of_other_data_is_refused(tmp_path, change, named):
         "budget": 24, "run_length": 24, "finer_step": 45.0, "storage": tmp_path / "study.db",
     }  # fmt: skip
     ep.optimise(**query)
-    if "exo" in change:
-        change = {"exo": exo.worn_by(ep.Arm.from_anthropometry(1.75, 90, sex="male"))}
-    with pytest.raises(InvalidInput, match=f"searches something else: {named}"):
-        ep.optimise(**{**query, **change})
+    changes = {
+        "data of the design": {"exo": exo.worn_by(ep.Arm.from_anthropometry(1.75, 90, sex="male"))},
+        "data of the poses": {"poses": lifting_poses(counts=(3, 3, 2), lifting_weight=0.9)},
+        "fit_strokes": {"fit_strokes": False},
+        "objectives": {"objectives": "worst_margin"},
+    }
+    for named, change in changes.items():
+        with pytest.raises(InvalidInput, match=f"searches something else: {named}"):
+            ep.optimise(**{**query, **change})
 
 
 def test_limbs_from_three_to_six():

@@ -260,6 +260,9 @@ def _reported(
     on_front = np.flatnonzero(non_dominated(table, largest, smallest))
     best = int(np.argmin([run.merit for run in runs])) if len(objectives) == 1 else None
     rows = [best] if best is not None else sorted(on_front.tolist(), key=lambda row: -runs[row].objectives["index"])
+    if not rows:
+        # Without a pose inside, forces and margins are NaN.
+        rows = [max(range(len(runs)), key=lambda row: (runs[row].objectives["index"], -runs[row].merit))]
     return Optimised(
         tuple(_candidate(exo, merit, runs[row], finer_step) for row in rows),
         tuple(runs),

@@ -41,7 +41,8 @@ class Optimised(Record):
     Attributes
     ----------
     front : tuple of Candidate
-        The design of least merit if there was one objective; else the Pareto front, the largest index first.
+        The design of least merit if there was one objective; else the Pareto front, the largest index first. If no run
+        has values of all objectives, as without a pose inside, the design of the largest index, then of least merit.
     runs : tuple of Run
         All runs of the study.
     objectives : tuple of str

@@ -157,3 +157,12 @@ def test_nested_joints_have_an_ordinary_data():
     assert compact_data(model) is None
     assert compact_data(pin.Model()) is None
     assert data_for(model).J.shape == (6, 2)
+
+
+def test_without_a_place_for_temporary_files_pinocchio_makes_the_data(monkeypatch):
+    model = tree(np.random.default_rng(0), 70, ("hinge",))
+    monkeypatch.setattr(module.tempfile, "tempdir", "/no/such/folder")
+    with pytest.raises(OSError, match="/no/such/folder"):
+        compact_data(model)
+    # A member that a compact Data has not.
+    assert data_for(model).staticRegressor.shape == pin.Data(model).staticRegressor.shape

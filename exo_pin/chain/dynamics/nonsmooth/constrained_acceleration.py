@@ -53,16 +53,16 @@ def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Appli
 
 
 def with_contacts(
-    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied, asked: str, stops: bool
+    state: ChainState, q: FloatArray, v: FloatArray, applied: Applied, requested: str, stops: bool
 ) -> tuple[str, FloatArray, ContactForces]:
     """Method, acceleration and forces with friction and stops; :func:`moving_loops` must have been called.
 
-    ``asked`` is the method that the caller wants: "proximal" is not applicable with contacts.
+    ``requested`` is the method that the caller has chosen: "proximal" is not applicable with contacts.
     """
     rubbing, contacts = contacts_at(state, q, v, stops)
     applied = applied.plus(rubbing.force)
     if len(contacts.place):
-        if asked == "proximal":
+        if requested == "proximal":
             raise InvalidInput(
                 "method 'proximal' is not applicable with friction at rest or an active stop: use 'projected'"
             )

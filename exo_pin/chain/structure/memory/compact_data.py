@@ -67,8 +67,11 @@ class _Tree(NamedTuple):
 
 
 def data_for(model: pin.Model) -> pin.Data:
-    """A new Data of a tree, compact if it is large."""
-    found = compact_data(model) if model.nv > _LARGE else None
+    """A new Data of a tree, compact if it is large and a temporary file can be written."""
+    try:
+        found = compact_data(model) if model.nv > _LARGE else None
+    except OSError:
+        found = None
     # Not createData(), which makes two and copies one.
     return pin.Data(model) if found is None else found
 

@@ -1,13 +1,13 @@
-"""Smoothing splines of degree 7 that choose their smoothness from the data, with the noise of their derivatives.
+"""Smoothing splines of degree 7 with automatic smoothing parameter, and the noise of their derivatives.
 
 The curve f through samples y_i at x_i minimises Σ |y_i - f(x_i)|² + λ ∫ |d⁴f/dx⁴|² dx (Woltring 1985 and 1986, GCVSPL).
 With the penalty on the fourth derivative, the second one, an acceleration, is itself smooth, and its slope is free at
 the ends. With the third derivative, the more usual choice, f''' = 0 is a condition at the ends, and accelerations of
-movements come out up to three times as far from the truth. λ minimises the generalised cross-validation score
+movements have up to three times the error. λ minimises the generalised cross-validation score
 Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven and Wahba 1979), with γ = 1.4 (Kim
-and Gu 2004) against the occasional rough curve that γ = 1 gives. Where the standard deviation σ of the noise is
+and Gu 2004) which avoids the occasional rough curve of γ = 1. Where the standard deviation σ of the noise is
 known, λ minimises the estimate of the risk Σ |y_i - f(x_i)|² / d + 2 σ² γ tr H for d noisy components, unbiased for
-γ = 1. Both take the noise to be white: independent from sample to sample.
+γ = 1. Both assume white noise: independent from sample to sample.
 
 Samples without noise are interpolated: with them the end conditions of a smoothing spline would be the largest error.
 Which of the two applies is decided by the noise that each predicts in f''.
@@ -44,7 +44,7 @@ _LEAST = 1e-9
 _HALVING = 2.0**8
 #: Trial values in a decade of λ; the best is refined.
 _TRIALS = 3
-#: Coefficients of a divided difference of order 8 need so many samples.
+#: Number of samples for a divided difference of order 8.
 _WINDOW = 9
 
 

@@ -1,9 +1,8 @@
 """Equilibrium in closed form with the device's centre off the shoulder's.
 
-A device whose centre is not the shoulder's does two things. The limbs act about the shoulder and not about their own
-centre, so that their tensions change, too; and the centre held by the base and the one carried by the cuff part as the
-arm turns, which strains limbs and shoulder. Both are solved in the displaced geometry
-(:mod:`exo_pin.wrist.forces.side_forces`).
+A device whose centre is not the shoulder's has two effects. The limbs act about the shoulder and not about their own
+centre, which changes their tensions; and as the arm turns, the centre of the base and that of the cuff move apart,
+which strains limbs and shoulder. Both are solved in the displaced geometry (:mod:`exo_pin.wrist.forces.side_forces`).
 """
 
 from __future__ import annotations
@@ -54,15 +53,15 @@ class Displaced:
     Parameters
     ----------
     mechanism : Mechanism
-        Limbs with mass move as :mod:`exo_pin.wrist.forces.limb_inertia` says.
+        With the assumptions of :mod:`exo_pin.wrist.forces.limb_inertia` for limbs with mass.
     query : Query
         Poses.
     base, cuff : ndarray
         Offsets of :func:`as_offset`.
     force, moment : ndarray
-        What limbs and shoulder carry, shape (N, 3): weight, inertia and load of the arm, moment about O.
+        Load on limbs and shoulder together, shape (N, 3): weight, inertia and load of the arm, moment about O.
     base_points : ndarray, optional
-        Where a base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
+        Points of a rotated base ring, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
     side : SideWrenches, optional
         Those of guides that bend; of straight guides if left out.
 
@@ -138,8 +137,8 @@ class Displaced:
         Returns
         -------
         g, delta : ndarray
-            Shape (N, n), N, and (N, 3), m; NaN where shoulder and limbs together leave a direction free, and in
-            singular poses.
+            Shape (N, n), N, and (N, 3), m; NaN where a direction has no stiffness of shoulder or limbs,
+            and in singular poses.
         """
         g, delta = self.tensions.elastic(self.state.shoulder_of_g, stiffness, self.side.stiffness, self.side.misfit)
         lost = self.status >= STATUS.index("singular")

@@ -1,4 +1,4 @@
-"""Where base ring and platform are when harness and cuff give way, and how far these give way under a wrench.
+"""Placement of base ring and platform on an elastic harness and cuff, and displacement of these under a wrench.
 
 Harness and cuff are springs with six degrees of freedom, linear in displacement t and rotation vector v:
 (t, v) = K⁻¹ (F, J_lᵀ M), with the moment M about the displaced point. All operations are analytic, for complex steps.
@@ -18,7 +18,7 @@ __all__ = ["Placement", "given_way", "placed", "turned"]
 
 
 class Placement(NamedTuple):
-    """Where the parts of the device are, N poses, seen from the displaced centre of the arm's joint.
+    """Placement of the parts of the device, N poses, seen from the displaced centre of the arm's joint.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ def placed(
     harness_give: FloatArray,
     cuff_give: FloatArray,
 ) -> Placement:
-    """Where the parts are, k poses.
+    """Placement of the parts, k poses.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def given_way(interface: Interface, give: FloatArray, wrench: FloatArray, centre: FloatArray) -> FloatArray:
-    """(t, v), shape (k, 6), under a wrench on the device's part, moment about ``centre``; it acts where ``give`` is."""
+    """(t, v), shape (k, 6), under a wrench on the displaced part of the device, moment about ``centre``."""
     force = wrench[:, :3]
     moment = wrench[:, 3:] - np.cross(np.asarray(interface.at) + give[:, :3] - centre, force)
     generalised = turned(np.swapaxes(left_jacobian(give[:, 3:]), 1, 2), moment)
@@ -88,6 +88,6 @@ def given_way(interface: Interface, give: FloatArray, wrench: FloatArray, centre
 
 
 def _moved(interface: Interface, give: FloatArray, turn: FloatArray, point: FloatArray) -> FloatArray:
-    """Where a point of the device's part comes to, shape (k, 3)."""
+    """Displaced position of a point of the device's part, shape (k, 3)."""
     at = np.asarray(interface.at)
     return np.asarray(at + give[:, :3] + turned(turn, point - at))

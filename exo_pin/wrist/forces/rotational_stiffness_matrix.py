@@ -1,4 +1,4 @@
-"""How stiffly limbs of given tension and spring rate hold the arm's orientation."""
+"""Rotational stiffness of the arm held by limbs of given tension and spring rate."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def rotational_stiffness(
 ) -> FloatArray:
     """Restoring moment on the arm about O per rad of small turns.
 
-    With j_i = b_i × s_i, the tension's own change along the limb and the turning of its line give
+    With j_i = b_i × s_i, the change of the tension and the rotation of the limb's line give
 
         K = Σ_i (k_i j_i j_iᵀ + f_i ([s_i][b_i] - [b_i] (1 - s_i s_iᵀ) [b_i] / l_i)) - [W][C] - ...
 
@@ -50,7 +50,7 @@ def rotational_stiffness(
     -------
     ndarray
         K, shape (..., 3, 3), N m/rad, base frame: a turn by the small rotation vector φ (base frame) adds the
-        moment -K φ to what acts on the arm.
+        moment -K φ on the arm.
 
     Raises
     ------

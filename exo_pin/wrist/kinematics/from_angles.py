@@ -1,7 +1,7 @@
-"""Forward kinematics over stacks from θ_yA, and what modes from angles leave of them, compiled.
+"""Forward kinematics over stacks from θ_yA, and residuals of modes found from angles, compiled.
 
 Every kernel fills, for each of N rows, up to W modes: unit quaternions (x, y, z, w), residual, signed margin, and a
-code in ``count`` (how many, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
+code in ``count`` (their number, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def planes_stack(
 
     The angle fixes the half-plane, bounded by the line O A_i, in which B_i lies: X_i · R B_i = 0 with
     X_i = (cos θy, 0, -sin θy) in {A_i}, and B_i on the side of (sin θy, 0, cos θy). The first has at most eight
-    solutions, of which the second keeps some. Arguments as :func:`.lengths_stack`; ``frames`` is {A_i}, shape
+    solutions; the second selects among them. Arguments as :func:`.lengths_stack`; ``frames`` is {A_i}, shape
     (n, 3, 3); the residual is computed by the caller.
     """
     n = base.shape[0]

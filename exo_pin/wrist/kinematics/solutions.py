@@ -40,7 +40,7 @@ def quaternion(R: Any, q: Any) -> None:
 def write_modes(
     R: Any, margins: Any, residuals: Any, found: int, reference: Any, q: Any, residual: Any, margin: Any, start: int
 ) -> int:
-    """Put ``found`` modes behind the first ``start`` of a row, keeping the row ordered by angle from the reference."""
+    """Insert ``found`` modes after the first ``start`` of a row, ordered by angle from the reference."""
     fresh = np.empty(4)
     count = start
     for k in range(found):
@@ -122,7 +122,7 @@ def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
                 fresh = fresh and np.abs(R[m] - R[k]).max() > 1e-6
             if fresh:
                 R[kept] = R[k]
-                # Of all the triples' margins the best counts: the other limbs hold what one triple lets go.
+                # The best margin of all triples counts: the other limbs hold what one triple does not.
                 margins[kept] = 0.0
                 for s in range(triples.shape[0]):
                     for e in range(3):

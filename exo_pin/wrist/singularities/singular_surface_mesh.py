@@ -130,14 +130,14 @@ def singular_surface(
     """Mesh the singular surface inside a box of shoulder angles.
 
     Marching cubes on a grid (scikit-image), then every vertex is moved onto the surface by Newton's method, so that the
-    grid's step limits what is seen and not how exact it is.
+    step of the grid limits the resolution and not the accuracy.
 
     Parameters
     ----------
     geometry : WristGeometry
         Three limbs.
     box : RangeOfMotion
-        Where to look.
+        Range of the angles.
     step_deg : float
         Of the grid, degrees; sheets closer together than this may be missed.
     side : {"left", "right"}
@@ -201,7 +201,7 @@ class LocusSlice:
     x, y : ndarray
         Shapes (p,) and (q,), the two angles, degrees.
     x_name, y_name, fixed : str
-        What they are, and what is held fixed.
+        Names of the two angles, and the angle that is fixed with its value.
     determinant : ndarray
         det X, shape (p, q).
     curves : list of ndarray

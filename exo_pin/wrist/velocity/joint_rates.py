@@ -1,4 +1,4 @@
-"""How limb lengths and universal-joint angles change as the arm turns, one limb at a time, compiled.
+"""Rates of limb lengths and universal-joint angles of a rotating arm, one limb at a time, compiled.
 
 With ω the arm's angular velocity, s the limb's direction, X the normal of its plane and q_A = |a × b|/|a|,
 q_B = |a × b|/|b| the distances of B from the line O A and of A from the line O B:
@@ -24,7 +24,7 @@ from ..limbs import limb_vectors
 
 __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
 
-#: What a limb's rows are about, in their order.
+#: Quantities of the rows of a limb, in their order.
 QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
 
 
@@ -95,7 +95,7 @@ def rate_stack(R: Any, base: Any, platform: Any, omega: Any, rows: Any, derivati
     Parameters
     ----------
     R, omega : ndarray
-        Shapes (N, 3, 3) and (N, 3); an empty ``omega`` leaves ``derivatives`` alone.
+        Shapes (N, 3, 3) and (N, 3); with an empty ``omega`` the ``derivatives`` are not written.
     base, platform : ndarray
         Shape (n, 3).
     rows, derivatives : ndarray

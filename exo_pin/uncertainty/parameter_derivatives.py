@@ -21,6 +21,7 @@ from ..design import Mechanism
 from ..design.geometry import CircleDimensions
 from ..load_case import Load, Motion
 from ..load_case.pose_stacks import Query, arm_load, as_query
+from ..wrist.forces.analytic_vectors import cross_matrix
 from ..wrist.forces.side_forces import SideWrenches, guide_flexibility, side_wrenches_of
 
 __all__ = ["Seed", "circle_seeds", "geometry_seeds", "load_seeds"]
@@ -79,11 +80,6 @@ class _Numbers:
         return SideWrenches._make([*(part.imag / _STEP for part in moved[:-1]), moved.folded])
 
 
-def cross_matrices() -> FloatArray:
-    """[e_j]× for the three axes, shape (3, 3, 3)."""
-    return np.array([[np.cross(e, column) for column in np.eye(3)] for e in np.eye(3)]).swapaxes(1, 2)
-
-
 def geometry_seeds(
     mechanism: Mechanism, query: Query, base: FloatArray, cuff: FloatArray
 ) -> tuple[SideWrenches, dict[str, Seed]]:
@@ -103,7 +99,7 @@ def geometry_seeds(
     seeds = {
         "orientation": Seed(
             "rad", _AXES, np.zeros((1, 3)),
-            [numbers.derivative(matrices=turn @ query.matrices) for turn in cross_matrices()],
+            [numbers.derivative(matrices=turn @ query.matrices) for turn in cross_matrix(np.eye(3))],
         ),
     }  # fmt: skip
     points = tuple(f"{i + 1}{axis}" for i in range(n) for axis in _AXES)
@@ -209,7 +205,7 @@ def load_seeds(
             [(carried(m, c, about_centre + u), carried(m, c, about_centre - u)) for u in units], 1.0)  # fmt: skip
     # Turning the arm: linear and quadratic in R, so that a step of any size along [e]× R is exact.
     R = query.matrices
-    turns = [turn @ R for turn in cross_matrices()]
+    turns = [turn @ R for turn in cross_matrix(np.eye(3))]
     steps = [(carried(m, c, about_centre, R + T), carried(m, c, about_centre, R - T)) for T in turns]
     add("orientation", "rad", _AXES, np.zeros((1, 3)), steps, 1.0)
     at = np.zeros(3) if load is None else np.asarray(load.at)

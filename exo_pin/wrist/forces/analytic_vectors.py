@@ -14,7 +14,16 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["angle_about", "dot", "left_jacobian", "length_of", "turn_coefficients", "turn_matrix", "unit"]
+__all__ = [
+    "angle_about",
+    "cross_matrix",
+    "dot",
+    "left_jacobian",
+    "length_of",
+    "turn_coefficients",
+    "turn_matrix",
+    "unit",
+]
 
 #: θ² below which the series is used; the first neglected term is below 1e-16 there.
 _SMALL = 1e-2
@@ -63,8 +72,8 @@ def _series(square: FloatArray, denominators: list[float]) -> FloatArray:
     return out
 
 
-def _cross_matrix(v: FloatArray) -> FloatArray:
-    """[v], shape (..., 3, 3)."""
+def cross_matrix(v: FloatArray) -> FloatArray:
+    """[v] of v × w = [v] w, shape (..., 3, 3)."""
     zero = np.zeros_like(v[..., 0])
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
@@ -74,12 +83,12 @@ def _cross_matrix(v: FloatArray) -> FloatArray:
 def turn_matrix(v: FloatArray) -> FloatArray:
     """exp [v], shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
     first, second, _ = turn_coefficients((v * v).sum(axis=-1)[..., None, None])
-    cross = _cross_matrix(v)
+    cross = cross_matrix(v)
     return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
 
 def left_jacobian(v: FloatArray) -> FloatArray:
     """J_l, shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
     _, second, third = turn_coefficients((v * v).sum(axis=-1)[..., None, None])
-    cross = _cross_matrix(v)
+    cross = cross_matrix(v)
     return np.asarray(np.eye(3) + second * cross + third * (cross @ cross))

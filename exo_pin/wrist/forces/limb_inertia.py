@@ -22,6 +22,7 @@ import numpy as np
 from ...core.validation import FloatArray
 from ...design import LimbBody, Mechanism
 from ...load_case.pose_stacks import Query
+from .analytic_vectors import unit
 
 __all__ = ["limb_loads"]
 
@@ -82,12 +83,12 @@ def limb_loads(
         ):
             if body is None:
                 continue
-            spin = line.spin(_unit(y), rate, change) if limb.kind == "UPU" else None
+            spin = line.spin(unit(y), rate, change) if limb.kind == "UPU" else None
             wrench = line.needed(body, at, is_base, spin, mechanism.gravity)
             share[good, i] += wrench
             if not is_base:
                 along = _dot(wrench[:, :3], line.s)
-        closure[good, i] = share[good, i] + line.on_arm(share[good, i], along, _unit(axes[0]), limb.kind == "UPU")
+        closure[good, i] = share[good, i] + line.on_arm(share[good, i], along, unit(axes[0]), limb.kind == "UPU")
     return closure, share
 
 
@@ -110,7 +111,7 @@ class _Line:
 
         (Ω - ω) · (x × y) = 0, and its derivative.
         """
-        x = _unit(np.cross(y, self.s))
+        x = unit(np.cross(y, self.s))
         normal = np.cross(x, y)
         along = _dot(self.s, normal)
         across = np.cross(self.s, self.s_rate)
@@ -148,7 +149,7 @@ class _Line:
         # Moment l s × F of the force F, about the free axes only.
         couple = -about_a
         if is_upu:
-            x = _unit(np.cross(y, self.s))
+            x = unit(np.cross(y, self.s))
             t = np.cross(self.s, x)
             couple = _dot(couple, x) * x + _dot(couple, y) / _dot(t, y) * t
         force = -along * self.s - np.cross(self.s, couple) / self.length
@@ -157,7 +158,3 @@ class _Line:
 
 def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
     return np.asarray((u * v).sum(axis=-1, keepdims=True))
-
-
-def _unit(v: FloatArray) -> FloatArray:
-    return np.asarray(v / np.sqrt(_dot(v, v)))

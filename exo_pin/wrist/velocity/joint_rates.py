@@ -19,18 +19,13 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.vectors import cross
+from ...numerics.vectors import cross, dot
 from ..limbs import limb_vectors
 
 __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
 
 #: Quantities of the rows of a limb, in their order.
 QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
-
-
-@kernel
-def _dot(u: Any, v: Any) -> float:
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
 @kernel
@@ -46,9 +41,9 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
         rows[1:] = np.nan
         return
     area = reach * length
-    size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
+    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
     b_X, a_X = cross(b, X), cross(a, X)
-    along_b, along_a = _dot(b, s) / length, -_dot(a, s) / length
+    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
     for j in range(3):
         rows[1, j] = along_b * X[j]
         rows[2, j] = b_X[j] * size_a / area
@@ -63,12 +58,12 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
         rows[:] = np.nan
         return
     area = reach * length
-    size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
+    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
     b_dot, s_dot, X_dot = np.empty(3), np.empty(3), np.empty(3)
     turned = cross(omega, b)
     for j in range(3):
         b_dot[j] = turned[j]
-    length_dot = _dot(s, b_dot)
+    length_dot = dot(s, b_dot)
     normal_dot = cross(a, b_dot)  # of a × b = -area X
     area_dot = -(normal_dot[0] * X[0] + normal_dot[1] * X[1] + normal_dot[2] * X[2])
     for j in range(3):
@@ -77,9 +72,9 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
     first, second = cross(b_dot, s), cross(b, s_dot)
     b_X, a_X = cross(b, X), cross(a, X)
     b_X_first, b_X_second, a_X_dot = cross(b_dot, X), cross(b, X_dot), cross(a, X_dot)
-    along_b, along_a = _dot(b, s) / length, -_dot(a, s) / length
-    along_b_dot = (_dot(b_dot, s) + _dot(b, s_dot) - along_b * length_dot) / length
-    along_a_dot = (-_dot(a, s_dot) - along_a * length_dot) / length
+    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
+    along_b_dot = (dot(b_dot, s) + dot(b, s_dot) - along_b * length_dot) / length
+    along_a_dot = (-dot(a, s_dot) - along_a * length_dot) / length
     for j in range(3):
         rows[0, j] = first[j] + second[j]
         rows[1, j] = along_b_dot * X[j] + along_b * X_dot[j]

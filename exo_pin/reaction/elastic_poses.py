@@ -159,7 +159,7 @@ class ElasticPoses(Record):
             tensions=own.tensions,
             stiffness=own.side.stiffness,
             misfit=device.misfit,
-            limits=poses.limits and poses.limits._make(part[row : row + 1] for part in poses.limits),
+            limits=None if poses.limits is None else poses.limits.row(row),
         )
         program = self.split.program(there, 0)
         missing = shortfall(program)

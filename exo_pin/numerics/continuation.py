@@ -91,10 +91,10 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> P
         slope, side = _state(equations, rows[left[good]], trial[good], goal[good])
         same = side == sign[left[good]]
         good = good[same]
-        kept = left[good]
-        x[kept], at[kept], tangent[kept] = trial[good], goal[good], slope[same]
+        accepted = left[good]
+        x[accepted], at[accepted], tangent[accepted] = trial[good], goal[good], slope[same]
         step[left] *= 0.5
-        step[kept] *= 4.0
+        step[accepted] *= 4.0
         left = left[(at[left] < 1.0) & (step[left] >= _SHORTEST)]
     return Path(x, at)
 

@@ -66,8 +66,8 @@ def _orthonormal(program: LeastSquares) -> LeastSquares:
     if not len(program.b):
         return program
     U, values, Vt = np.linalg.svd(program.A, full_matrices=False)
-    kept = values > RANK_TOLERANCE * values[0]
-    return replace(program, A=Vt[kept], b=(U[:, kept].T @ program.b) / values[kept])
+    significant = values > RANK_TOLERANCE * values[0]
+    return replace(program, A=Vt[significant], b=(U[:, significant].T @ program.b) / values[significant])
 
 
 def _solve(program: LeastSquares) -> Solution:

@@ -110,12 +110,12 @@ def log_determinant(factor: FloatArray) -> float:
 
 def _apart(knots: FloatArray, first: float, last: float, nearest: float) -> FloatArray:
     """Those of sorted knots that are farther apart than ``nearest``, and from the ends."""
-    kept, before = [], first
+    selected, before = [], first
     for knot in knots.tolist():
         if knot - before > nearest and last - knot > nearest:
-            kept.append(knot)
+            selected.append(knot)
             before = knot
-    return np.array(kept)
+    return np.array(selected)
 
 
 def _bands(matrix: Any) -> FloatArray:

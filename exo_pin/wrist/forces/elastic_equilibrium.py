@@ -35,7 +35,7 @@ from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
 from .analytic_vectors import turn_matrix
 from .bent_guides import bent_wrenches
-from .interface_give import Placement, given_way, placed, turned
+from .interface_displacement import Placement, displacement_under, placed, turned
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
@@ -172,13 +172,13 @@ class ElasticEquations(Record):
         if self.harness is not None:
             wrench = (pull + g[..., None] * sides - own).sum(axis=1)
             own_x = x[:, self.parts[2]]
-            out.append(own_x - given_way(self.harness, own_x, wrench, delta))
+            out.append(own_x - displacement_under(self.harness, own_x, wrench, delta))
         if self.soft_cuff is not None:
             wrench = share[:, None] * device + (limbs - g[..., None] * sides - pull).sum(axis=1)
             back = np.swapaxes(arm, 1, 2)
             wrench = np.concatenate([turned(back, wrench[:, :3]), turned(back, wrench[:, 3:])], axis=1)
             own_x = x[:, self.parts[3]]
-            out.append(own_x - given_way(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
+            out.append(own_x - displacement_under(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
         if self.locked:
             lines = self.mechanism.geometry.platform_points @ np.swapaxes(placement.matrices, 1, 2)
             lines = lines + turned(placement.matrices, placement.cuff)[:, None]
@@ -222,10 +222,10 @@ class ElasticEquations(Record):
         centre = x[None, self.parts[0]]
         parts = [delta]
         if self.harness is not None:
-            parts.append(given_way(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
+            parts.append(displacement_under(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
         if self.soft_cuff is not None:
             wrench = np.concatenate(np.split(by_cuff, 2) @ self.query.matrices[row])[None]
-            parts.append(given_way(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
+            parts.append(displacement_under(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
         return np.concatenate(parts)
 
     def _varied_loads(self, rows: NDArray[np.intp], x: FloatArray) -> tuple[FloatArray, ...]:

@@ -171,14 +171,14 @@ def _result(
     good: NDArray[np.bool_],
     shape: tuple[int, ...],
     near: Rotation | None,
-    wanted: str,
+    expected: str,
     values: FloatArray,
 ) -> AssemblyModes:
     # As many measurements as freedoms: the equations have a determinant.
     determined = values.shape[-1] == 3
     q, residual, margin, count = work
     if shape == () and not good[0]:
-        raise InvalidInput(f"expected {wanted}, got {values[0]}")
+        raise InvalidInput(f"expected {expected}, got {values[0]}")
     continuum = count == CONTINUUM
     count = np.where(continuum, 0, count)
     width = max(MAX_MODES, int(count.max(initial=0)))

@@ -92,7 +92,7 @@ def angle_residuals(
     R, b, s, X = np.empty((3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     length, reach = np.empty(n), np.empty(n)
     for k in range(theta.shape[0]):
-        kept = 0
+        selected = 0
         for m in range(count[k]):
             rotation(q[k, m], R)
             limb_vectors(R, base, platform, b, s, X, length, reach)
@@ -105,12 +105,12 @@ def angle_residuals(
                 worst = max(worst, abs(wrapped(theta[k, i] - angle)))
             if n > 3 and worst > tolerance:
                 continue
-            q[k, kept], residual[k, kept], margin[k, kept] = q[k, m], worst, margin[k, m]
-            kept += 1
-        for m in range(kept, count[k]):
+            q[k, selected], residual[k, selected], margin[k, selected] = q[k, m], worst, margin[k, m]
+            selected += 1
+        for m in range(selected, count[k]):
             q[k, m], residual[k, m], margin[k, m] = np.nan, np.nan, np.nan
-        if count[k] > kept:
-            count[k] = kept
+        if count[k] > selected:
+            count[k] = selected
 
 
 @kernel

@@ -114,25 +114,25 @@ def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
         found = assemble(u3, v3, c3, R, margins)
         if found == CONTINUUM:
             continue
-        kept = 0
+        selected = 0
         for k in range(found):
             _least_squares(R[k], u, v, c)
             fresh = True
-            for m in range(kept):
+            for m in range(selected):
                 fresh = fresh and np.abs(R[m] - R[k]).max() > 1e-6
             if fresh:
-                R[kept] = R[k]
+                R[selected] = R[k]
                 # The best margin of all triples counts: the other limbs hold what one triple does not.
-                margins[kept] = 0.0
+                margins[selected] = 0.0
                 for s in range(triples.shape[0]):
                     for e in range(3):
                         i = triples[s, e]
-                        w = R[kept] @ v[i]
+                        w = R[selected] @ v[i]
                         x, y, z = cross(w, u[i])
                         rows[e, 0], rows[e, 1], rows[e, 2] = x, y, z
-                    margins[kept] = max(margins[kept], abs(margin_of(rows)))
-                kept += 1
-        return kept
+                    margins[selected] = max(margins[selected], abs(margin_of(rows)))
+                selected += 1
+        return selected
     return CONTINUUM
 
 

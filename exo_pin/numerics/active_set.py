@@ -189,7 +189,7 @@ def least_forces(constants: FloatArray, effects: FloatArray, lower: FloatArray, 
     InvalidInput
         If shapes do not fit, or something is NaN.
     InfeasibleBounds
-        If a lower bound stands above its upper bound.
+        If a lower bound is above its upper bound.
     """
     c, G, low, high = (np.array(part, dtype=np.float64, order="C") for part in (constants, effects, lower, upper))
     if c.ndim != 2 or c.shape[1] != 3 or G.shape[:2] != c.shape or G.ndim != 3:

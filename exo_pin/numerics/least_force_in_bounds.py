@@ -70,7 +70,7 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     Raises
     ------
     InfeasibleBounds
-        If a lower bound stands above its upper bound.
+        If a lower bound is above its upper bound.
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
 

@@ -74,7 +74,7 @@ class Sensitivity(Record):
         As :attr:`Reaction.status`.
     parameters : mapping of str to Parameter
         "orientation" is a rotation vector in the base frame, exp([θ]×) R, with motion held and the load turning as
-        its frame says; "offset" moves base and cuff together; "mass" keeps the inertia about the centre of mass.
+        its frame determines; "offset" moves base and cuff together; "mass" keeps the inertia about the centre of mass.
     """
 
     split: str

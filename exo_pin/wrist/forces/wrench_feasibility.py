@@ -162,7 +162,7 @@ def holding(
     MissingData
         If the mechanism has no arm, or ``motion`` is given and the arm has no inertia.
     InvalidInput
-        If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one stands above its upper one.
+        If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one is above its upper one.
     """
     require_massless(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
@@ -215,7 +215,7 @@ def force_bounds(
     InvalidInput
         If they are not numbers, hold NaN, or do not broadcast.
     InfeasibleBounds
-        If a lower limit stands above its upper one.
+        If a lower limit is above its upper one.
     """
     try:
         sides = [np.array(side, dtype=np.float64) for side in (lower, upper)]

@@ -3,7 +3,7 @@
 Every forward kinematics of the wrist has this form: from limb lengths u_i is the direction of A_i, v_i of B_i and
 c_i the cosine of the angle between them; from θ_yA the vector u_i is the normal of the limb's plane and c_i is zero.
 
-In frames whose z axes are u_1 and v_1 the first equation says R = Rz(φ) Ry(γ) Rz(ψ) with cos γ = c_1. The other two
+In frames whose z axes are u_1 and v_1 the first equation gives R = Rz(φ) Ry(γ) Rz(ψ) with cos γ = c_1. The other two
 are then A_i cos ψ + B_i sin ψ + C_i = 0 with A_i, B_i, C_i linear in cos φ and sin φ, and have a common ψ where
 
     D(φ) = (B_2 C_3 - B_3 C_2)² + (C_2 A_3 - C_3 A_2)² - (A_2 B_3 - A_3 B_2)² = 0,

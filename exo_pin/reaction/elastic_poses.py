@@ -126,7 +126,7 @@ class ElasticPoses(Record):
             stiffness=own.side.stiffness,
             misfit=self.device.misfit,
             movement=self.device.movement,
-            unmoved=self.unmoved.shoulder,
+            unmoved=self.unmoved.tensions.shoulder,
             load_share=self.reached,
             guide_load=self.guide_load,
         )

@@ -62,13 +62,13 @@ class OffsetSearch(Record):
         """F_s, the determinant of the equilibrium equations, and status codes, at a stack of points."""
         offset = self.middle + self.size * x
         state = self.given.one(self.row, len(x)).displaced(self.mechanism, offset, offset)
-        force = state.shoulder
+        force = state.tensions.shoulder
         sign: FloatArray = np.full(len(x), np.nan)
         if self.signed:
             sign = np.asarray(np.linalg.det(state.side.moment_arms))
         if self.stiffness is not None:
             g, _ = state.elastic_side_forces(self.stiffness)
-            force = force + np.einsum("kij,kj->ki", state.shoulder_of_g, g)
+            force = force + np.einsum("kij,kj->ki", state.tensions.shoulder_of_g, g)
             sign = sign * self._stability(state)
         force = np.where((state.status < STATUS.index("singular"))[:, None], force, np.nan)
         return force, sign, state.status

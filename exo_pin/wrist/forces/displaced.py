@@ -48,8 +48,6 @@ def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple
 class Displaced:
     """Equilibrium of a stack of poses with the device's centre off the shoulder's.
 
-    Shoulder force and tensions are affine in the side forces: f = f0 + f_of_g g and F_s = shoulder + shoulder_of_g g.
-
     Parameters
     ----------
     mechanism : Mechanism
@@ -73,10 +71,6 @@ class Displaced:
         The equilibrium.
     tensions : BalancedTensions
         Its tensions.
-    f0, f_of_g, self_stress : ndarray
-        Shape (N, n), (N, n, n) and (N, n, n - 3).
-    shoulder, shoulder_of_g : ndarray
-        Shape (N, 3), (N, 3, n).
     status : ndarray of int8
         Index into the names of status.
     margin, determinant : ndarray
@@ -109,7 +103,7 @@ class Displaced:
             share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
         )
         self.tensions = BalancedTensions.of(self.state)
-        self.f0, self.f_of_g, self.self_stress, self.shoulder, self.shoulder_of_g, _, values = self.tensions
+        values = self.tensions.singular_values
         self.margin: FloatArray = values[:, 2] / np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
         self.status = np.zeros(len(values), dtype=np.int8)
         self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")

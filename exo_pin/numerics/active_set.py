@@ -2,21 +2,21 @@
 
     minimise |c + G z|  over  low <= z <= high,     c in space, G of shape (3, m), m small
 
-The force c + G z is unique. Where z is not, the shortest is taken, as :func:`exo_pin.numerics.least_force` does.
+The force c + G z is unique. Where z is not, that of least norm is taken, as :func:`exo_pin.numerics.least_force` does.
 
 1. The unbounded answer of least norm is the answer if it lies within the bounds.
 2. Else bounded-variable least squares (Lawson and Hanson; Stark and Parker, Computational Statistics 10 (1995) 129):
-   a set of free variables with independent columns, three at most, is grown by the variable that pays most, measured
-   along what its column adds to the span of those that are free already, so that a weak direction is judged by what it
-   can gain and not by its small gradient. Every round makes the force strictly less, so no set of free variables comes
-   twice and the method ends; a round that rounding denies its gain is taken back and its variable set aside.
+   a set of free variables with independent columns, three at most, is extended by the variable with the largest
+   gain, measured along the part of its column outside the span of the free ones, so that a weak direction is judged by
+   its gain and not by its small gradient. Every round lowers the force, so that no set of free variables occurs twice
+   and the method ends; a round without gain, by rounding, is undone and its variable set aside.
 3. If G has not full column rank: the shortest z with this force, by a primal active-set method that moves inside
-   {G z unchanged, low <= z <= high}. Variables leave and enter the working set by least index. That excludes a cycle
-   at a degenerate point: let t be the largest index that comes and goes in it. When t leaves, its multiplier alone has
-   the wrong sign among the indices up to t; when it enters, it alone of them blocks the step p. So the step's slope
-   Σ multiplier_i p_i would not be negative, though the step goes downhill.
+   {G z unchanged, low <= z <= high}. Variables leave and enter the working set by least index. That excludes a cycle at
+   a degenerate point: let t be the largest index that enters and leaves in it. When t leaves, its multiplier alone has
+   the wrong sign among the indices up to t; when it enters, it alone of them blocks the step p. So the step's slope Σ
+   multiplier_i p_i would not be negative, though the step goes downhill.
 
-The duality gap bounds from above by how much the answer can miss the least force; it is computed from the answer alone.
+The duality gap is an upper bound of the distance from the least force; it is computed from the answer alone.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from .vectors import along_normals, dot, root, triple
 
 __all__ = ["GAP_TOLERANCE", "LeastForces", "duality_gap", "least_bounded", "least_forces"]
 
-#: Duality gap, relative to the largest force of the problem, with which an answer is given.
+#: Largest duality gap of an accepted answer, relative to the largest force of the problem.
 GAP_TOLERANCE = 1e-8
-#: Determinant, relative to what the columns' lengths allow, above which three columns are independent beyond doubt.
+#: Determinant, relative to the product of the columns' lengths, above which three columns are independent.
 _CLEARLY_INDEPENDENT = 1e-6
 
 
@@ -83,7 +83,7 @@ def _within(z: Any, low: Any, high: Any) -> bool:
 
 @kernel(inline=True)
 def duality_gap(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float) -> float:
-    """By how much |c + G z| can at most exceed the least force.
+    """Upper bound of the excess of |c + G z| over the least force.
 
     For every z' within the bounds, force · (c + G z') >= force · c + Σ min(gradient_i low_i, gradient_i high_i), so
     that sum over |force| bounds the least force from below; so does 0. A gradient along an unbounded variable counts
@@ -159,7 +159,7 @@ class LeastForces(NamedTuple):
     forces : ndarray
         c + G z, shape (N, 3), N.
     gaps : ndarray
-        Shape (N,): by how much |c + G z| can at most exceed the least, relative to the largest force (in c or a
+        Shape (N,): upper bound of the excess of |c + G z| over the least, relative to the largest force (in c or a
         finite bound) of the program.
     """
 
@@ -189,7 +189,7 @@ def least_forces(constants: FloatArray, effects: FloatArray, lower: FloatArray, 
     InvalidInput
         If shapes do not fit, or something is NaN.
     InfeasibleBounds
-        If a lower bound stands above its upper bound.
+        If a lower bound is above its upper bound.
     """
     c, G, low, high = (np.array(part, dtype=np.float64, order="C") for part in (constants, effects, lower, upper))
     if c.ndim != 2 or c.shape[1] != 3 or G.shape[:2] != c.shape or G.ndim != 3:

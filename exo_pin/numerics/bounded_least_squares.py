@@ -10,9 +10,9 @@ from .vectors import dot, root
 
 __all__ = ["ROUNDS", "column", "descend", "force_of", "size_of"]
 
-#: Rounds after which a search gives up; the methods end by themselves, this only guards against a wrong proof.
+#: Most rounds of a search; the methods end by themselves, this guards against an error in the proof.
 ROUNDS = 1000
-#: Gain of a direction, relative to the largest force of the problem, that counts as nothing.
+#: Gain of a direction, relative to the largest force of the problem, that counts as zero.
 _NO_GAIN = 1e-14
 
 
@@ -46,14 +46,14 @@ def _without(v: Any, q: Any) -> Any:
 
 @kernel(inline=True)
 def _across(v: Any, q1: Any, q2: Any, q3: Any) -> Any:
-    """The part of v across the orthonormal q; done twice, which brings it to rounding."""
+    """The part of v orthogonal to the orthonormal q; done twice, which makes it exact to rounding."""
     v = _without(_without(_without(v, q1), q2), q3)
     return _without(_without(_without(v, q1), q2), q3)
 
 
 @kernel(inline=True)
 def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
-    """Orthonormal basis q of the columns of the free variables and, u_jj, what each adds to those before it.
+    """Orthonormal basis q of the columns of the free variables, and u_jj, the length of the new part of each.
 
     An index of -1 stands for none: q is zero there and u is one.
     """
@@ -76,7 +76,7 @@ def _basis(G: Any, i1: int, i2: int, i3: int) -> Any:
 
 @kernel(inline=True)
 def _share(z: float, goal: float, low: float, high: float) -> float:
-    """How much of the way from z to its goal a variable can go; more than one if the goal lies inside its bounds."""
+    """Share of the step from z to its goal that the bounds allow; more than one if the goal is inside the bounds."""
     if low < goal < high:
         return 2.0
     bound = low if goal <= low else high
@@ -85,7 +85,7 @@ def _share(z: float, goal: float, low: float, high: float) -> float:
 
 @kernel(inline=True)
 def _moved(z: Any, i: int, goal: float, share: float, low: Any, high: Any) -> None:
-    """Take variable i that share of its way, and onto its bound if that is where the way ends."""
+    """Move variable i by that share of its step, onto its bound if the step ends there."""
     if share >= 1.0:
         z[i] = goal
     else:
@@ -155,7 +155,7 @@ def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: An
             r = force_of(c, G, z)
             if not share <= 1.0:
                 break
-            # One met its bound: put it there exactly, and go on with the others.
+            # One reached its bound: set it exactly, and continue with the others.
             if share1 == share:
                 z[i1] = low[i1] if goal1 <= low[i1] else high[i1]
                 i1, i2, i3 = i2, i3, -1
@@ -172,7 +172,7 @@ def descend(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, tried: An
             for j in range(G.shape[1]):
                 tried[j] = 0
         else:
-            # Rounding ate the gain. Take it back; whatever was free stands still and is found again if it pays.
+            # No gain, by rounding. Undo the step; variables that were free stay and are found again if they gain.
             z[k1] = z1
             if k2 >= 0:
                 z[k2] = z2

@@ -2,8 +2,8 @@
 
     w = A f + c,   low <= f <= high,   w_i >= 0 where f_i = low_i,   w_i <= 0 where f_i = high_i,   w_i = 0 in between
 
-These are the optimality conditions of ½ fᵀA f + cᵀf within the bounds. A primal active-set method walks to them: every
-step minimises over the free variables, or runs along a direction without curvature to the next bound. A may be
+These are the optimality conditions of ½ fᵀA f + cᵀf within the bounds. They are solved by a primal active-set method:
+every step minimises over the free variables, or runs along a direction without curvature to the next bound. A may be
 singular: then w is unique, and f may not be.
 """
 

@@ -1,10 +1,10 @@
-"""Following the solution of nonlinear equations from where it is known: a stack of paths at once.
+"""Continuation of the solution of nonlinear equations from a known start: a stack of paths at once.
 
-    r(x, λ) = 0,   x = 0 at λ = 0,   wanted at λ = 1
+    r(x, λ) = 0,   x = 0 at λ = 0,   to be solved at λ = 1
 
 A step goes along the tangent dx/dλ = -J⁻¹ ∂r/∂λ and is corrected by Newton's method. It is accepted if the corrections
 contract and det J has the sign that it had at the start, so that the path stays on its branch (Deuflhard, Newton
-Methods for Nonlinear Problems, 2004, chapter 5); else it is halved. Where steps become tiny the path has ended: J is
+Methods for Nonlinear Problems, 2004, chapter 5); else it is halved. Where steps become tiny the path ends: J is
 singular there, two solutions meet (a fold), or r has a pole.
 """
 
@@ -19,18 +19,18 @@ from ..core.validation import FloatArray
 
 __all__ = ["Path", "follow"]
 
-#: Step at which the first trial is made: the whole way.
+#: First trial step: the whole path.
 _FIRST = 1.0
 #: Step below which a path has ended.
 _SHORTEST = 2.0**-10
-#: Newton's corrections in one step, and how much shorter each must be than the one before.
+#: Newton's corrections in one step, and the largest ratio of each to the one before.
 _CORRECTIONS, _CONTRACTION = 7, 0.35
 #: First correction of a step, relative to the scale of x, beyond which the step is too long. Longer ones may pass two
 #: folds at once, after which det J has its old sign again.
 _FARTHEST = 0.03
 #: Correction, relative to the scale of x, after which Newton's next one is below rounding.
 _NEAR = 1e-9
-#: Correction that rounding may leave, relative to the scale of x.
+#: Correction that counts as rounding, relative to the scale of x.
 _ROUNDING = 1e-12
 
 
@@ -54,9 +54,9 @@ class Path(NamedTuple):
     Attributes
     ----------
     x : ndarray
-        Shape (N, m): the solution at λ = 1, or the last one on the way.
+        Shape (N, m): the solution at λ = 1, or the last one of the path.
     reached : ndarray
-        λ, shape (N,): 1 where the path arrived.
+        λ, shape (N,): 1 where the path is complete.
     """
 
     x: FloatArray
@@ -71,9 +71,9 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> P
     equations : callable
         r, J and ∂r/∂λ; see :class:`Equations`.
     rows : ndarray of int
-        Shape (N,), handed to ``equations``.
+        Shape (N,), passed to ``equations``.
     scale : ndarray
-        Size of what counts as a large change of x, shape (m,); an infinite one leaves a component out of the tests of
+        Size of a large change of x, shape (m,); an infinite one leaves a component out of the tests of
         the step, for unknowns in which the equations are linear.
 
     Returns
@@ -91,10 +91,10 @@ def follow(equations: Equations, rows: NDArray[np.intp], scale: FloatArray) -> P
         slope, side = _state(equations, rows[left[good]], trial[good], goal[good])
         same = side == sign[left[good]]
         good = good[same]
-        kept = left[good]
-        x[kept], at[kept], tangent[kept] = trial[good], goal[good], slope[same]
+        accepted = left[good]
+        x[accepted], at[accepted], tangent[accepted] = trial[good], goal[good], slope[same]
         step[left] *= 0.5
-        step[kept] *= 4.0
+        step[accepted] *= 4.0
         left = left[(at[left] < 1.0) & (step[left] >= _SHORTEST)]
     return Path(x, at)
 

@@ -1,4 +1,4 @@
-"""The least force that a linear map leaves within bounds, for one program, with its optimality conditions."""
+"""Least force of a linear map within bounds, for one program, with its optimality conditions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .small_linear import RANK_TOLERANCE
 
 __all__ = ["KKT_TOLERANCE", "LeastForce", "least_force"]
 
-#: Largest KKT residual, relative to the force before the variables lower it, with which an answer is given.
+#: Largest KKT residual of an accepted answer, relative to the force at the start.
 KKT_TOLERANCE = GAP_TOLERANCE
 
 
@@ -30,11 +30,11 @@ class LeastForce(NamedTuple):
         Shape (m,), N: gradient of ½|force|² with respect to z; zero inside the bounds, positive on a lower one
         and negative on an upper one (to within the residual).
     residual : float
-        Largest violation of the optimality conditions, relative to the force before the variables lower it.
+        Largest violation of the optimality conditions, relative to the force at the start.
     unique : bool
         Whether z is the only minimiser. The force always is.
     gap : float
-        By how much |force| can at most exceed the least, N: the duality gap.
+        Duality gap, N: upper bound of the excess of |force| over the least.
     """
 
     variables: FloatArray
@@ -70,7 +70,7 @@ def least_force(constant: FloatArray, effect: FloatArray, lower: FloatArray, upp
     Raises
     ------
     InfeasibleBounds
-        If a lower bound stands above its upper bound.
+        If a lower bound is above its upper bound.
     SolverFailed
         If the optimality conditions hold to no better than 1e-8.
 

@@ -3,9 +3,10 @@
     minimise |c + G z|² + ε |z|²   over   low <= f + N z <= high,     z of one to three numbers
 
 That is a strictly convex program in at most three variables, and it is solved exactly by adding one inequality after
-the other (R. Seidel's method, Discrete & Computational Geometry 6 (1991) 423, for a quadratic aim): an inequality that
-the answer so far meets changes nothing; one that it breaks is active in the new answer, which is then sought on its
-plane, with one variable less. The small ε, :data:`REGULAR`, makes z unique where the force does not depend on it.
+the other (R. Seidel's method, Discrete & Computational Geometry 6 (1991) 423, for a quadratic objective): an inequality
+that the answer so far meets changes nothing; one that it violates is active in the new answer, which is then computed
+on its plane, with one variable less. The small ε, :data:`REGULAR`, makes z unique where the force does not depend on
+it.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from ..core.compiled import kernel
 
 __all__ = ["REGULAR", "SUMMED", "least_sum_force", "shortest_within", "sum_rows"]
 
-#: ε: what a variable costs beside the force, both squared. It raises |c + G z| by at most ε |z|² / (2 |c + G z|).
+#: ε: weight of the variables beside the force, both squared. It raises |c + G z| by at most ε |z|² / (2 |c + G z|).
 REGULAR = 1e-9
 #: Most variables that the method takes.
 SUMMED = 3
-#: By how much a scaled inequality may be broken: rounding.
+#: Violation of a scaled inequality that counts as rounding.
 _SLACK = 1e-11
 #: Length of a row below which an inequality has no direction in what is left of the variables.
 _NO_ROW = 1e-11
@@ -198,9 +199,9 @@ def least_sum_force(c: Any, G: Any, f: Any, N: Any, low: Any, high: Any, z: Any)
 
 @kernel(stack=True)
 def shortest_within(f: Any, N: Any, low: Any, high: Any, out: Any) -> None:
-    """Write the shortest f + N z within the limits, row by row; rows without one are left as they are in ``out``.
+    """Write the f + N z of least norm within the limits, row by row; rows without one are not written.
 
-    |f + N z|² differs from |Nᵀ f + z|² by what z cannot change, because the columns of N are orthonormal.
+    |f + N z|² and |Nᵀ f + z|² differ by a constant, because the columns of N are orthonormal.
 
     Parameters
     ----------

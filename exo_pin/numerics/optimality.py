@@ -1,4 +1,4 @@
-"""Least-squares programs, and what makes an answer of one optimal."""
+"""Least-squares programs and their optimality conditions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["KKT_TOLERANCE", "RANK_TOLERANCE", "LeastSquares", "Solution", "judge
 
 #: Largest violation of the optimality conditions, in a program scaled to forces of order 1, of an accepted answer.
 KKT_TOLERANCE = 1e-8
-#: Relative size of a singular value below which a direction does nothing.
+#: Relative size of a singular value below which a direction has no effect.
 RANK_TOLERANCE = 1e-12
 
 
@@ -24,7 +24,7 @@ class LeastSquares:
     Attributes
     ----------
     E, d : ndarray
-        Shapes (p, m) and (p,): what is to be small.
+        Shapes (p, m) and (p,): the objective, |E z - d|.
     A, b : ndarray
         Shapes (q, m) and (q,): equalities.
     low, high : ndarray
@@ -48,7 +48,7 @@ class LeastSquares:
         return self.E.shape[1]
 
     def violation(self, z: FloatArray) -> float:
-        """By how much ``z`` misses the constraints."""
+        """Largest violation of the constraints by ``z``."""
         misses = (np.abs(self.A @ z - self.b), self.low - z, z - self.high, self.C @ z - self.c)
         return max(0.0, *(float(part.max(initial=0.0)) for part in misses))
 
@@ -69,10 +69,10 @@ class Solution(NamedTuple):
     bound : ndarray
         Multipliers of the bounds, shape (m,): positive on an upper one, negative on a lower one.
     kkt : float
-        Largest violation of the optimality conditions: stationarity holds by the choice of ``bound``, so what is
-        left are the constraints, the signs of the multipliers and complementarity.
+        Largest violation of the optimality conditions: stationarity holds by the choice of ``bound``, which
+        leaves the constraints, the signs of the multipliers and complementarity.
     gap : float
-        Duality gap of ½|E z - d|²: by how much it can at most exceed its least value.
+        Duality gap of ½|E z - d|²: upper bound of its excess over the least value.
     unique : bool
         Whether z is the only minimiser. False may be cautious at a degenerate vertex, True never is.
     """
@@ -88,18 +88,18 @@ class Solution(NamedTuple):
 
     @property
     def is_optimal(self) -> bool:
-        """Whether the optimality conditions hold well enough to call it an answer."""
+        """Whether the optimality conditions hold to :data:`KKT_TOLERANCE`."""
         return self.kkt <= KKT_TOLERANCE
 
     @property
     def residual_gap(self) -> float:
-        """By how much |r| can at most exceed the least |r*|: |r| - |r*| <= 2 gap / |r|, and no more than |r| itself."""
+        """Upper bound of |r| - |r*| with r* the least residual: 2 gap / |r|, and no more than |r| itself."""
         size = float(np.linalg.norm(self.residual))
         return min(size, 2.0 * self.gap / size) if size > 0.0 else 0.0
 
 
 def judged(program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray) -> Solution:
-    """Measure a candidate against the optimality conditions."""
+    """A candidate with its violation of the optimality conditions."""
     residual = program.E @ z - program.d
     pull = program.E.T @ residual + program.A.T @ equality + program.C.T @ inequality
     bound = -pull

@@ -1,7 +1,7 @@
 """Real roots of a polynomial on [-1, 1] without eigenvalues, compiled.
 
-Between two neighbouring roots of p' a polynomial p is monotonic, so it has at most one root there, and a change of
-sign tells whether it has. Starting from the derivative that is linear, the roots of each derivative bracket those of
+Between two neighbouring roots of p' a polynomial p is monotonic, so it has at most one root there, where its
+sign changes. Starting from the derivative that is linear, the roots of each derivative bracket those of
 the one before. That costs a few hundred multiplications where a companion matrix costs an eigenvalue problem, works in
 real numbers throughout, and gives the extrema too, at which a double root touches zero.
 """
@@ -18,12 +18,12 @@ __all__ = ["HALF_WIDTH", "MAX_DEGREE", "roots_and_touches"]
 
 #: Largest degree that is solved.
 MAX_DEGREE = 8
-#: Roots are looked for a little beyond ±1, so that rounding cannot lose one that stands on the border of two charts.
+#: Roots are searched a little beyond ±1, so that rounding cannot lose one on the border of two charts.
 HALF_WIDTH = 1.0 + 1e-6
 
 #: Accuracy of the roots.
 _ROOT = 1e-15
-#: Accuracy of the roots of derivatives, which only fence in others: off by δ, an extremum's value is off by δ².
+#: Accuracy of the roots of derivatives, which only bracket others: off by δ, an extremum's value is off by δ².
 _FENCE = 1e-8
 
 
@@ -52,7 +52,7 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
         rate = _value(slope, degree - 1, t)
         step = value / rate if rate != 0.0 else 2.0 * HALF_WIDTH
         # Newton's step, or half of the bracket where that leaves it or does not halve the step before: Newton's method
-        # can go to and fro between two points on either side of the root for ever.
+        # can alternate between two points on either side of the root for ever.
         following = t - step
         inside = low < following < high
         if inside and abs(step) <= exact:
@@ -68,7 +68,7 @@ def _bracketed(p: Any, slope: Any, degree: int, low: float, high: float, at_low:
 
 @kernel
 def roots_and_touches(p: Any, degree: int, touch: float, out: Any) -> int:
-    """Write the real roots of p on [-1, 1], and the extrema where |p| <= touch, into ``out``; return how many.
+    """Write the real roots of p on [-1, 1], and the extrema where |p| <= touch, into ``out``; return their number.
 
     Parameters
     ----------

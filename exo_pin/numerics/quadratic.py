@@ -2,9 +2,9 @@
 
     min ½|E z - d|²   subject to   A z = b,   low <= z <= high,   C z <= c
 
-The least-squares form keeps the residual E z - d as variables of its own, which spares the condition number its square.
-ProxQP finds the answer to a tolerance; a primal active-set method started from there walks the last bit, which
-costs one or two small linear solves and leaves the optimality conditions at rounding.
+The least-squares form keeps the residual E z - d as variables of its own, which avoids squaring the condition
+number. ProxQP finds the answer to a tolerance; a primal active-set method that starts there refines it, with one or two
+small linear solves, to optimality conditions at rounding.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from .optimality import RANK_TOLERANCE, LeastSquares, Solution, judged
 
 __all__ = ["LeastSquares", "Solution", "solve"]
 
-#: How near to a bound ProxQP's answer must be, and how large its multiplier, to start out on that bound.
+#: Largest distance from a bound, and least multiplier, with which a variable starts on that bound.
 _NEAR, _HELD = 1e-6, 1e-9
 #: A step, or the wrong sign of a multiplier, below this is rounding.
 _ROUNDING = 1e-13
-#: ProxQP reads bounds beyond this as absent.
+#: ProxQP takes bounds beyond this as absent.
 _INFINITE = 1e20
 _STEPS = 60
 #: A power of two, so that rounding to its multiples is exact.
@@ -66,8 +66,8 @@ def _orthonormal(program: LeastSquares) -> LeastSquares:
     if not len(program.b):
         return program
     U, values, Vt = np.linalg.svd(program.A, full_matrices=False)
-    kept = values > RANK_TOLERANCE * values[0]
-    return replace(program, A=Vt[kept], b=(U[:, kept].T @ program.b) / values[kept])
+    significant = values > RANK_TOLERANCE * values[0]
+    return replace(program, A=Vt[significant], b=(U[:, significant].T @ program.b) / values[significant])
 
 
 def _solve(program: LeastSquares) -> Solution:
@@ -103,7 +103,7 @@ def _from(
 def _on_working_set(program: LeastSquares, side: NDArray[np.int64], rows: NDArray[np.bool_]) -> Solution:
     """The shortest minimiser on a working set, computed from that alone.
 
-    What ProxQP leaves in the last digits of its answer does not matter here any more.
+    It does not depend on the last digits of ProxQP's answer.
     """
     z = np.where(side < 0, program.low, np.where(side > 0, program.high, 0.0))
     for _ in range(3):  # the second and third time for the rounding of an ill-conditioned step
@@ -113,7 +113,7 @@ def _on_working_set(program: LeastSquares, side: NDArray[np.int64], rows: NDArra
 
 
 def _proxqp(program: LeastSquares) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """z, multipliers of equalities and inequalities, and of the bounds, as ProxQP sees them."""
+    """z, multipliers of equalities and inequalities, and of the bounds, by ProxQP."""
     p, m = program.E.shape
     q, k = len(program.b), len(program.c)
     H, A = np.zeros((p + m, p + m)), np.zeros((p + q, p + m))
@@ -127,7 +127,7 @@ def _proxqp(program: LeastSquares) -> tuple[FloatArray, FloatArray, FloatArray, 
     solver.settings.eps_abs = 1e-10
     solver.settings.eps_rel = 0.0
     solver.settings.max_iter = 300
-    # At its default of 1e-4 ProxQP takes feasible programs near the edge for infeasible and stops.
+    # With its default of 1e-4 ProxQP declares nearly infeasible programs infeasible and stops.
     solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = 1e-12
     rows = (np.hstack([np.zeros((k, p)), program.C]), np.full(k, -_INFINITE), program.c) if k else (None, None, None)
     solver.init(H, np.zeros(p + m), A, np.concatenate([-program.d, program.b]), *rows, low, high)
@@ -143,7 +143,7 @@ def _walk(
     """Primal active-set method from ProxQP's answer, with its constraints as the first working set.
 
     Returns the best point, and the last working set: sides (-1 on the lower bound, 1 on the upper one, 0 inside) and
-    rows. Which point is best is a matter of rounding, which working set is the last one is not.
+    rows. The best point depends on rounding, the last working set does not.
     """
     z = z.copy()
     side = np.where((bound < -_HELD) & (z <= program.low + _NEAR), -1, 0)
@@ -172,7 +172,7 @@ def _walk(
         if helpful >= 0:
             side[helpful] = 0
             continue
-        # Let go of the constraint that pulls the wrong way most.
+        # Release the constraint with the most negative multiplier.
         wrong_bound = np.where(fixed | (side == 0), 0.0, -side * answer.bound)
         wrong_row = np.where(rows, -inequality, 0.0)
         worst = max(wrong_bound.max(initial=0.0), wrong_row.max(initial=0.0))
@@ -188,7 +188,7 @@ def _walk(
 def _blocks_equalities(program: LeastSquares, z: FloatArray, side: NDArray[np.int64], fixed: NDArray[np.bool_]) -> int:
     """A variable that must leave its bound for the equalities to hold; -1 if they do, or if none would help.
 
-    ProxQP may stop short on an ill-conditioned program, with bounds held that leave no solution of the equalities.
+    ProxQP may stop short on an ill-conditioned program, with active bounds for which the equalities have no solution.
     """
     miss = program.b - program.A @ z
     size = float(np.abs(miss).max(initial=0.0))
@@ -224,7 +224,7 @@ def _step(program: LeastSquares, z: FloatArray, free: NDArray[np.bool_], rows: N
 def _ratio_test(
     program: LeastSquares, z: FloatArray, step: FloatArray, side: NDArray[np.int64], rows: NDArray[np.bool_]
 ) -> tuple[float, int, int]:
-    """How much of a step stays inside, and the bound or the row that stops it (-1 for none)."""
+    """Share of a step that stays feasible, and the bound or the row that stops it (-1 for none)."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         room = np.where(step < 0, (program.low - z) / step, (program.high - z) / step)
         room[(side != 0) | (np.abs(step) <= _ROUNDING)] = np.inf
@@ -247,7 +247,7 @@ def _multipliers(
     equality: FloatArray,
     inequality: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Multipliers of the working set that make the free variables stationary, nearest to those that came in."""
+    """Multipliers of the working set that make the free variables stationary, nearest to the given ones."""
     start = np.concatenate([equality, inequality[rows]])
     held = np.vstack([program.A, program.C[rows]])
     gradient = program.E.T @ (program.E @ z - program.d)

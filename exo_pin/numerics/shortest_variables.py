@@ -1,4 +1,4 @@
-"""The shortest variables that make a given force: step 3 of :mod:`exo_pin.numerics.active_set`, compiled."""
+"""Variables of least norm that give a force: step 3 of :mod:`exo_pin.numerics.active_set`, compiled."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["NO_STEP", "Workspace", "shorten", "workspace"]
 NO_STEP = 1e-13
 #: Multiplier, relative to the largest variable, that counts as zero.
 _NO_MULTIPLIER = 1e-11
-#: Gradient, relative to the largest force of the problem, above which a bound is pressed upon and holds its variable.
+#: Gradient, relative to the largest force of the problem, above which a bound is active.
 _PRESSED = 1e-10
 
 
@@ -119,7 +119,7 @@ def shorten(c: Any, G: Any, low: Any, high: Any, z: Any, scale: float, work: Wor
         share, blocking = 1.0, -1
         for k in range(v):
             i = movable[k]
-            # What overshoots by rounding alone does not block: holding it could cost the others their rank.
+            # An excess by rounding alone does not block: fixing the variable could lower the rank of the others.
             if held[k] or low[i] - slack <= goal[k] <= high[i] + slack:
                 continue
             bound = low[i] if goal[k] < low[i] else high[i]

@@ -21,8 +21,8 @@ _SWEEPS = 30
 def orthonormalise(Q: Any, U: Any, columns: int) -> None:
     """Replace the first columns of Q, of full rank, by an orthonormal basis, with Q_before = Q_after U.
 
-    Gram-Schmidt is run twice, which makes Q orthonormal to rounding. U is upper triangular; what is below its
-    diagonal is not touched.
+    Gram-Schmidt is run twice, which makes Q orthonormal to rounding. U is upper triangular; entries below its
+    diagonal are not changed.
     """
     rows = Q.shape[0]
     for j in range(columns):
@@ -46,10 +46,10 @@ def orthonormalise(Q: Any, U: Any, columns: int) -> None:
 
 @kernel
 def complete_basis(Q: Any, N: Any) -> None:
-    """Fill N, shape (n, n - 3), with an orthonormal basis of all that stands across the columns of Q, shape (n, 3)."""
+    """Fill N, shape (n, n - 3), with an orthonormal basis of the orthogonal complement of Q, shape (n, 3)."""
     n = Q.shape[0]
     for column in range(n - 3):
-        # Of the unit vectors take the one that the basis so far holds least of.
+        # Take the unit vector with the smallest part in the basis so far.
         best, least = 0, 2.0
         for i in range(n):
             held = Q[i, 0] ** 2 + Q[i, 1] ** 2 + Q[i, 2] ** 2
@@ -82,7 +82,7 @@ def complete_basis(Q: Any, N: Any) -> None:
 
 @kernel
 def row_rank(A: Any, c: Any, tolerance: float) -> int:
-    """Turn the three rows of A, shape (3, m), by one orthogonal matrix until they stand across one another.
+    """Turn the three rows of A, shape (3, m), by one orthogonal matrix until they are orthogonal.
 
     The same is done to the three numbers c, so that A z = c keeps its solutions. Rows are sorted by length, the
     singular values of A, longest first: one-sided Jacobi rotations. The rank is returned, and rows beyond it are noise.
@@ -98,7 +98,7 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
                     qq += A[q, i] * A[q, i]
                     pq += A[p, i] * A[q, i]
                 swap = qq > pp
-                # A row that is rounding noise beside the other has no direction of its own to be turned by.
+                # A row that is rounding noise beside the other has no direction.
                 noise = min(pp, qq) <= _NOISE * _NOISE * max(pp, qq)
                 if noise or abs(pq) <= 1e-15 * math.sqrt(pp * qq):
                     if not swap:
@@ -134,9 +134,9 @@ def row_rank(A: Any, c: Any, tolerance: float) -> int:
 
 @kernel
 def least_norm(A: Any, c: Any, z: Any, tolerance: float) -> int:
-    """z that makes |c + A z| least and, of those, is itself shortest; the rank of A is returned.
+    """z of least |c + A z| and, of those, of least norm; the rank of A is returned.
 
-    A, shape (3, m), and c are used up.
+    A, shape (3, m), and c are overwritten.
     """
     rank = row_rank(A, c, tolerance)
     m = A.shape[1]

@@ -1,11 +1,11 @@
-"""The formulas of the wrist for one limb or one pose, on plain numbers. Every kernel is built of these.
+"""The formulas of the wrist for one limb or one pose, on plain numbers. All kernels use them.
 
 Vectors are tuples of three numbers and matrices tuples of three rows, so that a compiler can keep them in registers and
 work on several poses at once; no array is touched here.
 
 Symbols: a = A_i and b = R B_i, both from O in the base frame; s = (b - a)/l the limb's direction from torso to arm;
 X = -(a × b)/|a × b| the normal of the limb's plane O A_i B_i, (D-11); h = |b × s| the distance from O to the limb's
-line. They are tied by b × s = -h X, so that the actuation and the constraint singularity of this wrist are one
+line. They satisfy b × s = -h X, so that the actuation and the constraint singularity of this wrist are one
 locus, det[X_1 X_2 X_3] = 0, next to the folded case h_i = 0.
 
 Signs: f > 0 is tension, the limb pulls the arm with -f s; the side force -g X passes through O.
@@ -50,7 +50,7 @@ OK, NEAR_SINGULAR, SINGULAR, FOLDED, NOT_SOLVED = 0, 1, 2, 3, 4
 
 #: Sine of the angle A_i O B_i below which a limb counts as folded: its plane, and with it X_i, has no direction.
 FOLDED_SINE = 1e-9
-#: Margin below which no force is given: rounding would leave fewer than about seven digits.
+#: Margin below which a pose has no answer: rounding would leave fewer than about seven digits.
 SINGULAR_MARGIN = 1e-9
 #: Margin below which an answer is marked: limb forces exceed moment / joint radius by more than a factor 1000.
 NEAR_MARGIN = 1e-3
@@ -139,7 +139,7 @@ def rotation_matrix(x: float, y: float, z: float, w: float) -> Any:
 def limb(R: Any, a: Any, p: Any) -> Any:
     """One limb of a pose, (4-1), (D-11), (D-12): b, s, X, l, h, and whether it is folded.
 
-    A folded limb gets X = 0 and h = 0, one of no length also s = 0. ``p`` is B_i in the arm's axes.
+    A folded limb has X = 0 and h = 0, a limb without length also s = 0. ``p`` is B_i in the arm's axes.
 
     Source: thesis (4-1), (4-9), (5-2), (D-4), (D-11), (D-12).
     """
@@ -149,7 +149,7 @@ def limb(R: Any, a: Any, p: Any) -> Any:
     square, area_square = dot(span, span), dot(normal, normal)
     length, area = root(square), root(area_square)
     folded = area_square <= FOLDED_SINE**2 * dot(a, a) * dot(b, b)
-    # Both quotients are formed first and chosen from afterwards, which leaves no branch in the loops over poses.
+    # Both quotients are computed before one is selected, so that the loops over poses have no branch.
     per_length, per_area = 1.0 / length, -1.0 / area
     per_length = per_length if square > 0.0 else 0.0
     per_area = 0.0 if folded else per_area
@@ -173,7 +173,7 @@ def second_invariant(g: Any) -> float:
 
 @kernel(inline=True)
 def status_code(spoiled: bool, margin: float) -> int:
-    """Status of a pose by its margin; ``spoiled`` is whether a folded limb leaves it without an answer."""
+    """Status of a pose by its margin; ``spoiled``: whether it has no answer because of a folded limb."""
     code = OK if margin >= NEAR_MARGIN else NEAR_SINGULAR
     code = code if margin >= SINGULAR_MARGIN else SINGULAR
     return FOLDED if spoiled else code

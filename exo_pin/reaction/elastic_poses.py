@@ -126,7 +126,7 @@ class ElasticPoses(Record):
             stiffness=own.side.stiffness,
             misfit=self.device.misfit,
             movement=self.device.movement,
-            unmoved=self.unmoved.shoulder,
+            unmoved=self.unmoved.tensions.shoulder,
             load_share=self.reached,
             guide_load=self.guide_load,
         )
@@ -159,7 +159,7 @@ class ElasticPoses(Record):
             tensions=own.tensions,
             stiffness=own.side.stiffness,
             misfit=device.misfit,
-            limits=poses.limits and poses.limits._make(part[row : row + 1] for part in poses.limits),
+            limits=None if poses.limits is None else poses.limits.row(row),
         )
         program = self.split.program(there, 0)
         missing = shortfall(program)

@@ -87,7 +87,7 @@ def plan_pressures(
     law = as_split(options.setdefault("split", "minimal"))
     if law.moves:
         raise InvalidInput(
-            f"pressures and their stiffness are those of a device that does not give way, got split={law.name!r}: use "
+            f"pressures and their stiffness are those of a device without displacement, got split={law.name!r}: use "
             'split="elastic_linear", or reaction with the muscles as actuator_bounds'
         )
     n = model.mechanism.limb_count

@@ -1,12 +1,12 @@
-"""How forces change with pose, geometry, arm, load, stiffness, offset and bounds.
+"""Derivatives of forces by pose, geometry, arm, load, stiffness and offset.
 
 The equilibrium and, in the elastic split, the two conditions of stiffness are linear in x = (f, λ, g, F_s, δ):
 
     f_i - a_i · λ = 0                       Σ f_i a_i + Σ g_i m_i = M
     g_i - k_i (S_i · δ + misfit_i) = 0      F_s - Σ f_i s_i - Σ g_i S_i = -F          K_s δ + F_s = 0
 
-with a_i the lever arms, λ what makes the tensions of least norm with more than three limbs, and g = δ = 0 instead of
-the last two in the spherical split. With J their matrix and r_p their derivative by a parameter at fixed x, exact to
+with a_i the lever arms, λ the multipliers of tensions of least norm with more than three limbs, and g = δ = 0 instead
+of the last two in the spherical split. With J their matrix and r_p their derivative by a parameter at fixed x, exact to
 rounding (:mod:`exo_pin.uncertainty.parameter_derivatives`), dx/dp = -J⁻¹ r_p is exact as well.
 """
 
@@ -74,7 +74,7 @@ class Sensitivity(Record):
         As :attr:`Reaction.status`.
     parameters : mapping of str to Parameter
         "orientation" is a rotation vector in the base frame, exp([θ]×) R, with motion held and the load turning as
-        its frame says; "offset" moves base and cuff together; "mass" keeps the inertia about the centre of mass.
+        its frame determines; "offset" moves base and cuff together; "mass" keeps the inertia about the centre of mass.
     """
 
     split: str
@@ -106,7 +106,7 @@ def sensitivity(
     split: str = "spherical",
     centre_offset: CentreOffset | ArrayLike = (0.0, 0.0, 0.0),
 ) -> Sensitivity:
-    """Derivatives of F_s, f and g by everything that the answer depends on.
+    """Derivatives of F_s, f and g by all parameters of the query.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ def sensitivity(
         As :meth:`exo_pin.ShoulderExo.reaction`.
     split : {"spherical", "elastic_linear", "elastic"}
         How the forces that equilibrium does not determine are chosen. The last two are the same here: the elastic
-        formula for small displacements, whose distance from the displaced geometry
-        :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
+        formula for small displacements; :meth:`exo_pin.ShoulderExo.elastic_difference` gives its difference from the
+        displaced geometry.
 
     Returns
     -------
@@ -184,7 +184,7 @@ class _System:
         self.f, self.load, self.g = slice(0, n), slice(n, n + 3), slice(n + 3, 2 * n + 3)
         self.shoulder, self.delta = slice(2 * n + 3, 2 * n + 6), slice(2 * n + 6, 2 * n + 9)
         J, rhs = np.zeros((count, 2 * n + 9, 2 * n + 9)), np.zeros((count, 2 * n + 9))
-        # δ in units in which its column is as large as the others.
+        # Unit of δ that makes its column as large as the others.
         self.unit = 1.0 if stiffness is None else 1.0 / (np.trace(stiffness) + side.stiffness.max(initial=0.0))
         arms, directions, sides, moments = (
             np.swapaxes(v, 1, 2) for v in (side.moment_arms, side.directions, side.forces, side.moments)
@@ -207,7 +207,7 @@ class _System:
         self.status = state.status.copy()
         good = self.status < STATUS.index("singular")
         if stiffness is not None:
-            # The same test as the answer's, so that both have an answer in the same poses.
+            # The same test as for the answer, so that both have an answer in the same poses.
             lost = good & np.isnan(state.elastic_side_forces(stiffness)[0]).any(axis=1)
             self.status[lost] = STATUS.index("not_solved")
         self.good = np.flatnonzero(self.status < STATUS.index("singular"))

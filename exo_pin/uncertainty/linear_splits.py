@@ -1,8 +1,8 @@
-"""Splits whose forces follow from linear equations, as worst cases and derivatives need them.
+"""Splits whose forces follow from linear equations, for worst cases and derivatives.
 
-The split "elastic" at the displaced geometry is not among them: "elastic" stands here for its limit of small
-displacements, "elastic_linear", and results carry that name. How far the two are apart in a pose says
-:meth:`exo_pin.ShoulderExo.elastic_difference`.
+The split "elastic" at the displaced geometry is not among them: "elastic" here means its limit of small
+displacements, "elastic_linear", and results have that name. :meth:`exo_pin.ShoulderExo.elastic_difference` gives the
+difference of the two in a pose.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["LINEAR_NOTE", "linear_split"]
 _SPLITS = {name: law for name, law in SPLITS.items() if law.is_linear}
 _SPLITS[Elastic.name] = _SPLITS[ElasticLinear.name]
 
-#: What a result by the linear formula says of itself.
+#: Note on results by the linear formula.
 LINEAR_NOTE = (
     "By the elastic formula for small displacements; elastic_difference() says how far that is from the displaced "
     "geometry."
@@ -26,12 +26,12 @@ LINEAR_NOTE = (
 
 
 def linear_split(name: str) -> Split:
-    """The split of a name, in its limit of small displacements.
+    """The split with a name, in its limit of small displacements.
 
     Raises
     ------
     UnknownName
-        If there is none of that name, or its forces are not linear.
+        If there is no split of that name, or its forces are not linear.
     """
     if name not in _SPLITS:
         raise UnknownName("split", name, _SPLITS)

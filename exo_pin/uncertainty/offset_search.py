@@ -1,4 +1,4 @@
-"""The search of a pose's centre offsets for a singular configuration, and for the largest shoulder force."""
+"""Search over the centre offsets of a pose for a singular configuration and for the largest shoulder force."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["OffsetSearch"]
 _SOBOL_POWER = 7
 #: Step of the central differences that guide the search, in radii.
 _STEP = 1e-5
-#: How many of the best points the search starts from.
+#: Number of best points that the search starts from.
 _STARTS = 3
 
 
@@ -55,20 +55,20 @@ class OffsetSearch(Record):
         self.force, self.sign, self.codes = self._evaluate(self.x)
         self.code = self.codes[0]
         self.nominal = float(np.linalg.norm(self.force[0]))
-        # Relative to the centre's, so that the search below has a scale.
+        # Relative to that of the centre, as a scale for the search.
         self.unit = self.sign[0] if self.sign[0] != 0.0 else 1.0
 
     def _evaluate(self, x: FloatArray) -> tuple[FloatArray, FloatArray, NDArray[np.int8]]:
         """F_s, the determinant of the equilibrium equations, and status codes, at a stack of points."""
         offset = self.middle + self.size * x
         state = self.given.one(self.row, len(x)).displaced(self.mechanism, offset, offset)
-        force = state.shoulder
+        force = state.tensions.shoulder
         sign: FloatArray = np.full(len(x), np.nan)
         if self.signed:
             sign = np.asarray(np.linalg.det(state.side.moment_arms))
         if self.stiffness is not None:
             g, _ = state.elastic_side_forces(self.stiffness)
-            force = force + np.einsum("kij,kj->ki", state.shoulder_of_g, g)
+            force = force + np.einsum("kij,kj->ki", state.tensions.shoulder_of_g, g)
             sign = sign * self._stability(state)
         force = np.where((state.status < STATUS.index("singular"))[:, None], force, np.nan)
         return force, sign, state.status
@@ -76,9 +76,9 @@ class OffsetSearch(Record):
     def _stability(self, state: Displaced) -> FloatArray:
         """det(K_s + K_X) relative to its scale.
 
-        Side forces off the centre help the tensions to hold the arm, so that with stiff limbs the forces grow without
-        bound not where the tensions alone fail but where both together do: the product of the two determinants, which
-        is the determinant of the whole system, is what changes its sign there.
+        With an offset, side forces help the tensions to hold the arm. With stiff limbs the forces then grow without
+        bound where the whole system is singular, not where the tensions alone are: there the product of the two
+        determinants, which is the determinant of the whole system, changes its sign.
         """
         whole, _ = state.elastic_system(np.asarray(self.stiffness))
         scale = np.trace(np.asarray(self.stiffness)) + state.side.stiffness.sum(axis=1)
@@ -118,7 +118,7 @@ class OffsetSearch(Record):
         return x if self._evaluate(x[None])[1][0] / self.unit <= 0.0 else None
 
     def _nearest(self, start: FloatArray) -> FloatArray:
-        """From a singular point to the one nearest to the centre, as far as it can be followed."""
+        """The singular point nearest to the centre, searched from another one."""
         on_surface = {
             "type": "eq",
             "fun": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[0],
@@ -133,7 +133,7 @@ class OffsetSearch(Record):
         return x if near and np.linalg.norm(x) <= 1.0 else start
 
     def _diverges(self, point: FloatArray) -> bool:
-        """Whether |F_s| grows on the way to a point: without a moment in the lost direction it would not."""
+        """Whether |F_s| grows towards a point: without a moment in the lost direction it does not."""
         inward = point / max(float(np.linalg.norm(point)), 1e-12)
         steps = np.array([1e-3, 1e-4, 1e-5])[:, None]
         for side in (-1.0, 1.0):

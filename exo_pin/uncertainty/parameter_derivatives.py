@@ -1,9 +1,8 @@
-"""How pose, geometry, arm, load, guides and offset enter the equilibrium equations: exact first derivatives.
+"""Exact first derivatives of the equilibrium equations by pose, geometry, arm, load, guides and offset.
 
-Geometry, guides, offset and the pose's part in them go through
-:func:`exo_pin.wrist.forces.side_forces.side_wrenches_of` with a
-tiny imaginary step, which loses no digits. What arm and load add is a polynomial of degree two at most in each
-parameter, for which a central difference of the kernel itself is exact, whatever its step.
+The derivatives by geometry, guides, offset and pose are complex steps of
+:func:`exo_pin.wrist.forces.side_forces.side_wrenches_of`, which lose no digits. The loads are polynomials of degree two
+at most in the parameters of arm and load, for which a central difference of any step is exact.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from ..design import Mechanism
 from ..design.geometry import CircleDimensions
 from ..load_case import Load, Motion
 from ..load_case.pose_stacks import Query, arm_load, as_query
+from ..wrist.forces.analytic_vectors import cross_matrix
 from ..wrist.forces.side_forces import SideWrenches, guide_flexibility, side_wrenches_of
 
 __all__ = ["Seed", "circle_seeds", "geometry_seeds", "load_seeds"]
@@ -33,7 +33,7 @@ SYMMETRIC = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 class Seed(NamedTuple):
-    """A parameter and what it moves.
+    """A parameter and the derivatives of the equations by it.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Seed(NamedTuple):
     sides : list of SideWrenches or None
         Derivatives, one per component.
     force, moment : ndarray or None
-        Derivatives of what limbs and shoulder carry, shape (N, size, 3).
+        Derivatives of the load on limbs and shoulder, shape (N, size, 3).
     """
 
     unit: str
@@ -74,21 +74,16 @@ class _Numbers:
     is_upu: NDArray[np.bool_]
 
     def derivative(self, **changes: FloatArray) -> SideWrenches:
-        """Along a change of some of the numbers."""
+        """Derivative along a change of some of the arguments."""
         shifted: dict[str, Any] = {name: getattr(self, name) + 1j * _STEP * change for name, change in changes.items()}
         moved = side_wrenches_of(**{**vars(self), **shifted})
         return SideWrenches._make([*(part.imag / _STEP for part in moved[:-1]), moved.folded])
 
 
-def cross_matrices() -> FloatArray:
-    """[e_j]× for the three axes, shape (3, 3, 3)."""
-    return np.array([[np.cross(e, column) for column in np.eye(3)] for e in np.eye(3)]).swapaxes(1, 2)
-
-
 def geometry_seeds(
     mechanism: Mechanism, query: Query, base: FloatArray, cuff: FloatArray
 ) -> tuple[SideWrenches, dict[str, Seed]]:
-    """The side wrenches, and the parameters that enter through them."""
+    """The side wrenches, and the parameters that they depend on."""
     geometry, n = mechanism.geometry, mechanism.limb_count
     flexibility, resists = guide_flexibility(mechanism)
     numbers = _Numbers(
@@ -104,7 +99,7 @@ def geometry_seeds(
     seeds = {
         "orientation": Seed(
             "rad", _AXES, np.zeros((1, 3)),
-            [numbers.derivative(matrices=turn @ query.matrices) for turn in cross_matrices()],
+            [numbers.derivative(matrices=turn @ query.matrices) for turn in cross_matrix(np.eye(3))],
         ),
     }  # fmt: skip
     points = tuple(f"{i + 1}{axis}" for i in range(n) for axis in _AXES)
@@ -176,7 +171,7 @@ def circle_seeds(circles: CircleDimensions, seeds: dict[str, Seed]) -> dict[str,
 def load_seeds(
     mechanism: Mechanism, orientation: Rotation, query: Query, motion: Motion | None, load: Load | None
 ) -> tuple[FloatArray, FloatArray, dict[str, Seed]]:
-    """What limbs and shoulder carry, shape (N, 3) each, and the parameters that enter through it."""
+    """Load on limbs and shoulder, shape (N, 3) each, and the parameters that it depends on."""
     arm = mechanism.require_arm("weight")
     still = np.zeros_like(query.force)
     about_centre = np.zeros((3, 3)) if arm.inertia is None or motion is None else np.asarray(arm.inertia)
@@ -210,7 +205,7 @@ def load_seeds(
             [(carried(m, c, about_centre + u), carried(m, c, about_centre - u)) for u in units], 1.0)  # fmt: skip
     # Turning the arm: linear and quadratic in R, so that a step of any size along [e]× R is exact.
     R = query.matrices
-    turns = [turn @ R for turn in cross_matrices()]
+    turns = [turn @ R for turn in cross_matrix(np.eye(3))]
     steps = [(carried(m, c, about_centre, R + T), carried(m, c, about_centre, R - T)) for T in turns]
     add("orientation", "rad", _AXES, np.zeros((1, 3)), steps, 1.0)
     at = np.zeros(3) if load is None else np.asarray(load.at)

@@ -17,8 +17,8 @@ __all__ = ["ASSUMED_UNCERTAINTY", "Influence", "Ranking", "rank"]
 #: A number in the parameter's unit, or a share of its value such as "5%".
 Uncertainty = float | str
 
-#: What is taken where nothing is stated: assumptions to be replaced by what is known of a device and its wearer. The
-#: offset is what usual estimates of the shoulder's centre err by; for K_s no value at all was found.
+#: Assumed uncertainties, to be replaced by what is known of a device and its wearer. The offset is the error of usual
+#: estimates of the shoulder's centre; for K_s no published value was found.
 ASSUMED_UNCERTAINTY: Mapping[str, Uncertainty] = MappingProxyType(
     {
         "orientation": np.radians(2.0),
@@ -44,17 +44,17 @@ ASSUMED_UNCERTAINTY: Mapping[str, Uncertainty] = MappingProxyType(
         "offset": 15e-3,
     }
 )
-#: Directions in space: what is not known of them is a ball, and its worst direction counts.
+#: Vectors: their uncertainty is a ball, whose worst direction counts.
 _VECTORS = ("orientation", "centre_of_mass", "load_force", "load_moment", "load_point", "offset", "offset_base",
             "offset_cuff")  # fmt: skip
 _POINTS = ("base_points", "platform_points")
-#: Matrices: known to a factor.
+#: Matrices: their uncertainty is a common factor.
 _TENSORS = ("inertia", "shoulder_stiffness")
 
 
 @dataclass(frozen=True)
 class Influence:
-    """What one uncertain parameter does to the peak.
+    """Effect of one uncertain parameter on the peak.
 
     Attributes
     ----------
@@ -107,9 +107,9 @@ class Ranking:
 
 
 def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = None, top: int = 5) -> Ranking:
-    """Order the parameters of a movement by what their uncertainty does to its peak shoulder force.
+    """Order the parameters of a movement by the effect of their uncertainty on its peak shoulder force.
 
-    The derivative of a peak is that at the peak's pose. Numbers of single limbs count each by itself; a vector is
+    The derivative of a peak is that at the peak's pose. Numbers of single limbs count separately; a vector is
     uncertain by a ball of that radius; a stiffness matrix or inertia by a common factor, or if a number is given, by
     the same in every principal direction.
 
@@ -121,7 +121,7 @@ def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = N
         By name of the parameter: a number in its unit, or a share of its value such as "5%". They replace those of
         :data:`ASSUMED_UNCERTAINTY`; zero leaves a parameter out.
     top : int
-        How many.
+        Number of parameters.
 
     Returns
     -------
@@ -130,7 +130,7 @@ def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = N
     Raises
     ------
     UnknownName
-        If an uncertainty is stated for what is no parameter of the query.
+        If an uncertainty is stated for a name that is no parameter of the query.
     InvalidInput
         If it is neither a number of zero or more nor a percentage, or ``top`` is below 1.
     SolverFailed

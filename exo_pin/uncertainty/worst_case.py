@@ -1,4 +1,4 @@
-"""The largest shoulder force over what is not known: the record, and the stiffness of the shoulder."""
+"""The largest shoulder force over uncertain quantities: the record, and the stiffness of the shoulder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .linear_splits import LINEAR_NOTE
 
 __all__ = ["Loaded", "WorstCase", "loaded", "status_names", "worst_stiffness"]
 
-#: What may be said of a pose besides the names of :data:`exo_pin.wrist.limbs.STATUS`.
+#: Status of a pose besides the names of :data:`exo_pin.wrist.limbs.STATUS`.
 SINGULAR_WITHIN = "singular_within"
 #: Points per decade of stiffness at which the search starts.
 _PER_DECADE = 16
@@ -29,21 +29,21 @@ _PER_DECADE = 16
 
 @dataclass(frozen=True, eq=False)
 class WorstCase:
-    """The largest |F_s| over a set of things that are not known, for a pose or a stack of shape (...).
+    """The largest |F_s| over the range of an uncertain quantity, for a pose or a stack of shape (...).
 
     Attributes
     ----------
     quantity : {"offset", "stiffness"}
-        What was varied.
+        The uncertain quantity.
     limits : tuple of float
-        The set: (radius,) in m, or (least, largest) stiffness in N/m.
+        Its range: (radius,) in m, or (least, largest) stiffness in N/m.
     magnitude : ndarray
-        Worst |F_s|, shape (...), N: infinite where the set holds a singular configuration, at which the forces grow
-        without bound; NaN without an answer.
+        Worst |F_s|, shape (...), N: infinite where the range contains a singular configuration, at which the forces
+        grow without bound; NaN without an answer.
     shoulder_force : ndarray
         F_s in the worst case, shape (..., 3), N, of the shoulder on the arm, base frame; NaN where infinite.
     at : ndarray
-        The evidence, where the worst case is: the offset, shape (..., 3), m, or the stiffness, shape (...), N/m.
+        Place of the worst case: the offset, shape (..., 3), m, or the stiffness, shape (...), N/m.
         Where the magnitude is infinite it is the singular configuration itself; an offset of that kind is the nearest
         to the centre of the ball that was found.
     nominal : ndarray
@@ -53,7 +53,7 @@ class WorstCase:
     exact : bool
         Whether the answer is the largest for certain, or the best of a search.
     split : {"spherical", "elastic_linear"}
-        By which F_s was computed; the second is the elastic formula for small displacements.
+        Split of F_s; the second is the elastic formula for small displacements.
     """
 
     quantity: str
@@ -104,7 +104,7 @@ class WorstCase:
 
 
 class Loaded(NamedTuple):
-    """A stack of N poses of a mechanism with what limbs and shoulder carry together.
+    """A stack of N poses of a mechanism with the load on limbs and shoulder.
 
     Attributes
     ----------
@@ -170,7 +170,7 @@ def worst_stiffness(
     Without an offset |F_s| never falls with the stiffness κ: F_s = -κ (κ 1 + K_X)⁻¹ N, and κ / (κ + λ) grows in each
     principal direction of K_X. In the displaced geometry the side forces also load the tensions, their matrix is not
     symmetric, and |F_s| can peak in between, or grow without bound where κ 1 + K_X is singular: those κ are the
-    negative eigenvalues of K_X, and are looked for among them.
+    negative eigenvalues of K_X, and are searched among them.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def worst_stiffness(
     Raises
     ------
     InvalidInput
-        If a limit is not positive, they stand the wrong way round, or a limb has mass.
+        If a limit is not positive, ``least`` is above ``largest``, or a limb has mass.
     """
     low, high = as_positive("least", least), as_positive("largest", largest)
     if low > high:

@@ -1,10 +1,9 @@
-"""The largest shoulder force over a ball of centre offsets, or over one of base and one of cuff.
+"""The largest shoulder force over a ball of centre offsets.
 
 The device's centre is known to a centimetre or two at best. Within that ball the displaced geometry may be singular:
-the tensions then grow without bound, and so does the shoulder force. Between two offsets on either side of the
-singular surface the determinant of the equilibrium equations changes its sign, which no sampling of forces would show:
-a sample may come close to the surface, and say nothing about it. So the sign is followed first, and only in a ball
-without a change of sign is a largest force looked for.
+tensions and shoulder force then grow without bound. Samples of the force may miss such a singular surface. Across it
+the determinant of the equilibrium equations changes its sign, so that a change of sign is searched first. Only in a
+ball without one the largest force is searched.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from .worst_case import WorstCase, loaded, status_names
 
 __all__ = ["worst_offset"]
 
-#: An offset beyond this, m, is taken for millimetres.
+#: An offset beyond this, m, was probably given in millimetres.
 _FARTHEST = 0.2
 
 
@@ -49,8 +48,8 @@ def worst_offset(
         Of the ball, m; 0.015 to 0.021 m is what usual estimates of the shoulder's centre err by.
     split : {"spherical", "elastic_linear", "elastic"}
         How the forces that equilibrium does not determine are chosen. The last two are the same here: the elastic
-        formula for small displacements, whose distance from the displaced geometry
-        :meth:`exo_pin.ShoulderExo.elastic_difference` gives.
+        formula for small displacements; :meth:`exo_pin.ShoulderExo.elastic_difference` gives its difference from the
+        displaced geometry.
     motion, load
         As :meth:`exo_pin.ShoulderExo.reaction`.
     centre : array_like
@@ -60,8 +59,8 @@ def worst_offset(
     -------
     WorstCase
         By search: 256 points of a Sobol sequence, then sequential quadratic
-        programming from the best. With more than three limbs a singular configuration has no sign to betray it, and is
-        found only if the search runs into it.
+        programming from the best. With more than three limbs the determinant has no sign, and a singular configuration
+        is found only by chance.
 
     Raises
     ------

@@ -48,7 +48,7 @@ def fill_limbs(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length:
 def limb_vectors(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length: Any, reach: Any) -> int:
     """Fill b, s, X, l and h of every limb, (4-1) and (D-11), (D-12); return the number of folded limbs.
 
-    A folded limb gets X = 0 and h = 0, one of no length also s = 0.
+    A folded limb has X = 0 and h = 0, a limb without length also s = 0.
 
     Source: thesis (4-1), (D-4), (D-11), (D-12).
     """
@@ -66,8 +66,8 @@ def limb_stack(R: Any, base: Any, platform: Any, b: Any, s: Any, X: Any, length:
 def _margin(X: Any, reach: Any, radius: float) -> float:
     """Smallest singular value of the matrix of rows h_i X_i / radius, within a factor √3, dimensionless.
 
-    det / sqrt(second invariant of the Gram matrix): it goes to the singular value itself where that goes to zero,
-    and does not square it, as the eigenvalues of the Gram matrix would.
+    det / sqrt(second invariant of the Gram matrix): near zero it equals the singular value, and does not square it, as
+    the eigenvalues of the Gram matrix would.
     """
     n = X.shape[0]
     g0 = g1 = g2 = g3 = g4 = g5 = 0.0
@@ -101,8 +101,8 @@ def largest_radius(platform: Any) -> float:
 def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float]:
     """Status code and margin of a pose whose limbs are known.
 
-    A folded limb (h = 0) spoils the pose if it is one of the UPU limbs, whose indices are ``upu``: they need their X_i.
-    An SPS limb only loses its moment arm, which leaves enough to hold the pose unless there are three limbs.
+    A pose with a folded UPU limb (h = 0; indices ``upu``) has no answer: X_i is undefined. A folded SPS limb only loses
+    its moment arm; with more than three limbs the others may hold the pose.
     """
     margin = _margin(X, reach, radius)
     spoiled = False

@@ -30,14 +30,11 @@ class RingPosition(ReadOnly):
     covariance : ndarray
         Shape (6, 6), of translation and turn, from the errors of the joints as measured and from how much they differ
         from a rigid ring; infinite and NaN where they are not determined.
-    left_over : ndarray
-        Shape (n, 3), m: displacements of the joints that no rigid displacement explains.
     """
 
     translation: FloatArray
     turn: FloatArray
     covariance: FloatArray
-    left_over: FloatArray
 
     @classmethod
     def of(cls, model: LengthModel, values: FloatArray, information: Information, ring: str) -> RingPosition:
@@ -52,7 +49,7 @@ class RingPosition(ReadOnly):
                 pick[:, model.places[offset]] = np.eye(3)
             covariance = np.zeros((6, 6))
             covariance[:3, :3] = information.spread(pick) if offset in model.places else 0.0
-            return cls(model.group(offset, values), np.zeros(3), covariance, moved)
+            return cls(model.group(offset, values), np.zeros(3), covariance)
         fit = np.linalg.pinv(_rigid(nominal))
         found = fit @ moved.reshape(-1)
         rows = np.zeros((len(found), model.size))
@@ -62,7 +59,7 @@ class RingPosition(ReadOnly):
         left = moved - (_rigid(nominal) @ found).reshape(n, 3)
         scatter = float((left**2).sum()) / (3 * n - len(found))
         covariance[: len(found), : len(found)] = information.spread(rows) + scatter * fit @ fit.T
-        return cls(found[:3], turn, covariance, left)
+        return cls(found[:3], turn, covariance)
 
 
 def _rigid(points: FloatArray) -> FloatArray:

@@ -89,8 +89,6 @@ class StaticIdentification(Record):
         Standard deviation of one measurement about the law, N, from n - k degrees of freedom.
     condition_number : float
         Of the design matrix in m and bar.
-    scaled_condition_number : float
-        Of the same with columns of unit length, which no choice of units can improve.
     variance_inflation : ndarray
         Shape (k,), how much the variance of a coefficient is raised by the others being unknown too.
     indistinct : tuple of str
@@ -108,7 +106,6 @@ class StaticIdentification(Record):
     leave_one_out: FloatArray
     sigma: float
     condition_number: float
-    scaled_condition_number: float
     variance_inflation: FloatArray
     indistinct: tuple[str, ...]
     region: Region | None
@@ -255,7 +252,6 @@ def identify_static(
         leave_one_out=frozen(residuals / (1 - leverage)),
         sigma=sigma,
         condition_number=float(np.linalg.cond(matrix)),
-        scaled_condition_number=float(np.linalg.cond(matrix / norms)),
         variance_inflation=frozen(np.diag(spread).copy()),
         indistinct=tuple(np.array(names)[collinear(matrix)].tolist()),
         region=region,

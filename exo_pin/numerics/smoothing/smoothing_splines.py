@@ -1,13 +1,13 @@
-"""Smoothing splines of degree 7 that choose their smoothness from the data, with the noise of their derivatives.
+"""Smoothing splines of degree 7 with automatic smoothing parameter, and the noise of their derivatives.
 
 The curve f through samples y_i at x_i minimises Σ |y_i - f(x_i)|² + λ ∫ |d⁴f/dx⁴|² dx (Woltring 1985 and 1986, GCVSPL).
 With the penalty on the fourth derivative, the second one, an acceleration, is itself smooth, and its slope is free at
 the ends. With the third derivative, the more usual choice, f''' = 0 is a condition at the ends, and accelerations of
-movements come out up to three times as far from the truth. λ minimises the generalised cross-validation score
+movements have up to three times the error. λ minimises the generalised cross-validation score
 Σ |y_i - f(x_i)|² / (N - γ tr H)², H the matrix from the samples to f(x_i) (Craven and Wahba 1979), with γ = 1.4 (Kim
-and Gu 2004) against the occasional rough curve that γ = 1 gives. Where the standard deviation σ of the noise is
+and Gu 2004) which avoids the occasional rough curve of γ = 1. Where the standard deviation σ of the noise is
 known, λ minimises the estimate of the risk Σ |y_i - f(x_i)|² / d + 2 σ² γ tr H for d noisy components, unbiased for
-γ = 1. Both take the noise to be white: independent from sample to sample.
+γ = 1. Both assume white noise: independent from sample to sample.
 
 Samples without noise are interpolated: with them the end conditions of a smoothing spline would be the largest error.
 Which of the two applies is decided by the noise that each predicts in f''.
@@ -44,7 +44,7 @@ _LEAST = 1e-9
 _HALVING = 2.0**8
 #: Trial values in a decade of λ; the best is refined.
 _TRIALS = 3
-#: Coefficients of a divided difference of order 8 need so many samples.
+#: Number of samples for a divided difference of order 8.
 _WINDOW = 9
 
 
@@ -60,8 +60,8 @@ class SmoothedSamples:
         Standard deviation of a noisy component of the samples, estimated; NaN with fewer than :data:`FEWEST`.
     covariance : ndarray
         Shape (N, 3, 3): covariance of a component's value, first and second derivative at each sample, for noise of
-        standard deviation 1. Of a smoothing spline it is the posterior covariance (Wahba 1983), which stands for the
-        bias too, except near the ends. NaN where ``noise`` is NaN.
+        standard deviation 1. Of a smoothing spline it is the posterior covariance (Wahba 1983), which includes the
+        bias, except near the ends. NaN where ``noise`` is NaN.
     penalty : float
         λ; 0 for interpolation.
     """
@@ -88,7 +88,7 @@ def fit_samples(
     y : ndarray
         Shape (N, D).
     components : int
-        How many independent components the noise of a sample has, at most D.
+        Number of independent components of the noise of a sample, at most D.
     noise : float, optional
         Standard deviation of each, if it is known.
     rest : bool
@@ -102,7 +102,7 @@ def fit_samples(
     except np.linalg.LinAlgError:
         # The samples lie in a few clusters: they do not determine a smooth curve.
         return plain
-    # What differences leave is noise; what a smoothing spline leaves beyond that is bias, and f'' has more of it.
+    # The residual of differences is noise; a larger residual of a smoothing spline is bias, which is larger in f''.
     bias = max(1.0, smooth.noise / max(plain.noise, np.finfo(float).tiny)) ** 2
     return plain if plain.roughness(plain.noise) < bias * smooth.roughness(smooth.noise) else smooth
 
@@ -124,7 +124,7 @@ def interpolate_samples(x: FloatArray, y: FloatArray, components: int) -> Smooth
 
 
 def _interpolation_noise(x: FloatArray) -> FloatArray | None:
-    """Covariance of an interpolating spline for noise 1, or None where the samples are in too few places."""
+    """Covariance of an interpolating spline for noise 1, or None where the samples are in too few clusters."""
     # Two samples at almost the same time may share a knot; the noise is then somewhat underestimated.
     for nearest, penalty in ((0.0, 0.0), (_NEAREST, _LEAST)):
         basis = SplineBasis(x, nearest=nearest)
@@ -136,10 +136,10 @@ def _interpolation_noise(x: FloatArray) -> FloatArray | None:
 
 
 def _noise_of_differences(x: FloatArray, y: FloatArray, components: int) -> float:
-    """Noise from divided differences of order 8, in which a smooth curve all but cancels."""
+    """Noise from divided differences of order 8, in which a smooth curve nearly cancels."""
     first = np.arange(len(x) - _WINDOW + 1)
     places = x[first[:, None] + np.arange(_WINDOW)]
-    # A window across a gap holds too much of the curve.
+    # A window across a gap contains too much of the curve.
     span = places[:, -1] - places[:, 0]
     first, places = first[span <= 2.0 * np.median(span)], places[span <= 2.0 * np.median(span)]
     gaps = places[:, :, None] - places[:, None, :] + np.eye(_WINDOW)
@@ -152,7 +152,7 @@ def _noise_of_differences(x: FloatArray, y: FloatArray, components: int) -> floa
 def smooth_samples(
     x: FloatArray, y: FloatArray, components: int, noise: float | None = None, rest: bool = False
 ) -> SmoothedSamples:
-    """Fit the smoothing spline whose λ the data choose; arguments of :func:`fit_samples`, N >= :data:`FEWEST`."""
+    """Fit the smoothing spline with λ from the data; arguments of :func:`fit_samples`, N >= :data:`FEWEST`."""
     search = _Search(x, y, components, noise, rest)
     penalty = search.best()
     basis = search.basis(penalty)
@@ -168,7 +168,7 @@ class _Search:
 
     def __init__(self, x: FloatArray, y: FloatArray, components: int, noise: float | None, rest: bool = False) -> None:
         self.x, self.y, self.components, self.noise, self.rest = x, y, components, noise, rest
-        #: The knots can be halved so often.
+        #: Largest number of times that the knots can be halved.
         self.levels = max(0, int(np.log2(len(x) / 6.0)))
         self._bases: dict[int, SplineBasis] = {}
 
@@ -180,7 +180,7 @@ class _Search:
         return self._bases[level]
 
     def score(self, log_penalty: float) -> float:
-        """What is least for the best λ; infinite where the equations cannot be solved."""
+        """Score that the best λ minimises; infinite where the equations cannot be solved."""
         penalty = float(np.exp(log_penalty))
         basis = self.basis(penalty)
         try:

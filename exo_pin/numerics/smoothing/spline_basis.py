@@ -28,7 +28,7 @@ class SplineBasis:
     x : ndarray
         Shape (N,), rising, mean spacing 1, N >= 10.
     stride : int
-        Knots stand at every ``stride``-th sample; with 1 the splines can interpolate.
+        There is a knot at every ``stride``-th sample; with 1 the splines can interpolate.
     nearest : float
         Samples nearer than this, in mean spacings, share a knot.
     rest : bool
@@ -37,7 +37,7 @@ class SplineBasis:
 
     def __init__(self, x: FloatArray, stride: int = 1, nearest: float = 0.0, rest: bool = False) -> None:
         inner = _apart(x[_ORDER:-_ORDER][::stride], float(x[0]), float(x[-1]), nearest)
-        # Knots beyond the ends instead of manifold knots at the ends: the equations are far better conditioned.
+        # Knots beyond the ends instead of multiple knots at the ends: the equations are far better conditioned.
         beyond = float(x[-1] - x[0]) / (len(inner) + 1) * np.arange(_DEGREE + 1)
         self.knots = np.concatenate([x[0] - beyond[::-1], inner, x[-1] + beyond])
         design = scipy.interpolate.BSpline.design_matrix
@@ -55,7 +55,7 @@ class SplineBasis:
         fourth = design(places, knots[_ORDER], _DEGREE - _ORDER) @ down[_ORDER]
         self._penalty = _bands(fourth.T @ fourth.multiply((half * weights).reshape(-1, 1)).tocsr())
         self._normal = _bands(self.rows[0].T @ self.rows[0])
-        #: Conditions at the ends, which take as many freedoms.
+        #: Conditions at the ends, each of which removes a degree of freedom.
         self._conditions = 4 if rest else 0
         if rest:
             for row in self.rows[1:]:
@@ -71,7 +71,7 @@ class SplineBasis:
         return scipy.sparse.diags_array([-factor, factor], offsets=[0, 1], shape=(count - 1, count)).tocsr()
 
     def factor(self, penalty: float) -> FloatArray:
-        """Banded Cholesky factor of X'X + λ P, as LAPACK has it: [k, i] is entry (i + k, i).
+        """Banded Cholesky factor of X'X + λ P, as in LAPACK: [k, i] is entry (i + k, i).
 
         Raises
         ------
@@ -96,7 +96,7 @@ class SplineBasis:
         size = inverse.shape[1]
         bands = [inverse[k, : size - k] for k in range(_DEGREE, 0, -1)]
         offsets = list(range(-_DEGREE, _DEGREE + 1))
-        # A sample touches eight neighbouring coefficients: the rest of the inverse does not enter.
+        # A sample depends on eight neighbouring coefficients: the rest of the inverse is not needed.
         band = scipy.sparse.diags_array([*bands, inverse[0], *bands[::-1]], offsets=offsets, shape=(size, size))
         half = [row @ band.tocsr() for row in self.rows]
         found = [[np.asarray(a.multiply(b).sum(axis=1)).ravel() for b in self.rows] for a in half]
@@ -110,16 +110,16 @@ def log_determinant(factor: FloatArray) -> float:
 
 def _apart(knots: FloatArray, first: float, last: float, nearest: float) -> FloatArray:
     """Those of sorted knots that are farther apart than ``nearest``, and from the ends."""
-    kept, before = [], first
+    selected, before = [], first
     for knot in knots.tolist():
         if knot - before > nearest and last - knot > nearest:
-            kept.append(knot)
+            selected.append(knot)
             before = knot
-    return np.array(kept)
+    return np.array(selected)
 
 
 def _bands(matrix: Any) -> FloatArray:
-    """Lower bands of a symmetric sparse matrix, as LAPACK has them."""
+    """Lower bands of a symmetric sparse matrix, as in LAPACK."""
     size = matrix.shape[0]
     out = np.zeros((_DEGREE + 1, size))
     for k in range(_DEGREE + 1):
@@ -130,7 +130,7 @@ def _bands(matrix: Any) -> FloatArray:
 def _inverse_bands(factor: FloatArray) -> FloatArray:
     """Bands of the inverse within the bands of the matrix, from its Cholesky factor (Takahashi's recursion)."""
     width, size = factor.shape[0] - 1, factor.shape[1]
-    # The block holds rows i + 1 to i + width of the inverse; below the last row stand zeros.
+    # The block holds rows i + 1 to i + width of the inverse; below the last row are zeros.
     block, out = np.zeros((width, width)), np.zeros((width + 1, size))
     for i in range(size - 1, -1, -1):
         column = factor[1:, i] / factor[0, i]

@@ -154,19 +154,19 @@ def reaction_map(
     starts = range(0, poses.count, chunk)
     for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
         pass
-    kept = {
+    filled = {
         name: array.reshape((*poses.shape, *array.shape[1:])) if name in selected else None
         for name, array in zip(_KEEP, outputs, strict=True)
     }
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
     trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     return ReactionMap(
-        shoulder_force=kept["shoulder_force"],
-        actuator_forces=kept["actuator_forces"],
-        constraint_forces=kept["constraint_forces"],
-        status_codes=kept["status"],
-        margin=kept["margin"],
-        magnitude=kept["magnitude"],
+        shoulder_force=filled["shoulder_force"],
+        actuator_forces=filled["actuator_forces"],
+        constraint_forces=filled["constraint_forces"],
+        status_codes=filled["status"],
+        margin=filled["margin"],
+        magnitude=filled["magnitude"],
         split=ElasticLinear.name if law.determines_sides else law.name,
         trivial=bool(trivial),
     )

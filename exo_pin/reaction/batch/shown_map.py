@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from .reaction_maps import ReactionMap
 
-__all__ = ["ShownMap", "kept_magnitude"]
+__all__ = ["ShownMap", "magnitude_of"]
 
 
 class ShownMap:
@@ -30,9 +30,9 @@ class ShownMap:
         Raises
         ------
         InvalidInput
-            If neither |F_s| nor F_s is among them.
+            If the map has neither |F_s| nor F_s.
         """
-        return peak_of(kept_magnitude(self))
+        return peak_of(magnitude_of(self))
 
     def to_dataframe(self: ReactionMap) -> Any:  # type: ignore[misc]
         """A pandas DataFrame, one row a pose, of the selected quantities; see :meth:`Reaction.to_dataframe`."""
@@ -67,17 +67,17 @@ class ShownMap:
         Raises
         ------
         InvalidInput
-            If the map has another number of dimensions, shapes do not fit, or |F_s| was not kept.
+            If the map has another number of dimensions or no |F_s|, or shapes do not fit.
         MissingExtra
             If matplotlib is not installed.
         """
-        return drawn("map_figure", kept_magnitude(self), along, label)
+        return drawn("map_figure", magnitude_of(self), along, label)
 
 
-def kept_magnitude(answer: ReactionMap) -> FloatArray:
+def magnitude_of(answer: ReactionMap) -> FloatArray:
     """|F_s| of a map, from F_s if need be."""
     if answer.magnitude is not None:
         return answer.magnitude
     if answer.shoulder_force is None:
-        raise InvalidInput('neither |F_s| nor F_s was kept: add "magnitude" to keep')
+        raise InvalidInput('the map has neither |F_s| nor F_s: add "magnitude" to keep')
     return np.asarray(np.linalg.norm(answer.shoulder_force, axis=-1))

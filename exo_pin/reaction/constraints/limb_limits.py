@@ -75,7 +75,7 @@ def as_force_limits(
     Raises
     ------
     InvalidInput
-        If the limits do not fit; InfeasibleBounds if a lower one stands above its upper one.
+        If the limits do not fit; InfeasibleBounds if a lower one is above its upper one.
     MissingData
         If an actuator lacks what it needs, such as the length of its end fitting.
     """

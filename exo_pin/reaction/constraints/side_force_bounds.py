@@ -45,7 +45,7 @@ class SideForceBounds:
     InvalidInput
         If a pair does not fit or holds NaN.
     InfeasibleBounds
-        If a lower bound stands above its upper bound.
+        If a lower bound is above its upper bound.
     NonConvexBound
         For "actuator" with more than three limbs whose forces may take either sign: there f is chosen together
         with g, and |g| <= |f| is then not convex.

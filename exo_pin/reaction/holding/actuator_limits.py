@@ -134,6 +134,10 @@ class ForceLimits(NamedTuple):
         rows = self.reachable
         return bool((self.lower[rows] >= 0.0).all() or (self.upper[rows] <= 0.0).all())
 
+    def row(self, k: int) -> ForceLimits:
+        """Limits of pose k, a stack of one."""
+        return ForceLimits(self.lower[k : k + 1], self.upper[k : k + 1])
+
 
 class DesignActuators:
     """The actuators of a design as limits of a query, ``actuator_bounds="design"``.

@@ -178,7 +178,7 @@ def _end(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatAr
         return scipy.optimize.linprog(target, A_ub=A, b_ub=b, bounds=[(None, None)] * count, method="highs")
 
     answer = solved(sign * effect)
-    if answer.status == 4:  # HiGHS may not say whether a program is unbounded or infeasible
+    if answer.status == 4:  # HiGHS may not decide whether a program is unbounded or infeasible
         answer.status = 2 if solved(np.zeros(count)).status == 2 else 3
     if answer.status in (2, 3):
         return np.nan if answer.status == 2 else -sign * np.inf

@@ -201,8 +201,8 @@ def _extra_muscle(
     candidates = [enough * along]
     if hard:
         across = np.cross(axis, along)
-        wanted = [enough * direction for direction in (along, -along, across, -across)]
-        candidates = [_allowed(pose, pull, axis, shoulder) for pull in wanted]
+        pulls = [enough * direction for direction in (along, -along, across, -across)]
+        candidates = [_allowed(pose, pull, axis, shoulder) for pull in pulls]
     # A muscle that hardly pulls would need a lever arm of metres.
     candidates = [pull for pull in candidates if np.linalg.norm(pull) >= 0.1 * enough]
     if not candidates:

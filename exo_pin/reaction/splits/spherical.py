@@ -17,6 +17,8 @@ __all__ = ["Spherical"]
 
 #: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
 _ON_LIMIT = 1e-10
+#: Violation of the optimality conditions above which the pose is left to a program, a tenth of the balance's tolerance.
+_EXACT = 1e-10
 
 
 class Spherical(Split):
@@ -72,10 +74,11 @@ class Spherical(Split):
         program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
         solution = judged(program, z, multipliers, np.zeros(0))
-        if solution.is_optimal:
+        exact = solution.kkt <= _EXACT
+        if exact:
             gap = solution.residual_gap * scale
             answer.put(row, Choice(tensions, np.zeros(n), solution.kkt, gap, solution.unique))
-        return solution.is_optimal
+        return exact
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Assumed, but for tensions that balance themselves."""

@@ -12,7 +12,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...reaction import Reaction
 from ..colours import BLACK, RED
-from .plot_style import DARK, LINES, METHODS, legend_below, pyplot, tidy
+from .plot_style import DARK, LINES, METHODS, axes_or_new, legend_below, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,7 +53,7 @@ def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, 
         that would press all others flat are cut, and a note on the picture has the highest |F_s|.
     """
     stamps = _stamps(times, reaction, label)
-    axes = _axes(ax)
+    axes = axes_or_new(ax, 7, 4.2)
     axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
     for part, (name, (colour, dashes)) in enumerate(zip(("x forward", "y left", "z up"), LINES, strict=False)):
         values = reaction.shoulder_force[:, part]
@@ -105,7 +105,7 @@ def tension_history(
         If shapes do not fit, or a lower limit is above its upper one.
     """
     stamps = _stamps(times, reaction, label)
-    axes = _axes(ax)
+    axes = axes_or_new(ax, 7, 4.2)
     forces = reaction.actuator_forces
     # Without limits none are drawn.
     low, high = _limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
@@ -172,7 +172,7 @@ def method_bars(reactions: Sequence[Reaction], names: Sequence[str] | None = Non
             raise InvalidInput("expected answers of a single pose")
         if answer.actuator_forces.shape != answers[0].actuator_forces.shape:
             raise InvalidInput("expected answers of mechanisms with as many limbs")
-    axes = _axes(ax, wide=True)
+    axes = axes_or_new(ax, 8, 4.2)
     count = len(answers[0].actuator_forces)
     ticks = ["|F_s|", *(f"f_{i + 1}" for i in range(count)), *(f"g_{i + 1}" for i in range(count))]
     places, width = np.arange(len(ticks)), 0.8 / len(answers)
@@ -197,12 +197,6 @@ def method_bars(reactions: Sequence[Reaction], names: Sequence[str] | None = Non
     axes.grid(False, axis="x")
     legend_below(axes, 3)
     return axes
-
-
-def _axes(ax: Any, wide: bool = False) -> Any:
-    if ax is not None:
-        return ax
-    return pyplot().subplots(figsize=(8 if wide else 7, 4.2), layout="constrained")[1]
 
 
 def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:

@@ -11,7 +11,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
 from ..colours import BLACK, BLUE, ORANGE
-from .plot_style import pyplot, tidy
+from .plot_style import axes_or_new, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,9 +42,7 @@ def contact_over_elevation(elevation: ArrayLike, contact: JointContact, ax: Axes
     degrees = as_finite("elevation", elevation, (None,))
     if contact.status.shape != degrees.shape:
         raise InvalidInput(f"expected contact forces of shape {degrees.shape}, got {contact.status.shape}")
-    if ax is None:
-        _, ax = pyplot().subplots(figsize=(6.4, 4.8), layout="constrained")
-    assert ax is not None
+    ax = axes_or_new(ax, 6.4, 4.8)
     percent = 100.0 / contact.body_weight
     if contact.without_device is None:
         _curves(ax, degrees, contact, "", BLACK, "-")

@@ -18,7 +18,7 @@ from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
 from .charts import force_history, method_bars, tension_history
-from .plot_style import legend_below, pyplot
+from .plot_style import axes_or_new, legend_below, pyplot
 from .singularity_plots import determinant_map
 
 if TYPE_CHECKING:
@@ -153,12 +153,9 @@ def shoulder_force_map(
     -------
     matplotlib.axes.Axes
     """
-    plt = pyplot()
     from matplotlib.colors import LogNorm
 
-    if ax is None:
-        _, ax = plt.subplots(figsize=(6, 5), layout="constrained")
-    assert ax is not None
+    ax = axes_or_new(ax, 6, 5)
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
     force = np.asarray(reaction_map(exo.mechanism, poses, keep=("magnitude",)).magnitude)

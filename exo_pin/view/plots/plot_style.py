@@ -7,7 +7,7 @@ from typing import Any
 from ...core.errors import MissingExtra
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
-__all__ = ["DARK", "LINES", "METHODS", "legend_below", "pyplot", "tidy"]
+__all__ = ["DARK", "LINES", "METHODS", "axes_or_new", "legend_below", "pyplot", "tidy"]
 
 #: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
 LINES = (
@@ -37,6 +37,11 @@ def pyplot() -> Any:
     except ImportError as error:
         raise MissingExtra("plot", "matplotlib") from error
     return plt
+
+
+def axes_or_new(ax: Any, width: float, height: float) -> Any:
+    """The axes given, or those of a new figure of a size in inches."""
+    return pyplot().subplots(figsize=(width, height), layout="constrained")[1] if ax is None else ax
 
 
 def legend_below(ax: Any, columns: int = 2) -> None:

@@ -19,7 +19,7 @@ from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_surface_mesh as loci
 from ...wrist.singularities import singularity_free_region as region
 from ..colours import BLACK, GREEN, SKY
-from .plot_style import LINES, legend_below, pyplot, tidy
+from .plot_style import LINES, axes_or_new, legend_below, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,10 +62,7 @@ def determinant_map(
     -------
     matplotlib.axes.Axes
     """
-    plt = pyplot()
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.5, 6.0), layout="constrained")
-    assert ax is not None
+    ax = axes_or_new(ax, 7.5, 6.0)
     drawn = list(ranges)
     around = RangeOfMotion(
         "map",

@@ -2,7 +2,7 @@
 
     M_f f + M_g g = m                    moments of the limbs on the arm about the anatomical centre O
     F_s = s_0 + S_f f + S_g g            force of the shoulder on the arm
-    λ_i = w_0i + w_fi f_i + w_gi g_i     wrench of the torso on limb i; the limb's own share is carried and moved by it
+    λ_i = w_0i + w_fi f_i + w_gi g_i     wrench of the torso on limb i; part of it carries and moves the limb itself
 
 Two producers fill it: :mod:`exo_pin.wrist_chain.equilibrium` through Pinocchio, where the device's centre is the
 shoulder's and M_g = 0, and :mod:`exo_pin.wrist.forces.displaced` in closed form, where it is not.
@@ -25,7 +25,7 @@ from ...core.validation import FloatArray
 
 __all__ = ["LOOSE", "AffineState", "BalancedTensions", "Follower"]
 
-#: Condition number of the elastic equations above which shoulder and limbs together leave a direction free.
+#: Condition number of the elastic equations above which a direction has no stiffness of shoulder or limbs.
 LOOSE = 1e12
 
 
@@ -47,7 +47,7 @@ class AffineState(NamedTuple):
     closure_of_f, closure_of_g : ndarray
         Its change per N of f_i and of g_i, shape (..., n, 6).
     limb_share : ndarray
-        Shape (..., n, 6): what of λ_i the limb itself needs to be carried and moved; the arm gets the rest.
+        Shape (..., n, 6): part of λ_i that carries and moves the limb itself; the rest acts on the arm.
     """
 
     moment_of_f: FloatArray
@@ -77,7 +77,7 @@ class AffineState(NamedTuple):
         closure, closure_of_f, closure_of_g, limb_share : ndarray
             As the attributes.
         wrench : ndarray
-            Shape (..., 6): what shoulder and closures together must put on arm and limbs.
+            Shape (..., 6): total wrench of shoulder and closures on arm and limbs.
         """
         carried = wrench - closure.sum(axis=-2)
         of_f, of_g = np.swapaxes(closure_of_f, -1, -2), np.swapaxes(closure_of_g, -1, -2)
@@ -147,7 +147,7 @@ class Follower(NamedTuple):
     Attributes
     ----------
     state : AffineState
-        Moments and F_s in terms of f alone; its closure wrenches are those of the state it came from.
+        Moments and F_s in terms of f alone; closure wrenches as in the original state.
     g, g_of_f : ndarray
         g = g + g_of_f f, shapes (n,) in N and (n, n).
     """
@@ -182,7 +182,7 @@ class BalancedTensions(NamedTuple):
 
     @classmethod
     def of(cls, state: AffineState) -> BalancedTensions:
-        """Solve a stack of N poses; a direction without any moment is left out.
+        """Solve a stack of N poses; directions without moment are left out.
 
         Source: thesis (D-20), (D-21), (D-22).
         """
@@ -235,7 +235,8 @@ class BalancedTensions(NamedTuple):
     ) -> tuple[FloatArray, FloatArray]:
         """Side forces, shape (N, n), N, and displacement δ, shape (N, 3), m, by stiffness, y = 0.
 
-        Parameters are those of :meth:`elastic_system`. NaN where shoulder and limbs together leave a direction free.
+        Parameters are those of :meth:`elastic_system`. NaN where a direction has no stiffness of
+        shoulder or limbs.
         """
         system, load = self.elastic_system(sides, stiffness, limbs, misfit)
         firm = np.linalg.cond(system) < LOOSE

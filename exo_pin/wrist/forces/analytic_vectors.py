@@ -5,7 +5,7 @@ Theory, and Lie Groups 2, 2012):
 
     exp [v] = 1 + sin θ/θ [v] + (1 - cos θ)/θ² [v]²      J_l = 1 + (1 - cos θ)/θ² [v] + (θ - sin θ)/θ³ [v]²
 
-J_l takes the rate of v to the angular velocity in the fixed axes.
+J_l times the rate of v is the angular velocity in the fixed axes.
 """
 
 from __future__ import annotations
@@ -14,9 +14,18 @@ import numpy as np
 
 from ...core.validation import FloatArray
 
-__all__ = ["angle_about", "dot", "left_jacobian", "length_of", "turn_coefficients", "turn_matrix", "unit"]
+__all__ = [
+    "angle_about",
+    "cross_matrix",
+    "dot",
+    "left_jacobian",
+    "length_of",
+    "turn_coefficients",
+    "turn_matrix",
+    "unit",
+]
 
-#: θ² below which the series is used; its first term that is left out is below 1e-16 there.
+#: θ² below which the series is used; the first neglected term is below 1e-16 there.
 _SMALL = 1e-2
 #: Denominators of the series in -θ²: 1/(2k+1)!, 1/(2k+2)! and 1/(2k+3)!.
 _SERIES = [[1.0, 6.0, 120.0, 5040.0, 362880.0, 39916800.0], [2.0, 24.0, 720.0, 40320.0, 3628800.0, 479001600.0],
@@ -40,7 +49,7 @@ def unit(vectors: FloatArray) -> FloatArray:
 
 
 def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """Angle about s from one unit vector across it to another, within ±π; analytic, unlike arctan2."""
+    """Angle about s between two unit vectors perpendicular to it, within ±π; analytic, unlike arctan2."""
     return np.asarray(2.0 * np.arctan(dot(np.cross(first, second), s) / (1.0 + dot(first, second))))
 
 
@@ -63,8 +72,8 @@ def _series(square: FloatArray, denominators: list[float]) -> FloatArray:
     return out
 
 
-def _cross_matrix(v: FloatArray) -> FloatArray:
-    """[v], shape (..., 3, 3)."""
+def cross_matrix(v: FloatArray) -> FloatArray:
+    """[v] of v × w = [v] w, shape (..., 3, 3)."""
     zero = np.zeros_like(v[..., 0])
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
@@ -74,12 +83,12 @@ def _cross_matrix(v: FloatArray) -> FloatArray:
 def turn_matrix(v: FloatArray) -> FloatArray:
     """exp [v], shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
     first, second, _ = turn_coefficients((v * v).sum(axis=-1)[..., None, None])
-    cross = _cross_matrix(v)
+    cross = cross_matrix(v)
     return np.asarray(np.eye(3) + first * cross + second * (cross @ cross))
 
 
 def left_jacobian(v: FloatArray) -> FloatArray:
     """J_l, shape (..., 3, 3), for rotation vectors of shape (..., 3)."""
     _, second, third = turn_coefficients((v * v).sum(axis=-1)[..., None, None])
-    cross = _cross_matrix(v)
+    cross = cross_matrix(v)
     return np.asarray(np.eye(3) + second * cross + third * (cross @ cross))

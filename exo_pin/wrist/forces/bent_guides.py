@@ -1,24 +1,24 @@
 """Side wrenches of guides that bend: the turn of their ends enters the crosses of the universal joints.
 
-A guide from A_i to B_i is a beam whose ends turn out of the line between them by rotation vectors θ_A and θ_B across
-it, and against each other by ψ about it. With the ends at exp [θ_A] and exp [θ_B] exp [ψ s], its strain energy to third
-order is
+A guide from A_i to B_i is a beam whose ends rotate against the line between them, by rotation vectors θ_A and θ_B
+perpendicular to it, and against each other by ψ about it. With the ends at exp [θ_A] and exp [θ_B] exp [ψ s], its
+strain energy to third order is
 
     U = ½ (θ_A, θ_B) F⁻¹ (θ_A, θ_B) + ½ τ² / (l/GJ + 2/k_t),      τ = ψ + ½ s · (θ_A × θ_B)
     F = l/(6 EI) [[2, -1], [-1, 2]] + 2/(k_j l²) [[1, 1], [1, 1]] + 1/k_t [[1, 0], [0, 1]]
 
-with k_j and k_t the stiffness of its joints. The second part of τ is the turn about s that bends in two planes make; it
-couples torque and bending. Where the joints are is exact at any turn: X_A is across Y_A and t_A = exp [θ_A] s, likewise
-X_B, and ψ is the angle about s from X_A to X_B, both turned back by their θ. The four components of θ are those of
-least U, at which the couples about the four revolute axes vanish. Then
+with k_j and k_t the stiffness of its joints. The second part of τ is the rotation about s due to bending in two planes;
+it couples torque and bending. The joint axes are exact at any rotation: X_A is perpendicular to Y_A and to t_A = exp
+[θ_A] s, likewise X_B, and ψ is the angle about s from X_A to X_B, both rotated back by their θ. The four components of
+θ are those of least U, at which the couples about the four revolute axes vanish. Then
 
     T = τ / (l/GJ + 2/k_t)        couple at each end = T e / (e · t),  e = Y × X        force = (C_A - C_B) × s / l
 
 With θ = 0 in the crosses this is the straight guide of :mod:`exo_pin.wrist.forces.side_forces`, and in the limit of
 small forces the two agree.
 
-Assumed: bending and torsion linear in curvature and twist (Kirchhoff's rod), a round section, ends that turn by small
-angles (what is left out is of the square of θ relative to what is here), and a slide without force along A_i B_i.
+Assumed: bending and torsion linear in curvature and twist (Kirchhoff's rod), a round section, small rotations
+of the ends (neglected terms are of relative size θ²), and a slide without force along A_i B_i.
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, unit_
 
 __all__ = ["bent_wrenches", "largest_deflection"]
 
-#: Steps towards θ with the second derivatives that torsion and bending have without their coupling, and steps with all.
+#: Steps with the second derivatives of torsion and bending without their coupling, and steps with all of them.
 _ROUGH_STEPS, _STEPS = 3, 12
 #: Change of θ, rad, below which Newton's next one is below rounding.
 _NEAR = 1e-9
 #: Imaginary step of the second derivatives of U.
 _STEP = 1e-30
-#: Places along a guide at which its deflection is looked at.
+#: Points along a guide at which its deflection is computed.
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 _PLACES = np.linspace(0.0, 1.0, 41)
 
 
 class _Guides(NamedTuple):
-    """What U depends on besides θ, for M guides: frame (X, s × X, s), shape (3, M), axes Y, (3, 2, M), and stiffness.
+    """Data of U besides θ, for M guides: frame (X, s × X, s), shape (3, M), axes Y, (3, 2, M), and stiffness.
 
     ``each`` and ``both`` are the entries of F⁻¹ on and off its diagonal, N m; ``torsion`` is 1/(l/GJ + 2/k_t).
     """
@@ -61,7 +61,7 @@ class _Guides(NamedTuple):
 
 
 class _Ends(NamedTuple):
-    """What the turns of the ends lead to, M guides.
+    """Results of the rotations of the ends, M guides.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ def bent_wrenches(
     start : ndarray, optional
         ``ends`` nearby, from which to search.
     copies : int
-        So many poses in a row have the same real parts.
+        Number of consecutive poses with the same real parts.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def bent_wrenches(
 
 
 def largest_deflection(ends: FloatArray) -> FloatArray:
-    """How far guides bend off the line A_i B_i, over its length, shape (...), for turns of shape (..., 4)."""
+    """Deflection of guides from the line A_i B_i, over its length, shape (...), for rotations of shape (..., 4)."""
     shape = np.stack([_PLACES * (1.0 - _PLACES) ** 2, -(_PLACES**2) * (1.0 - _PLACES)])
     off = np.einsum("ep,...ec->...pc", shape, ends.reshape(*ends.shape[:-1], 2, 2))
     return np.asarray(np.sqrt((off**2).sum(axis=-1)).max(axis=-1))

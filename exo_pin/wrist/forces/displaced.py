@@ -1,9 +1,8 @@
 """Equilibrium in closed form with the device's centre off the shoulder's.
 
-A device whose centre is not the shoulder's does two things. The limbs act about the shoulder and not about their own
-centre, so that their tensions change, too; and the centre held by the base and the one carried by the cuff part as the
-arm turns, which strains limbs and shoulder. Both are solved in the displaced geometry
-(:mod:`exo_pin.wrist.forces.side_forces`).
+A device whose centre is not the shoulder's has two effects. The limbs act about the shoulder and not about their own
+centre, which changes their tensions; and as the arm turns, the centre of the base and that of the cuff move apart,
+which strains limbs and shoulder. Both are solved in the displaced geometry (:mod:`exo_pin.wrist.forces.side_forces`).
 """
 
 from __future__ import annotations
@@ -49,20 +48,18 @@ def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple
 class Displaced:
     """Equilibrium of a stack of poses with the device's centre off the shoulder's.
 
-    Shoulder force and tensions are affine in the side forces: f = f0 + f_of_g g and F_s = shoulder + shoulder_of_g g.
-
     Parameters
     ----------
     mechanism : Mechanism
-        Limbs with mass move as :mod:`exo_pin.wrist.forces.limb_inertia` says.
+        With the assumptions of :mod:`exo_pin.wrist.forces.limb_inertia` for limbs with mass.
     query : Query
         Poses.
     base, cuff : ndarray
         Offsets of :func:`as_offset`.
     force, moment : ndarray
-        What limbs and shoulder carry, shape (N, 3): weight, inertia and load of the arm, moment about O.
+        Load on limbs and shoulder together, shape (N, 3): weight, inertia and load of the arm, moment about O.
     base_points : ndarray, optional
-        Where a base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
+        Points of a rotated base ring, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
     side : SideWrenches, optional
         Those of guides that bend; of straight guides if left out.
 
@@ -74,10 +71,6 @@ class Displaced:
         The equilibrium.
     tensions : BalancedTensions
         Its tensions.
-    f0, f_of_g, self_stress : ndarray
-        Shape (N, n), (N, n, n) and (N, n, n - 3).
-    shoulder, shoulder_of_g : ndarray
-        Shape (N, 3), (N, 3, n).
     status : ndarray of int8
         Index into the names of status.
     margin, determinant : ndarray
@@ -110,7 +103,7 @@ class Displaced:
             share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
         )
         self.tensions = BalancedTensions.of(self.state)
-        self.f0, self.f_of_g, self.self_stress, self.shoulder, self.shoulder_of_g, _, values = self.tensions
+        values = self.tensions.singular_values
         self.margin: FloatArray = values[:, 2] / np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
         self.status = np.zeros(len(values), dtype=np.int8)
         self.status[self.margin < NEAR_MARGIN] = STATUS.index("near_singular")
@@ -138,8 +131,8 @@ class Displaced:
         Returns
         -------
         g, delta : ndarray
-            Shape (N, n), N, and (N, 3), m; NaN where shoulder and limbs together leave a direction free, and in
-            singular poses.
+            Shape (N, n), N, and (N, 3), m; NaN where a direction has no stiffness of shoulder or limbs,
+            and in singular poses.
         """
         g, delta = self.tensions.elastic(self.state.shoulder_of_g, stiffness, self.side.stiffness, self.side.misfit)
         lost = self.status >= STATUS.index("singular")

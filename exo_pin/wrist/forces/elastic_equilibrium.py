@@ -1,25 +1,24 @@
 """Equilibrium of the elastic device at the displaced geometry, exact in displacements and turns.
 
-The centre of the arm's joint moves by δ, a harness lets the base ring move by (t_h, v_h), a cuff the platform by
-(t_c, v_c) against the arm; with locked actuators the arm turns by exp [v], too. All of it moves the joints A_i and B_i
-and the axes of the universal joints. At that geometry
+The centre of the arm's joint moves by δ, a harness lets the base ring move by (t_h, v_h), a cuff the platform by (t_c,
+v_c) against the arm; with locked actuators the arm turns by exp [v], too. All of this moves the joints A_i and B_i and
+the axes of the universal joints. At that geometry
 
     F_s = -K_s δ                                 force and moment balance of the arm about its displaced centre
-    g_i = k_i t_i φ_i                            φ_i the twist that the joints' crosses force on the guide
-    (t, v) = K⁻¹ (F, J_lᵀ M)                     of harness and cuff under the wrench that they carry
+    g_i = k_i t_i φ_i                            φ_i the twist of the guide by the crosses of its joints
+    (t, v) = K⁻¹ (F, J_lᵀ M)                     of harness and cuff under their wrench
 
-of straight guides, with t_i the torque of the unit side wrench. Guides bend, and the turn of their ends turns the
+of straight guides, with t_i the torque of the unit side wrench. Guides bend, and the rotation of their ends rotates the
 crosses: g_i, side wrenches and directions are those of :mod:`exo_pin.wrist.forces.bent_guides`. In the limit of small
 displacements t_i φ_i is S_i · δ + misfit_i, the law of :mod:`exo_pin.reaction.splits.elastic_linear`.
 
 - "held": the pose is given, actuators adapt. f follows from the moment balance; of more than three, f of least norm.
-- "locked": the lengths are those of the aligned device in the given pose, and the arm finds its pose: δ and v, with f
-  the forces that hold the lengths.
+- "locked": the lengths are those of the aligned device in the given pose, and the pose of the arm follows: δ and v,
+  with f the forces that hold the lengths.
 
-Assumed: guides as there; f acts along A_i B_i; harness and
-cuff are linear in rotation vectors; the weight of the device's own moving part acts where it would without the give of
-the cuff. Solved by :func:`exo_pin.numerics.continuation.follow` from the unloaded, aligned device, load and offset
-growing together, with J by complex steps.
+Assumed: guides as there; f acts along A_i B_i; harness and cuff are linear in rotation vectors; the weight of the
+device's own moving part acts where it would with a rigid cuff. Solved by :func:`exo_pin.numerics.continuation.follow`
+from the unloaded, aligned device, load and offset growing together, with J by complex steps.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
 from .analytic_vectors import turn_matrix
 from .bent_guides import bent_wrenches
-from .interface_give import Placement, given_way, placed, turned
+from .interface_displacement import Placement, displacement_under, placed, turned
 from .limb_inertia import limb_loads
 from .side_forces import SideWrenches, guide_flexibility, straight_guides
 
@@ -44,7 +43,7 @@ __all__ = ["ArmLoads", "ElasticEquations", "settle"]
 
 #: Imaginary step: its square is below the smallest number, so that derivatives are exact to rounding.
 _STEP = 1e-30
-#: Step of the differences by which loads that turn with the arm change, rad.
+#: Step of the differences for loads that rotate with the arm, rad.
 _TURN = 1e-5
 
 #: Takes rows of a stack and matrices, shape (k, 3, 3), and returns force, moment about the arm's joint and wrench of
@@ -100,7 +99,7 @@ class ElasticEquations(Record):
 
     @property
     def scale(self) -> FloatArray:
-        """What is a large change of x, shape (m,): a tenth of a limb, half a radian."""
+        """Size of a large change of x, shape (m,): a tenth of a limb, half a radian."""
         scale = np.full(self.size, np.inf)
         length = 0.2 * float(np.linalg.norm(self.mechanism.geometry.platform_points, axis=-1).max())
         joint, turn, *springs = self.parts
@@ -123,7 +122,7 @@ class ElasticEquations(Record):
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
 
     def place(self, rows: NDArray[np.intp], x: FloatArray, share: FloatArray) -> tuple[Placement, FloatArray]:
-        """Where the parts are, and the orientation of the arm, for x of shape (k, m) and λ of shape (k,)."""
+        """Placement of the parts, and orientation of the arm, for x of shape (k, m) and λ of shape (k,)."""
         delta, turn, *gives = (x[:, part] for part in self.parts)
         arm = self.query.matrices[rows].astype(x.dtype)
         if self.locked:
@@ -173,13 +172,13 @@ class ElasticEquations(Record):
         if self.harness is not None:
             wrench = (pull + g[..., None] * sides - own).sum(axis=1)
             own_x = x[:, self.parts[2]]
-            out.append(own_x - given_way(self.harness, own_x, wrench, delta))
+            out.append(own_x - displacement_under(self.harness, own_x, wrench, delta))
         if self.soft_cuff is not None:
             wrench = share[:, None] * device + (limbs - g[..., None] * sides - pull).sum(axis=1)
             back = np.swapaxes(arm, 1, 2)
             wrench = np.concatenate([turned(back, wrench[:, :3]), turned(back, wrench[:, 3:])], axis=1)
             own_x = x[:, self.parts[3]]
-            out.append(own_x - given_way(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
+            out.append(own_x - displacement_under(self.soft_cuff, own_x, wrench, np.zeros_like(delta)))
         if self.locked:
             lines = self.mechanism.geometry.platform_points @ np.swapaxes(placement.matrices, 1, 2)
             lines = lines + turned(placement.matrices, placement.cuff)[:, None]
@@ -206,16 +205,16 @@ class ElasticEquations(Record):
     def led_to(
         self, x: FloatArray, row: int, delta: FloatArray, on_torso: FloatArray, by_cuff: FloatArray
     ) -> FloatArray:
-        """What x of one held pose becomes under the wrenches that harness and cuff carry at x.
+        """x of one held pose that follows from the wrenches on harness and cuff at x.
 
         Parameters
         ----------
         x : ndarray
-            Shape (m,), where the wrenches act.
+            Shape (m,), at which the wrenches act.
         row : int
             The pose.
         delta : ndarray
-            What δ becomes, shape (3,), m.
+            The new δ, shape (3,), m.
         on_torso, by_cuff : ndarray
             Wrench of the limbs on the torso, and of the cuff on the arm, shape (6,), base frame, moments about the
             centre of the arm's joint.
@@ -223,10 +222,10 @@ class ElasticEquations(Record):
         centre = x[None, self.parts[0]]
         parts = [delta]
         if self.harness is not None:
-            parts.append(given_way(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
+            parts.append(displacement_under(self.harness, x[None, self.parts[2]], on_torso[None], centre)[0])
         if self.soft_cuff is not None:
             wrench = np.concatenate(np.split(by_cuff, 2) @ self.query.matrices[row])[None]
-            parts.append(given_way(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
+            parts.append(displacement_under(self.soft_cuff, x[None, self.parts[3]], wrench, 0.0 * centre)[0])
         return np.concatenate(parts)
 
     def _varied_loads(self, rows: NDArray[np.intp], x: FloatArray) -> tuple[FloatArray, ...]:
@@ -234,7 +233,7 @@ class ElasticEquations(Record):
         count = x.shape[1] + 1
         if self._fixed is not None:
             return tuple(np.repeat(part[rows], count, axis=0) for part in self._fixed)
-        # Each row at its turn and a little to both sides about each axis, one stack.
+        # Each row at its rotation and at small rotations to both sides about each axis, in one stack.
         steps = _TURN * np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
         turned_arm = turn_matrix(x[:, None, self.parts[1]] + steps) @ self.query.matrices[rows][:, None]
         found = self.loads(np.repeat(rows, len(steps)), turned_arm.reshape(-1, 3, 3))
@@ -248,21 +247,21 @@ class ElasticEquations(Record):
 
 
 def settle(equations: ElasticEquations, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-    """Follow the device from unloaded and aligned to its equilibrium.
+    """Follow the equilibrium from the unloaded, aligned device to full load and offset.
 
     Parameters
     ----------
     equations : ElasticEquations
         Of N poses.
     rows : ndarray of int
-        The poses that are wanted.
+        The poses to solve.
 
     Returns
     -------
     x : ndarray
         Shape (N, m); zero in rows that were not reached.
     reached : ndarray
-        Shape (N,): the share of load and offset at which the path ended, 1 for an answer, 0 where not wanted.
+        Shape (N,): the share of load and offset at which the path ended, 1 for an answer, 0 in other rows.
     """
     count = len(equations.base)
     x, reached = np.zeros((count, equations.size)), np.zeros(count)

@@ -1,14 +1,14 @@
-"""What limbs with mass need to be carried and moved, in closed form, with the device's centre off the shoulder's.
+"""Weight and inertia of limbs with mass, in closed form, with the device's centre off the shoulder's.
 
 Each half of a limb is a rigid body of revolution that starts at its own universal joint. The joint at A_i is fixed to
 the torso, the one at B_i turns with the arm about the anatomical centre O. Assumed:
 
-- The two halves stay on the line from A_i to B_i: what the strain of guides and shoulder adds to the motion, some
-  millimetres at most, is left out.
-- A half of a UPU limb spins about that line as the axes of its own joint make it: its axis X stays perpendicular to the
-  joint's Y, which is fixed to the torso or to the arm. Where the centres do not coincide the two rates differ, and the
-  guide takes up the difference in its twist. An SPS limb may spin at any rate, and its axial inertia is left out.
-- The offset is that of the pose: the speed at which a moving centre moves is left out, as it is not known.
+- The two halves stay on the line from A_i to B_i: motion by the strain of guides and shoulder, some millimetres at
+  most, is neglected.
+- The spin of a half of a UPU limb about that line follows from its own joint: its axis X stays perpendicular to the
+  joint's Y, which is fixed to the torso or to the arm. Where the centres do not coincide the two rates differ, which
+  twists the guide. An SPS limb may spin at any rate, and its axial inertia is neglected.
+- The offset is that of the pose: the velocity of a moving centre is not known and is neglected.
 
 With s along the limb, Ω = s × ṡ + σ s and Newton and Euler for each half:
 
@@ -22,6 +22,7 @@ import numpy as np
 from ...core.validation import FloatArray
 from ...design import LimbBody, Mechanism
 from ...load_case.pose_stacks import Query
+from .analytic_vectors import unit
 
 __all__ = ["limb_loads"]
 
@@ -50,14 +51,14 @@ def limb_loads(
     folded : ndarray of bool
         Shape (N,): poses without an answer, whose rows are zero.
     base_points : ndarray, optional
-        Where the base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
+        Points of a rotated base ring, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
 
     Like the poses and offsets they may be complex: every operation is analytic.
 
     Returns
     -------
     closure, share : ndarray
-        Shape (N, n, 6): wrench of the torso on each limb, and wrench that the limb needs to be carried and moved.
+        Shape (N, n, 6): wrench of the torso on each limb, and the part of it that carries and moves the limb.
     """
     shape = (len(query.matrices), mechanism.limb_count, 6)
     if base_points is None:
@@ -82,12 +83,12 @@ def limb_loads(
         ):
             if body is None:
                 continue
-            spin = line.spin(_unit(y), rate, change) if limb.kind == "UPU" else None
+            spin = line.spin(unit(y), rate, change) if limb.kind == "UPU" else None
             wrench = line.needed(body, at, is_base, spin, mechanism.gravity)
             share[good, i] += wrench
             if not is_base:
                 along = _dot(wrench[:, :3], line.s)
-        closure[good, i] = share[good, i] + line.on_arm(share[good, i], along, _unit(axes[0]), limb.kind == "UPU")
+        closure[good, i] = share[good, i] + line.on_arm(share[good, i], along, unit(axes[0]), limb.kind == "UPU")
     return closure, share
 
 
@@ -110,7 +111,7 @@ class _Line:
 
         (Ω - ω) · (x × y) = 0, and its derivative.
         """
-        x = _unit(np.cross(y, self.s))
+        x = unit(np.cross(y, self.s))
         normal = np.cross(x, y)
         along = _dot(self.s, normal)
         across = np.cross(self.s, self.s_rate)
@@ -141,14 +142,14 @@ class _Line:
     def on_arm(self, share: FloatArray, along: FloatArray, y: FloatArray, is_upu: bool) -> FloatArray:
         """Wrench of the limb on the arm at f = g = 0: a force at B_i, shape (N, 6).
 
-        Along the limb the platform half's own need, ``along``; across it what leaves no moment about the free axes of
-        the joint at A_i.
+        Along the limb it carries and moves the platform half, ``along``; perpendicular to it there is no moment about
+        the free axes of the joint at A_i.
         """
         about_a = share[:, 3:] - np.cross(self.a, share[:, :3])
         # Moment l s × F of the force F, about the free axes only.
         couple = -about_a
         if is_upu:
-            x = _unit(np.cross(y, self.s))
+            x = unit(np.cross(y, self.s))
             t = np.cross(self.s, x)
             couple = _dot(couple, x) * x + _dot(couple, y) / _dot(t, y) * t
         force = -along * self.s - np.cross(self.s, couple) / self.length
@@ -157,7 +158,3 @@ class _Line:
 
 def _dot(u: FloatArray, v: FloatArray) -> FloatArray:
     return np.asarray((u * v).sum(axis=-1, keepdims=True))
-
-
-def _unit(v: FloatArray) -> FloatArray:
-    return np.asarray(v / np.sqrt(_dot(v, v)))

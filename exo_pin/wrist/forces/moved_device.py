@@ -1,4 +1,4 @@
-"""Equilibrium of a stack of poses of the elastic device, in the terms that every split and limit works on.
+"""Equilibrium of a stack of poses of the elastic device, as an affine state for all splits and limits.
 
 At the displaced geometry forces are affine in f and g, as in :mod:`exo_pin.wrist.forces.displaced`; and the law of the
 guides, g_i = k_i t_i φ_i, is that of a device with the misfit t_i φ_i - S_i · δ there. The linear equations of that
@@ -23,7 +23,7 @@ __all__ = ["MovedDevice", "Movement"]
 
 
 class Movement(NamedTuple):
-    """How the parts moved, N poses.
+    """Displacements of the parts, N poses.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Movement(NamedTuple):
     twist : ndarray
         φ_i of the guides, shape (N, n), rad.
     bending : ndarray
-        How far the guides bend off the line A_i B_i, over its length, shape (N, n); NaN where they have no stable
+        Deflection of the guides from the line A_i B_i, over its length, shape (N, n); NaN where they have no stable
         shape.
     lengths : ndarray
         Of the limbs, shape (N, n), m.
@@ -74,9 +74,9 @@ class MovedDevice:
     misfit : ndarray
         Shape (k, n), m.
     loads : tuple of ndarray
-        Of the arm as it lies, as :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
+        Of the displaced arm, as :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
     movement : Movement
-        How the parts moved.
+        Displacements of the parts.
     """
 
     def __init__(self, equations: ElasticEquations, rows: NDArray[np.intp], x: FloatArray) -> None:

@@ -1,4 +1,4 @@
-"""How stiffly limbs of given tension and spring rate hold the arm's orientation."""
+"""Rotational stiffness of the arm held by limbs of given tension and spring rate."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import pose_matrices, require_massless
 from ..kinematics.inverse import inverse_kinematics
+from .analytic_vectors import cross_matrix
 
 __all__ = ["rotational_stiffness"]
 
@@ -25,7 +26,7 @@ def rotational_stiffness(
 ) -> FloatArray:
     """Restoring moment on the arm about O per rad of small turns.
 
-    With j_i = b_i × s_i, the tension's own change along the limb and the turning of its line give
+    With j_i = b_i × s_i, the change of the tension and the rotation of the limb's line give
 
         K = Σ_i (k_i j_i j_iᵀ + f_i ([s_i][b_i] - [b_i] (1 - s_i s_iᵀ) [b_i] / l_i)) - [W][C] - ...
 
@@ -50,7 +51,7 @@ def rotational_stiffness(
     -------
     ndarray
         K, shape (..., 3, 3), N m/rad, base frame: a turn by the small rotation vector φ (base frame) adds the
-        moment -K φ to what acts on the arm.
+        moment -K φ on the arm.
 
     Raises
     ------
@@ -69,29 +70,21 @@ def rotational_stiffness(
     state = inverse_kinematics(mechanism.geometry, orientation)
     b, s, length = state.platform_points, state.directions, state.lengths
     j = np.cross(b, s)
-    B, S = _cross_matrices(b), _cross_matrices(s)
+    B, S = cross_matrix(b), cross_matrix(s)
     across = np.eye(3) - s[..., :, None] * s[..., None, :]
     geometric = S @ B - B @ across @ B / length[..., None, None]
     stiffness = (k[..., None, None] * j[..., :, None] * j[..., None, :] + f[..., None, None] * geometric).sum(axis=-3)
     R = matrices.reshape((*shape, 3, 3))
     weight = arm.mass * mechanism.gravity
-    stiffness = stiffness - _cross_matrices(weight) @ _cross_matrices(R @ arm.centre_of_mass)
+    stiffness = stiffness - cross_matrix(weight) @ cross_matrix(R @ arm.centre_of_mass)
     if load is not None:
         if not isinstance(load, Load):
             raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
         point = np.einsum("...ij,...j->...i", R, np.asarray(load.at))
         force, couple = np.asarray(load.force), np.asarray(load.moment)
         if load.frame == "base":
-            stiffness = stiffness - _cross_matrices(force) @ _cross_matrices(point)
+            stiffness = stiffness - cross_matrix(force) @ cross_matrix(point)
         else:
             moment = np.einsum("...ij,...j->...i", R, couple + np.cross(np.asarray(load.at), force))
-            stiffness = stiffness + _cross_matrices(moment)
+            stiffness = stiffness + cross_matrix(moment)
     return np.asarray(stiffness)
-
-
-def _cross_matrices(vectors: FloatArray) -> FloatArray:
-    """[v] of v × w = [v] w, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(np.asarray(vectors), -1, 0)
-    zero = np.zeros_like(x)
-    rows = [np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))]
-    return np.stack(rows, axis=-2)

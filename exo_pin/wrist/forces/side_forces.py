@@ -1,10 +1,10 @@
-"""Limbs against sideways load: the wrench that a UPU limb can carry, its stiffness, and misalignment.
+"""Side wrenches: the wrench that a UPU limb can transmit besides its force, its stiffness, and misalignment.
 
-A limb between two universal joints carries, besides the force along its line, one more wrench: the one that does no
-work in any of its four revolute joints. In a wrist whose centres coincide it is a pure force along X_i through O.
-Where the device's centre is not the shoulder's, the centre held by the base and the one carried by the cuff part as
-the arm turns, the axes Y_Ai and Y_Bi no longer meet, and the wrench is a screw; it is found here from the four
-conditions, not taken for a force.
+A limb between two universal joints transmits, besides the force along its line, one more wrench: the one that does
+no work in any of its four revolute joints. In a wrist whose centres coincide it is a pure force along X_i through O.
+Where the device's centre is not the shoulder's, the centres of base and cuff move apart as the arm turns, the axes Y_Ai
+and Y_Bi no longer intersect, and the wrench is a screw. It is computed from the four conditions, not assumed to be a
+force.
 
 The stiffness against that wrench is that of a beam from A_i to B_i (Euler and Bernoulli, Saint-Venant), with its
 joints' elasticity in series: the strain energy of the unit wrench is half its compliance 1/k_i. With coinciding
@@ -39,17 +39,17 @@ class SideWrenches(NamedTuple):
         The side wrench of unit size: the limb pulls the arm with -g_i (force, moment); shape (N, n, 3), force
         dimensionless, moment in m.
     misfit : ndarray
-        How far the two centres lie apart in the sense of the side wrench at δ = 0, shape (N, n), m.
+        Distance of the two centres along the side wrench at δ = 0, shape (N, n), m.
     stiffness : ndarray
         k_i, shape (N, n), N/m; zero for SPS limbs and bare muscles.
     folded : ndarray of bool
         Shape (N,): whether a UPU limb lies on a line through its centre and has no such wrench.
     twist : ndarray
-        φ_i, shape (N, n), rad, within ±π: the angle about s_i from X_Ai to X_Bi, by which the crosses of the two
-        universal joints twist a straight guide; exact at any displacement.
+        φ_i, shape (N, n), rad, within ±π: the angle about s_i from X_Ai to X_Bi, the twist that the crosses of the
+        two universal joints give a straight guide; exact at any displacement.
     deflection : ndarray
-        φ_i times the moment of the side wrench of unit size along the limb, shape (N, n), m: what g_i = k_i times it
-        does its work on. ``misfit`` is its limit for a small gap between the centres.
+        φ_i times the moment of the unit side wrench along the limb, shape (N, n), m: displacement on which g_i = k_i
+        times it does work. ``misfit`` is its limit for a small gap between the centres.
     bending, torque : ndarray
         Largest bending moment in the guide and its torque under the side wrench of unit size, shape (N, n), m.
     """
@@ -86,7 +86,7 @@ def side_wrenches(
         Device's centre seen from the anatomical one: held by the base, in the base frame, and carried by the
         cuff, in the arm frame; shape (N, 3), m.
     base_points : ndarray, optional
-        Where a base ring has turned, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
+        Points of a rotated base ring, shape (N, n, 3), m, about its own centre; those of the geometry if left out.
     """
     geometry = mechanism.geometry
     return side_wrenches_of(
@@ -101,14 +101,14 @@ def side_wrenches(
 
 
 def guide_flexibility(mechanism: Mechanism) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """What gives way in each limb, and which limbs resist sideways at all.
+    """Flexibility of each limb, and which limbs have side stiffness.
 
     Returns
     -------
     flexibility : ndarray
         1/EI, 1/GJ, and the reciprocal stiffness of a joint across the limb and against twist, shape (n, 4).
     resists : ndarray of bool
-        Shape (n,): a guide that neither bends nor twists freely.
+        Shape (n,): guides with bending and torsional rigidity.
     """
     flexibility, resists = np.zeros((mechanism.limb_count, 4)), np.zeros(mechanism.limb_count, dtype=bool)
     for i, limb in enumerate(mechanism.limbs):
@@ -132,7 +132,7 @@ def side_wrenches_of(
     resists: NDArray[np.bool_],
     is_upu: NDArray[np.bool_],
 ) -> SideWrenches:
-    """Side wrenches of bare numbers, each of which may vary with the pose.
+    """Side wrenches from arrays, each of which may vary with the pose.
 
     Every operation is analytic, so that numbers with a tiny imaginary part give exact derivatives (complex step).
 
@@ -157,7 +157,7 @@ def side_wrenches_of(
 
 
 class StraightGuides(NamedTuple):
-    """Guides between their joints as if they did not bend, N poses of n limbs, base frame.
+    """Straight guides between their joints, N poses of n limbs, base frame.
 
     Attributes
     ----------
@@ -168,11 +168,11 @@ class StraightGuides(NamedTuple):
     ends : ndarray
         B_i about O, shape (N, n, 3), m.
     y_base, y_arm, x_base, x_arm : ndarray
-        Axes of the universal joints: Y that base and arm hold, X = Y × s / |Y × s| of the guide; shape (N, n, 3).
+        Axes of the universal joints: Y fixed to base and arm, X = Y × s / |Y × s| of the guide; shape (N, n, 3).
     gap : ndarray
         From the centre of the base ring to that of the platform, shape (N, 3), m.
     folded : ndarray of bool
-        Shape (N, n): limbs along an axis that base or arm holds.
+        Shape (N, n): limbs along an axis that is fixed to base or arm.
     """
 
     directions: FloatArray
@@ -193,7 +193,7 @@ def straight_guides(
     base_offset: FloatArray,
     cuff_offset: FloatArray,
 ) -> StraightGuides:
-    """Where guides and joint axes are; arguments of :func:`side_wrenches_of`."""
+    """Guides and joint axes; arguments of :func:`side_wrenches_of`."""
     carried = np.einsum("kij,kj->ki", matrices, cuff_offset)
     arm = platform_points @ np.swapaxes(matrices, 1, 2)
     a, p = base_points + base_offset[:, None], arm + carried[:, None]
@@ -239,16 +239,16 @@ def unit_wrenches(
 
 
 def _across(couple: FloatArray, s: FloatArray) -> FloatArray:
-    """Size of a couple across the limb."""
+    """Size of the part of a couple that is perpendicular to the limb."""
     return length_of(np.cross(couple, s))[..., 0]
 
 
 def reciprocal_couples(guides: StraightGuides) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The wrench without work in four revolute joints: force, couple at B_i and couple at A_i, per unit.
+    """The wrench that does no work in the four revolute joints: force, couple at B_i and couple at A_i, per unit.
 
     The force is X + β (s × X), X halfway between the two joints' own axes, without a part along the limb. The couple at
-    B_i is across both axes there, μ (Y_B × X_B), and what arrives at A_i must be across both axes there, which makes
-    two linear equations for μ and β.
+    B_i is perpendicular to both axes there, μ (Y_B × X_B). The couple at A_i must be perpendicular to both axes there,
+    which gives two linear equations for μ and β.
 
     Source: thesis (D-13), (D-14), (D-15), (D-16), (D-17), (D-18).
     """

@@ -1,13 +1,13 @@
-"""Which moments limbs of limited force can hold, for stacks of poses, compiled.
+"""Moments that limbs of limited force can supply, for stacks of poses, compiled.
 
 The moments that limbs supply, {Σ f_i a_i : lower_i <= f_i <= upper_i} with a_i = b_i × s_i, are a sum of segments (and
-rays, where a limit is missing). Its faces stand across two of the a_i, so the normals ±a_i × a_j hold all of
-them: the set is known exactly from n (n - 1) half-spaces, and a required moment M lies in it if and only if
+rays, where a limit is missing). Its faces are parallel to two of the a_i, so that all their normals are
+among ±a_i × a_j: the set is known exactly from n (n - 1) half-spaces, and a required moment M lies in it if and only if
 
     ν · M <= Σ_k max(lower_k ν · a_k, upper_k ν · a_k)        for every one of these ν.
 
-A violated one is a Farkas direction: whatever the limbs do within their limits, about ν they fall short. For pull-only
-cables this is the wrench-feasible condition of cable robots; the least slack is known there as capacity margin.
+A violated one is a Farkas direction: within their limits the limbs cannot supply the moment about ν. For pull-only
+cables this is the wrench-feasible condition of cable robots; the least slack is called capacity margin.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from ..limbs import STATUS, classify, limb_stack
 
 __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
 
-#: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment that is less than this
-#: fraction out of a face lies in it.
+#: Two limbs whose moments are closer than this (sine of the angle) span no face; a moment with a smaller part normal
+#: to a face lies in it.
 _PARALLEL = 1e-12
 
 
@@ -46,14 +46,14 @@ class Holding:
         Shape (...): whether forces within the limits balance the arm. False where the pose has no answer at all.
     margin : ndarray
         Shape (...), N m. Where holdable: the largest disturbing moment, of any direction, that is held as well
-        (infinite if every moment is). Else: minus the moment that the limbs fall short about ``direction``, a
-        lower bound of what is missing. NaN where the pose is singular.
+        (infinite if every moment is). Else: minus the moment that is missing about ``direction``, a lower
+        bound of the missing moment. NaN where the pose is singular.
     direction : ndarray
         Shape (..., 3), unit vector, base frame: the axis of least margin; where the pose cannot be held, the
         Farkas direction that proves it. NaN where every moment is held, and where the pose is singular.
     relief_lower, relief_upper : ndarray
-        Shape (..., n), N: how far this limit alone would have to give way for the pose to be held; infinite if
-        that does not suffice, 0 where the pose is held.
+        Shape (..., n), N: relaxation of this limit alone that makes the pose feasible; infinite if no relaxation does,
+        0 where the pose is held.
     status : ndarray of str
         Shape (...): as in :class:`exo_pin.wrist.limbs.Limbs`.
     """
@@ -102,7 +102,7 @@ def moment_margin(
                 slack = -sign * (normal[0] * moment[0] + normal[1] * moment[1] + normal[2] * moment[2])
                 for k in range(n):
                     lever = sign * (normal[0] * arms[k, 0] + normal[1] * arms[k, 1] + normal[2] * arms[k, 2])
-                    # The two limbs that span the face, and others that lie in it, gain nothing across it.
+                    # The two limbs that span the face, and others in it, have no moment normal to it.
                     levers[k] = 0.0 if k in (i, j) or abs(lever) <= _PARALLEL * sizes[k] else lever
                     if levers[k] != 0.0:
                         slack += lever * (upper[k] if lever > 0.0 else lower[k])
@@ -162,7 +162,7 @@ def holding(
     MissingData
         If the mechanism has no arm, or ``motion`` is given and the arm has no inertia.
     InvalidInput
-        If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one stands above its upper one.
+        If a limb has mass, or limits do not fit; InfeasibleBounds if a lower one is above its upper one.
     """
     require_massless(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
@@ -215,7 +215,7 @@ def force_bounds(
     InvalidInput
         If they are not numbers, hold NaN, or do not broadcast.
     InfeasibleBounds
-        If a lower limit stands above its upper one.
+        If a lower limit is above its upper one.
     """
     try:
         sides = [np.array(side, dtype=np.float64) for side in (lower, upper)]

@@ -1,1 +1,1 @@
-"""Inverse and forward kinematics of the wrist, and distances between its limbs."""
+"""Inverse and forward kinematics of the wrist."""

@@ -1,20 +1,20 @@
 """All orientations R with u_i · R v_i = c_i for three pairs of unit vectors, one set at a time, compiled.
 
-Every forward kinematics of the wrist comes down to this: from limb lengths u_i is the direction of A_i, v_i of B_i and
+Every forward kinematics of the wrist has this form: from limb lengths u_i is the direction of A_i, v_i of B_i and
 c_i the cosine of the angle between them; from θ_yA the vector u_i is the normal of the limb's plane and c_i is zero.
 
-In frames whose z axes are u_1 and v_1 the first equation says R = Rz(φ) Ry(γ) Rz(ψ) with cos γ = c_1. The other two
+In frames whose z axes are u_1 and v_1 the first equation gives R = Rz(φ) Ry(γ) Rz(ψ) with cos γ = c_1. The other two
 are then A_i cos ψ + B_i sin ψ + C_i = 0 with A_i, B_i, C_i linear in cos φ and sin φ, and have a common ψ where
 
     D(φ) = (B_2 C_3 - B_3 C_2)² + (C_2 A_3 - C_3 A_2)² - (A_2 B_3 - A_3 B_2)² = 0,
 
 of degree 4 in cos φ, sin φ: at most eight solutions. D is solved as a real polynomial of degree 8 in tan φ/2 in two
-charts, |φ| <= 90° and |φ - 180°| <= 90°, so that the parameter never leaves [-1, 1] and no root runs off to infinity.
+charts, |φ| <= 90° and |φ - 180°| <= 90°, so that the parameter stays within [-1, 1] and every root is finite.
 Every root is then polished by Newton's method on the rotation group, on the three equations themselves.
 
-Two modes meet where D has a double root. Rounding then splits it into two close roots or lifts it off zero, so the
-extrema of D near zero are tried as well, and what Newton brings to the same orientation is one solution. A double root
-of D may also be two different ψ at one φ (symmetric poses), so both are tried there.
+Two modes meet where D has a double root. Rounding then splits it into two close roots or moves it off zero, so the
+extrema of D near zero are tried as well; starts that Newton's method leads to the same orientation are one solution. A
+double root of D may also be two different ψ at one φ (symmetric poses), so both are tried there.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ MAX_MODES = 8
 CONTINUUM = -1
 #: Two modes closer than this, rad, count as one: rounding alone moves modes that meet by √eps = 1.5e-8.
 _SAME = 1e-6
-#: A mode whose smallest singular value is below this is about to meet another, or does.
+#: Smallest singular value below which a mode meets another, or nearly.
 MEETING_MARGIN = 1e-6
 #: Residual of a solution in the cosines. Rounding of c leaves a few eps; a complex pair of roots with an imaginary
-#: part below √1e-13, 3e-7 rad, is taken for modes that meet.
+#: part below √1e-13, 3e-7 rad, counts as modes that meet.
 _SOLVED = 1e-13
 #: Extrema of D this close to zero, against the size of its terms, are tried.
 _TOUCH = 1e-8
@@ -162,7 +162,7 @@ def _eliminate(terms: Any, octic: Any, mirrored: Any) -> float:
 
 @kernel
 def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
-    """Write the ψ to try at a root φ of D; return how many."""
+    """Write the ψ to try at a root φ of D; return their number."""
     A2 = terms[0, 0, 0] + terms[0, 0, 1] * cos_f + terms[0, 0, 2] * sin_f
     B2 = terms[0, 1, 0] + terms[0, 1, 1] * cos_f + terms[0, 1, 2] * sin_f
     C2 = terms[0, 2, 0] + terms[0, 2, 1] * cos_f + terms[0, 2, 2] * sin_f
@@ -224,7 +224,7 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     Returns
     -------
     int
-        How many there are; 0 also where some |c_i| > 1; :data:`CONTINUUM` where a curve of orientations solves them.
+        Number of solutions; 0 also where some |c_i| > 1; :data:`CONTINUUM` where a curve of orientations solves them.
     """
     first, widest = 0, -1.0
     for i in range(3):

@@ -1,4 +1,4 @@
-"""Forward kinematics: every pose that fits what is measured."""
+"""Forward kinematics: every pose that fits the measurements."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .modes import AssemblyModes, nearest_slots
 
 __all__ = ["forward_kinematics", "forward_kinematics_from_base_angles"]
 
-#: A least-squares mode of six angles is kept if it explains them no worse than the best one, times this.
+#: Largest residual of a least-squares mode of six angles, as a multiple of the best one.
 _KEEP = 3.0
 
 
@@ -35,21 +35,21 @@ def forward_kinematics(
     lengths : array_like
         l_i, shape (..., n), m.
     near : Rotation, optional
-        Broadcasts to (...): a pose known to be close, to pick a mode by.
+        Broadcasts to (...): a pose that is known to be close, to select a mode.
     tolerance : float
-        Only for more than three limbs, whose lengths determine the pose more than once: poses of least squares whose
+        Only for more than three limbs, whose lengths overdetermine the pose: poses of least squares whose
         residual exceeds this, m, do not count.
 
     Returns
     -------
     AssemblyModes
-        At most 8 a row; every real solution is there.
+        At most 8 a row: every real solution.
 
     Raises
     ------
     InvalidInput
         If the shape does not fit, or a single set is not finite and positive. In a stack a bad row is marked "invalid"
-        and spoils no other.
+        and has no effect on others.
     """
     values, shape = _measured("lengths", lengths, geometry.limb_count)
     work = _Work(len(values), MAX_MODES)
@@ -75,10 +75,10 @@ def forward_kinematics_from_base_angles(
 ) -> AssemblyModes:
     """All poses with given angles of the universal joints on the base, Section 4.2.2.
 
-    Both angles of all joints (Scenario One) are more than a pose needs: the answer is the rotation of least squares
-    over all angles, and the residual says how well they fit together. Modes that explain the angles more than
-    three times worse than the best one are dropped. θ_x alone (Scenario Two) gives each limb's length in closed form,
-    l² + 2 l |a| sin θx + |a|² - |b|² = 0, and the poses from the lengths. θ_y alone gives each limb's plane.
+    Both angles of all joints (Scenario One) overdetermine the pose: the answer is the rotation of least squares over
+    all angles, with its residual. Modes with more than three times the residual of the best one are dropped. θ_x alone
+    (Scenario Two) gives each limb's length in closed form, l² + 2 l |a| sin θx + |a|² - |b|² = 0, and the poses from
+    the lengths. θ_y alone gives each limb's plane.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def forward_kinematics_from_base_angles(
         Shape (..., n), rad, as in (4-25): the limb's direction in {A_i} is (cos θx sin θy, -sin θx, cos θx cos θy),
         θx within ±90°. At least one of them.
     near : Rotation, optional
-        Broadcasts to (...): a pose known to be close, to pick a mode by.
+        Broadcasts to (...): a pose that is known to be close, to select a mode.
     tolerance : float
         Only for more than three limbs and one angle of each: poses of least squares whose residual exceeds this, rad,
         do not count.
@@ -171,14 +171,14 @@ def _result(
     good: NDArray[np.bool_],
     shape: tuple[int, ...],
     near: Rotation | None,
-    wanted: str,
+    expected: str,
     values: FloatArray,
 ) -> AssemblyModes:
     # As many measurements as freedoms: the equations have a determinant.
     determined = values.shape[-1] == 3
     q, residual, margin, count = work
     if shape == () and not good[0]:
-        raise InvalidInput(f"expected {wanted}, got {values[0]}")
+        raise InvalidInput(f"expected {expected}, got {values[0]}")
     continuum = count == CONTINUUM
     count = np.where(continuum, 0, count)
     width = max(MAX_MODES, int(count.max(initial=0)))
@@ -187,7 +187,7 @@ def _result(
     side = np.where(valid & determined, np.sign(np.nan_to_num(margin)), 0.0).astype(np.int64)
     margin = np.abs(margin)
     residual[~valid], margin[~valid] = np.nan, np.nan
-    # SciPy's Rotation holds no missing value: a NaN quaternion is refused by half of its methods.
+    # SciPy's Rotation has no missing value: a NaN quaternion is refused by half of its methods.
     filler = np.where((count > 0)[:, None], q[:, 0], [0.0, 0.0, 0.0, 1.0])
     q = np.where(valid[..., None], q, filler[:, None])
     meets = valid & (np.nan_to_num(margin, nan=1.0) < MEETING_MARGIN)

@@ -1,7 +1,7 @@
-"""Forward kinematics over stacks from θ_yA, and what modes from angles leave of them, compiled.
+"""Forward kinematics over stacks from θ_yA, and residuals of modes found from angles, compiled.
 
 Every kernel fills, for each of N rows, up to W modes: unit quaternions (x, y, z, w), residual, signed margin, and a
-code in ``count`` (how many, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
+code in ``count`` (their number, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def planes_stack(
 
     The angle fixes the half-plane, bounded by the line O A_i, in which B_i lies: X_i · R B_i = 0 with
     X_i = (cos θy, 0, -sin θy) in {A_i}, and B_i on the side of (sin θy, 0, cos θy). The first has at most eight
-    solutions, of which the second keeps some. Arguments as :func:`.lengths_stack`; ``frames`` is {A_i}, shape
+    solutions; the second selects among them. Arguments as :func:`.lengths_stack`; ``frames`` is {A_i}, shape
     (n, 3, 3); the residual is computed by the caller.
     """
     n = base.shape[0]
@@ -92,7 +92,7 @@ def angle_residuals(
     R, b, s, X = np.empty((3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     length, reach = np.empty(n), np.empty(n)
     for k in range(theta.shape[0]):
-        kept = 0
+        selected = 0
         for m in range(count[k]):
             rotation(q[k, m], R)
             limb_vectors(R, base, platform, b, s, X, length, reach)
@@ -105,12 +105,12 @@ def angle_residuals(
                 worst = max(worst, abs(wrapped(theta[k, i] - angle)))
             if n > 3 and worst > tolerance:
                 continue
-            q[k, kept], residual[k, kept], margin[k, kept] = q[k, m], worst, margin[k, m]
-            kept += 1
-        for m in range(kept, count[k]):
+            q[k, selected], residual[k, selected], margin[k, selected] = q[k, m], worst, margin[k, m]
+            selected += 1
+        for m in range(selected, count[k]):
             q[k, m], residual[k, m], margin[k, m] = np.nan, np.nan, np.nan
-        if count[k] > kept:
-            count[k] = kept
+        if count[k] > selected:
+            count[k] = selected
 
 
 @kernel

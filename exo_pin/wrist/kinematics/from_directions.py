@@ -79,7 +79,7 @@ def directions_stack(
     base, platform, frames : ndarray
         Shapes (n, 3), (n, 3) and (n, 3, 3).
     keep : float
-        Modes whose residual exceeds this many times the best one (plus 1e-9 rad) are dropped.
+        Modes with more than this multiple of the least residual (plus 1e-9 rad) are dropped.
     q, residual, margin, count : ndarray
         Shapes (N, 8, 4), (N, 8), (N, 8), (N,), written, best residual first. The residual is the largest error of an
         angle, rad; the margin the smallest singular value of the angles' Jacobian.

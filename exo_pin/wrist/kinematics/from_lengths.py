@@ -1,7 +1,7 @@
 """Forward kinematics over stacks from limb lengths, and from θ_xA, which give the lengths, compiled.
 
 Every kernel fills, for each of N rows, up to W modes: unit quaternions (x, y, z, w), residual, signed margin, and a
-code in ``count`` (how many, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
+code in ``count`` (their number, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _from_lengths(
     margin: Any,
     start: int,
 ) -> int:
-    """The modes of one set of lengths, behind the first ``start`` of the row.
+    """The modes of one set of lengths, written after the first ``start`` of the row.
 
     Where the lengths are roots themselves, modes also meet where two roots do: ``closest`` bounds the margin, and each
     of ``flips`` second roots turns its sign.
@@ -139,9 +139,9 @@ def twist_roots(sine: float, a: float, b: float, roots: Any) -> tuple[int, float
     Returns
     -------
     int
-        How many; roots that differ by rounding alone are one.
+        Number of roots; roots that differ by rounding alone are one.
     float
-        Half their difference over b, 0 where they meet: that is b·s/b, the sensor's own distance from its
+        Half their difference over b, 0 where they meet: that is b·s/b, the distance of the sensor from its
         singularity.
 
     Notes

@@ -1,4 +1,4 @@
-"""The answer of forward kinematics: all poses that fit, and the right one along a path."""
+"""Results of forward kinematics: all poses that fit, and one mode along a path."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class ModePath:
     Attributes
     ----------
     rotations : Rotation
-        Stack of N; where no pose fits, the last one found (or the start) is held.
+        Stack of N; where no pose fits, the last one found (or the start) is repeated.
     index : ndarray of int
         Shape (N,), slot of the mode in each row; -1 where no pose fits.
     ambiguous : ndarray of bool
-        Shape (N,): modes meet here or have met since the row before, or two are so close that the step along the path
-        does not tell them apart, or none fits.
+        Shape (N,): modes meet here or have met since the row before, or two are too close to distinguish with the
+        step along the path, or none fits.
     """
 
     rotations: Rotation
@@ -46,27 +46,27 @@ class AssemblyModes:
     ----------
     rotations : Rotation
         Shape (..., W), ordered by their angle from the geometry's neutral pose; from both base angles by residual.
-        Empty slots repeat the first one; in a row without any they are the identity, which means nothing.
+        Empty slots repeat the first one; in a row without any they are the identity, without meaning.
     valid : ndarray of bool
-        Shape (..., W): which slots count.
+        Shape (..., W): which slots hold a pose.
     count : ndarray of int
         Shape (...), number of distinct poses; poses that meet are one.
     residual : ndarray
-        Shape (..., W), largest deviation from what was measured, m for lengths and rad for angles; NaN if empty.
+        Shape (..., W), largest deviation from the measurements, m for lengths and rad for angles; NaN if empty.
     margin : ndarray
         Shape (..., W), distance from the pose at which the mode meets another: the smallest singular value (within
         √3) of the unit-free equations; NaN if empty.
     side : ndarray of int
         Shape (..., W), sign of the equations' determinant: two modes that meet have opposite ones, so a mode whose side
-        changes along a path has met another. 0 if empty, and where more is measured than a pose needs.
+        changes along a path has met another. 0 if empty, and where the measurements overdetermine the pose.
     status : ndarray of str
         Shape (...): "ok"; "meeting", some mode is a multiple root; "unreachable", no pose fits; "continuum", a whole
         curve of poses fits and none is given; "invalid", the row has a NaN or a length that is not positive.
     nearest : ndarray of int or None
         Shape (...), with ``near=``: the slot closest to it, -1 where there is none.
     ambiguous : ndarray of bool or None
-        Shape (...), with ``near=``: the nearest mode meets another, or another is so close that ``near`` does not
-        tell them apart (the nearest is farther from ``near`` than half way to its neighbour), or none fits.
+        Shape (...), with ``near=``: the nearest mode meets another, or another is too close to distinguish with
+        ``near`` (the nearest is farther from ``near`` than half way to its neighbour), or none fits.
     """
 
     rotations: Rotation
@@ -94,7 +94,7 @@ class AssemblyModes:
             If the call was without ``near=``, or some row has no pose at all (``nearest`` is -1 there).
         """
         if self.nearest is None:
-            raise InvalidInput("no mode is nearest: ask with near= a Rotation")
+            raise InvalidInput("no mode is nearest: call with near= a Rotation")
         lost = np.flatnonzero(np.asarray(self.nearest).ravel() < 0)
         if lost.size:
             raise InvalidInput(f"no pose fits in {lost.size} of {np.size(self.nearest)} rows, the first is {lost[0]}")
@@ -104,8 +104,8 @@ class AssemblyModes:
     def follow(self, start: Rotation) -> ModePath:
         """Follow one mode along a path, the stack's only dimension, from a known pose near its first row.
 
-        Each row takes the mode closest to where the last two steps lead. Where two modes meet, this carries on
-        through, as a moving arm does, and says that it might be wrong.
+        Each row takes the mode closest to the extrapolation of the last two steps. Where two modes meet, the path
+        continues, as a moving arm does, and the rows are marked ambiguous.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ def _angles(quats: FloatArray, other: FloatArray) -> FloatArray:
 def nearest_slots(
     quats: FloatArray, valid: NDArray[np.bool_], meets: NDArray[np.bool_], close: FloatArray
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Slots of the modes closest to poses, -1 for none, and whether others might be meant.
+    """Slots of the modes closest to poses, -1 for none, and whether they are ambiguous.
 
     Shapes (..., W, 4), (..., W), (..., W) and (..., 4).
     """

@@ -103,7 +103,7 @@ def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) ->
             break
         x, y, z = _step(rows, error, damping)
         size = math.sqrt(x * x + y * y + z * z)
-        # A step this long does not belong to the start's own solution (NaN fails the test, too).
+        # A step this long leads to another solution than the one at the start (NaN fails the test, too).
         accepted = False
         if size <= 0.2:
             trial[:, :] = R

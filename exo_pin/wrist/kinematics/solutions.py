@@ -40,7 +40,7 @@ def quaternion(R: Any, q: Any) -> None:
 def write_modes(
     R: Any, margins: Any, residuals: Any, found: int, reference: Any, q: Any, residual: Any, margin: Any, start: int
 ) -> int:
-    """Put ``found`` modes behind the first ``start`` of a row, keeping the row ordered by angle from the reference."""
+    """Insert ``found`` modes after the first ``start`` of a row, ordered by angle from the reference."""
     fresh = np.empty(4)
     count = start
     for k in range(found):
@@ -114,25 +114,25 @@ def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
         found = assemble(u3, v3, c3, R, margins)
         if found == CONTINUUM:
             continue
-        kept = 0
+        selected = 0
         for k in range(found):
             _least_squares(R[k], u, v, c)
             fresh = True
-            for m in range(kept):
+            for m in range(selected):
                 fresh = fresh and np.abs(R[m] - R[k]).max() > 1e-6
             if fresh:
-                R[kept] = R[k]
-                # Of all the triples' margins the best counts: the other limbs hold what one triple lets go.
-                margins[kept] = 0.0
+                R[selected] = R[k]
+                # The best margin of all triples counts: the other limbs hold what one triple does not.
+                margins[selected] = 0.0
                 for s in range(triples.shape[0]):
                     for e in range(3):
                         i = triples[s, e]
-                        w = R[kept] @ v[i]
+                        w = R[selected] @ v[i]
                         x, y, z = cross(w, u[i])
                         rows[e, 0], rows[e, 1], rows[e, 2] = x, y, z
-                    margins[kept] = max(margins[kept], abs(margin_of(rows)))
-                kept += 1
-        return kept
+                    margins[selected] = max(margins[selected], abs(margin_of(rows)))
+                selected += 1
+        return selected
     return CONTINUUM
 
 

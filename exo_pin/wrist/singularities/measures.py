@@ -1,4 +1,4 @@
-"""Where the wrist loses its hold: det[X_1 X_2 X_3] = 0, and limbs that point at O."""
+"""Singular poses of the wrist: det[X_1 X_2 X_3] = 0, and limbs that point at O."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Singularity", "centre_shift", "singularity"]
 
 @dataclass(frozen=True, eq=False)
 class Singularity:
-    """How far a pose, or each of a stack of shape (...), is from losing control.
+    """Distance of a pose, or each of a stack of shape (...), from singularity.
 
     Attributes
     ----------
@@ -41,18 +41,18 @@ class Singularity:
     constraint_condition : ndarray
         The same of the rows X_i of the UPU limbs, shape (...); inf where they do not hold O.
     centre_shift : ndarray
-        Shape (...), m per m (mm per mm): how far O may move without the ball joint if every UPU limb has a unit of play
-        to either side along X_i, :func:`centre_shift`.
+        Shape (...), m per m (mm per mm): largest displacement of O without the ball joint, per unit of play of every
+        UPU limb to either side along X_i, :func:`centre_shift`.
     lost_direction : ndarray
-        Shape (..., 3), unit vector, base frame: the axis about which the limbs hold worst.
+        Shape (..., 3), unit vector, base frame: the axis about which the limbs resist least.
     kind : ndarray of str
         Shape (...): "regular", "near" (margin below 1e-3), "singular" (the limbs do not hold the lost
-        direction, and without the ball joint the constraints give way too), "folded" (a limb points at
+        direction, and without the ball joint O can move too), "folded" (a limb points at
         O; of more than three limbs, a UPU limb, for an SPS limb only loses its moment arm).
     actuation, constraint : ndarray of bool
         Shape (...): locked actuators do not hold the arm about O; the UPU limbs do not hold O by themselves. One
-        implies the other for three UPU limbs. The pose does not say in which plane a folded limb stands, so a
-        folded limb is not counted on to hold O.
+        implies the other for three UPU limbs. The plane of a folded limb is undefined, so that a folded
+        limb does not count as holding O.
     folded : ndarray of bool
         Shape (..., n): limbs that point at O.
     """
@@ -113,7 +113,7 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
     kind = np.full(smallest.shape, "regular", dtype="<U8")
     kind[margin < NEAR_MARGIN] = "near"
     kind[margin < SINGULAR_MARGIN] = "singular"
-    # An SPS limb needs no plane: among more than three limbs it may fold and leave the others to hold the pose.
+    # An SPS limb needs no plane: with more than three limbs one may be folded while the others hold the pose.
     needed = held if geometry.limb_count > 3 else np.ones_like(held)
     kind[(folded & needed).any(axis=-1)] = "folded"
     constraint = constraint_values[..., 2] < SINGULAR_MARGIN
@@ -139,12 +139,12 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
 
 
 def centre_shift(normals: ArrayLike) -> FloatArray:
-    """How far O moves at most if each limb may shift by a unit along its X_i.
+    """Largest displacement of O if each limb may shift by a unit along its X_i.
 
-    Without the ball joint a translation δ of O shifts limb i by X_i·δ along its normal, and, because the side force
-    passes through O, by nothing else, whatever the actuators hold. With play c on either side every δ with
-    |X_i·δ| <= c for all i is possible. The farthest point of that polytope is one of its corners, where three limbs
-    stand at the end of their play.
+    Without the ball joint a translation δ of O shifts limb i by X_i·δ along its normal. The side force passes through
+    O, so that nothing else shifts it, whatever the actuators hold. With play c on either side every δ with |X_i·δ| <= c
+    for all i is possible. The farthest point of that polytope is one of its corners, where three limbs are at the end
+    of their play.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def centre_shift(normals: ArrayLike) -> FloatArray:
         inverse = np.linalg.inv(np.where(regular[..., None, None], corner_rows, np.eye(3)))
         for signs in product((1.0, -1.0), repeat=2):
             corner = inverse @ np.array([1.0, *signs])
-            # Rounding of a corner on which more than three limbs stand.
+            # Rounding of a corner where more than three limbs are at the end of their play.
             slack = 1.0 + 1e-9
             inside = regular & (np.abs(np.einsum("...ij,...j->...i", rows, corner)) <= slack).all(axis=-1)
             size = np.linalg.norm(corner, axis=-1)

@@ -1,4 +1,4 @@
-"""How far the nearest singular pose is, as an angle on the rotation group."""
+"""The nearest singular pose, and its distance as an angle on the rotation group."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from ..kinematics.inverse import inverse_kinematics
 __all__ = ["NearestSingularity", "nearest_singularity"]
 
 
-#: Directions that are searched, on half a sphere: each is followed both ways. Neighbours are about 12° apart.
+#: Number of axes that are searched, on half a sphere, each in both senses. Neighbours are about 12° apart.
 _DIRECTIONS = 150
-#: Starts that are refined.
+#: Number of axes that are refined.
 _STARTS = 4
 
 
@@ -39,7 +39,7 @@ class NearestSingularity:
     pose : Rotation
         Shape (...), that singular pose.
     axis : ndarray
-        Shape (..., 3), unit vector, base frame: turning about it by ``distance`` leads there. Zero in a singular pose.
+        Shape (..., 3), unit vector, base frame: axis of the turn by ``distance`` to that pose. Zero in a singular pose.
     folded : ndarray of bool
         Shape (..., n): limbs that are folded there.
     fold_distance : ndarray
@@ -96,7 +96,7 @@ def _first_zero(n: Any, a: Any, b: Any, poly: Any, other: Any, found: Any, parts
             angle = 2.0 * math.atan(found[m]) if chart == 0 else 2.0 * math.atan(found[m]) + math.pi
             if angle < 0.0:
                 angle += 2.0 * math.pi
-            # Going the other way round about the same axis is the other direction's business.
+            # The other sense of rotation belongs to the opposite axis.
             if angle < best:
                 best = angle
     return best
@@ -179,9 +179,9 @@ def nearest_stack(R: Any, base: Any, platform: Any, directions: Any, distance: A
 
 
 def nearest_singularity(geometry: WristGeometry, orientation: Rotation) -> NearestSingularity:
-    """Find the singular pose that the least turn of the arm leads to.
+    """Find the singular pose with the least rotation of the arm.
 
-    The singular set is the zero set of det[a_i × b_i], which holds det X = 0 and the folded poses. Along a turn about
+    The singular set is the zero set of det[a_i × b_i]: det X = 0 and the folded poses. Along a turn about
     a fixed axis that is a polynomial of degree 6 in tan θ/2, whose first root is found exactly; the axis is searched
     over the whole sphere and then refined.
 

@@ -130,14 +130,14 @@ def singular_surface(
     """Mesh the singular surface inside a box of shoulder angles.
 
     Marching cubes on a grid (scikit-image), then every vertex is moved onto the surface by Newton's method, so that the
-    grid's step limits what is seen and not how exact it is.
+    step of the grid limits the resolution and not the accuracy.
 
     Parameters
     ----------
     geometry : WristGeometry
         Three limbs.
     box : RangeOfMotion
-        Where to look.
+        Range of the angles.
     step_deg : float
         Of the grid, degrees; sheets closer together than this may be missed.
     side : {"left", "right"}
@@ -194,14 +194,14 @@ def _onto_surface(
 
 @dataclass(frozen=True, eq=False)
 class LocusSlice:
-    """det X over a plane of two angles.
+    """det X over flexion and abduction.
 
     Attributes
     ----------
     x, y : ndarray
-        Shapes (p,) and (q,), the two angles, degrees.
-    x_name, y_name, fixed : str
-        What they are, and what is held fixed.
+        Shapes (p,) and (q,), flexion and abduction, degrees.
+    fixed : str
+        Name and value of the fixed angle.
     determinant : ndarray
         det X, shape (p, q).
     curves : list of ndarray
@@ -210,22 +210,9 @@ class LocusSlice:
 
     x: FloatArray
     y: FloatArray
-    x_name: str
-    y_name: str
     fixed: str
     determinant: FloatArray
     curves: list[FloatArray] = field(default_factory=list)
-
-
-def _sliced(
-    geometry: WristGeometry, poses: Rotation, x: FloatArray, y: FloatArray, names: tuple[str, str, str]
-) -> LocusSlice:
-    smooth, determinant = locus_function(geometry, poses)
-    curves = []
-    for line in _measure().find_contours(smooth, 0.0):
-        columns = [np.interp(line[:, k], np.arange(len(axis)), axis) for k, axis in enumerate((x, y))]
-        curves.append(np.stack(columns, axis=-1))
-    return LocusSlice(x, y, *names, determinant, curves)
 
 
 def shoulder_slice(
@@ -263,5 +250,9 @@ def shoulder_slice(
     """
     flexion, abduction, _ = box.axes(step_deg)
     poses = shoulder_rotation(flexion[:, None], abduction[None, :], internal_rotation_deg, side, degrees=True)
-    names = ("flexion", "abduction", f"internal rotation {internal_rotation_deg:g}°")
-    return _sliced(geometry, poses, flexion, abduction, names)
+    smooth, determinant = locus_function(geometry, poses)
+    curves = []
+    for line in _measure().find_contours(smooth, 0.0):
+        columns = [np.interp(line[:, k], np.arange(len(axis)), axis) for k, axis in enumerate((flexion, abduction))]
+        curves.append(np.stack(columns, axis=-1))
+    return LocusSlice(flexion, abduction, f"internal rotation {internal_rotation_deg:g}°", determinant, curves)

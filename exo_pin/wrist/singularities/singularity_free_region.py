@@ -1,4 +1,4 @@
-"""Which poses are reached from rest without passing a singular one, and what of each daily range lies across."""
+"""Poses that are reached from rest without a singular pose, and the share of each daily range beyond."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SINGULAR = 1e-12
 
 
 def side_of_rest(geometry: WristGeometry) -> int:
-    """On which side of the locus the hanging arm is: the sign of det X there, 0 if that pose is singular."""
+    """Side of the singular surface of the hanging arm: the sign of det X there, 0 if that pose is singular."""
     value = float(locus_function(geometry, Rotation.identity())[0])
     return 0 if abs(value) < _SINGULAR else int(np.sign(value))
 
@@ -43,10 +43,10 @@ class FreeRegion:
     inside : ndarray of bool
         Shape (nf, na, ni): nodes of the grid that belong to it.
     share : float
-        Of the rotation group's volume in the grid that it takes (Haar's measure, cos(abduction) in these angles).
+        Its share of the volume of the grid (Haar's measure of the rotation group, cos(abduction) in these angles).
     components : int
         Number of connected parts, on both sides together, that take more than a thousandth of the volume each: between
-        sheets closer than the grid's step it sees islands that are none.
+        sheets closer than the step of the grid there are spurious parts.
     box : RangeOfMotion or None
         Where paths may lead; None for the whole rotation group.
     side : str
@@ -81,7 +81,7 @@ class FreeRegion:
         smooth, _ = locus_function(self.geometry, orientation)
         angles = shoulder_angles(orientation, self.side, degrees=True)
         if self.box is not None:
-            # Of the two triples that stand for one pose, the one in the box.
+            # Of the two triples of angles of one pose, the one in the box.
             other = np.stack([angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], axis=-1)
             angles = np.where(self._covers(angles)[..., None], angles, _wrapped(other))
         found = np.zeros(smooth.shape, dtype=bool)
@@ -167,7 +167,7 @@ def free_region(
     weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
     parts = np.bincount(labels[labels >= 0], weights=weight[labels >= 0])
     count = int((parts > 1e-3 * weight.sum()).sum())
-    # A trial region of all nodes on the start's side finds the corners of the start's own cell.
+    # A trial region of all nodes on the side of the start gives the corners of its cell.
     sign = float(np.sign(here))
     region = FreeRegion(geometry, axes, smooth * sign > 0, 1.0, count, box, side, sign)
     chosen = _label_of(region, labels, pose)
@@ -214,7 +214,7 @@ def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class RangeCrossing:
-    """How a range of motion lies to the singular surface; shares are of its box of angles.
+    """Shares of a range of motion on either side of the singular surface, of its box of angles.
 
     Attributes
     ----------
@@ -241,7 +241,7 @@ def daily_crossings(
     side: str = "left",
     start: Rotation | None = None,
 ) -> list[RangeCrossing]:
-    """What part of each range lies across the singular surface, seen from the rest pose.
+    """Share of each range on the other side of the singular surface than the rest pose.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Velocities, accelerations, and what sensors measure of the orientation."""
+"""Velocities, accelerations, and the orientation from sensors."""

@@ -1,4 +1,4 @@
-"""How limb lengths and universal-joint angles change as the arm turns, one limb at a time, compiled.
+"""Rates of limb lengths and universal-joint angles of a rotating arm, one limb at a time, compiled.
 
 With ω the arm's angular velocity, s the limb's direction, X the normal of its plane and q_A = |a × b|/|a|,
 q_B = |a × b|/|b| the distances of B from the line O A and of A from the line O B:
@@ -19,18 +19,13 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.vectors import cross
+from ...numerics.vectors import cross, dot
 from ..limbs import limb_vectors
 
 __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
 
-#: What a limb's rows are about, in their order.
+#: Quantities of the rows of a limb, in their order.
 QUANTITIES = ("lengths", "base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y")
-
-
-@kernel
-def _dot(u: Any, v: Any) -> float:
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
 @kernel
@@ -46,9 +41,9 @@ def joint_rows(a: Any, b: Any, s: Any, X: Any, length: float, reach: float, rows
         rows[1:] = np.nan
         return
     area = reach * length
-    size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
+    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
     b_X, a_X = cross(b, X), cross(a, X)
-    along_b, along_a = _dot(b, s) / length, -_dot(a, s) / length
+    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
     for j in range(3):
         rows[1, j] = along_b * X[j]
         rows[2, j] = b_X[j] * size_a / area
@@ -63,12 +58,12 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
         rows[:] = np.nan
         return
     area = reach * length
-    size_a, size_b = math.sqrt(_dot(a, a)), math.sqrt(_dot(b, b))
+    size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
     b_dot, s_dot, X_dot = np.empty(3), np.empty(3), np.empty(3)
     turned = cross(omega, b)
     for j in range(3):
         b_dot[j] = turned[j]
-    length_dot = _dot(s, b_dot)
+    length_dot = dot(s, b_dot)
     normal_dot = cross(a, b_dot)  # of a × b = -area X
     area_dot = -(normal_dot[0] * X[0] + normal_dot[1] * X[1] + normal_dot[2] * X[2])
     for j in range(3):
@@ -77,9 +72,9 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
     first, second = cross(b_dot, s), cross(b, s_dot)
     b_X, a_X = cross(b, X), cross(a, X)
     b_X_first, b_X_second, a_X_dot = cross(b_dot, X), cross(b, X_dot), cross(a, X_dot)
-    along_b, along_a = _dot(b, s) / length, -_dot(a, s) / length
-    along_b_dot = (_dot(b_dot, s) + _dot(b, s_dot) - along_b * length_dot) / length
-    along_a_dot = (-_dot(a, s_dot) - along_a * length_dot) / length
+    along_b, along_a = dot(b, s) / length, -dot(a, s) / length
+    along_b_dot = (dot(b_dot, s) + dot(b, s_dot) - along_b * length_dot) / length
+    along_a_dot = (-dot(a, s_dot) - along_a * length_dot) / length
     for j in range(3):
         rows[0, j] = first[j] + second[j]
         rows[1, j] = along_b_dot * X[j] + along_b * X_dot[j]
@@ -95,7 +90,7 @@ def rate_stack(R: Any, base: Any, platform: Any, omega: Any, rows: Any, derivati
     Parameters
     ----------
     R, omega : ndarray
-        Shapes (N, 3, 3) and (N, 3); an empty ``omega`` leaves ``derivatives`` alone.
+        Shapes (N, 3, 3) and (N, 3); with an empty ``omega`` the ``derivatives`` are not written.
     base, platform : ndarray
         Shape (n, 3).
     rows, derivatives : ndarray

@@ -1,4 +1,4 @@
-"""What sensors say about the arm's orientation: joint sensors and their errors, inertial sensors on torso and arm."""
+"""Orientation of the arm from sensors: joint sensors and their errors, inertial sensors on torso and arm."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["OrientationChain", "SensorSensitivity", "sensor_sensitivity"]
 
 @dataclass(frozen=True, eq=False)
 class SensorSensitivity:
-    """How errors of joint sensors become errors of the arm's orientation, for a stack of shape (...).
+    """Errors of the arm's orientation by errors of joint sensors, for a stack of shape (...).
 
     Attributes
     ----------
@@ -56,14 +56,14 @@ class SensorSensitivity:
 def sensor_sensitivity(
     geometry: WristGeometry, orientation: Rotation, measured: str | Iterable[str] = "base_theta_x"
 ) -> SensorSensitivity:
-    """How well sensors on the limbs and their joints determine the arm's orientation.
+    """Accuracy of the arm's orientation from sensors on the limbs and their joints.
 
     A sensor's error e turns the computed arm by J⁻¹ e (least squares: the pseudo-inverse), with J the rows of
     :func:`joint_jacobians` for what is measured. θ_xA alone is singular where det X = 0 or some b_i·s_i = 0, where
-    two limb lengths fit one angle; θ_yA alone where det[b_i × X_i] = 0; both together almost nowhere.
+    two limb lengths fit one angle; θ_yA alone where det[b_i × X_i] = 0; both together in almost no pose.
 
-    Section 5.1.2 read 3° beside the inertial sensor: its potentiometers' gain was known to 1.7 %, which is 1.4° in a
-    reading of -83.6°, and a sensitivity of 2 is enough to make 3° of it.
+    In Section 5.1.2 the potentiometers differ by 3° from the inertial sensor. Their gain was known to 1.7 %, which is
+    1.4° in a reading of -83.6°, and a sensitivity of 2 makes 3° of it.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class OrientationChain:
 
     A sensor on the arm reports R_GS, from its own frame S to the ground G; the torso's orientation is R_GT. S' is the
     arm's frame {O_B}, fixed to the sensor by R_SS'. Then R_TS' = R_GTᵀ R_GS R_SS' takes {O_B} to {O_A}: the torso may
-    lean or walk, and the ground's heading falls out.
+    lean or walk, and the heading of the ground frame cancels.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ class OrientationChain:
         torso_mount: Rotation | None = None,
         side: str = "left",
     ) -> OrientationChain:
-        """Find how the arm's sensor is mounted, from readings in a known pose.
+        """Mounting of the arm's sensor, from readings in a known pose.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Where base ring and platform are when harness and cuff give way, and how far these give way under a wrench.
+"""Placement of base ring and platform on an elastic harness and cuff, and displacement of these under a wrench.
 
 Harness and cuff are springs with six degrees of freedom, linear in displacement t and rotation vector v:
 (t, v) = K⁻¹ (F, J_lᵀ M), with the moment M about the displaced point. All operations are analytic, for complex steps.
@@ -14,11 +14,11 @@ from ...core.validation import FloatArray
 from ...design import Interface, Interfaces
 from .analytic_vectors import left_jacobian, turn_matrix
 
-__all__ = ["Placement", "given_way", "placed", "turned"]
+__all__ = ["Placement", "displacement_under", "placed", "turned"]
 
 
 class Placement(NamedTuple):
-    """Where the parts of the device are, N poses, seen from the displaced centre of the arm's joint.
+    """Placement of the parts of the device, N poses, seen from the displaced centre of the arm's joint.
 
     Attributes
     ----------
@@ -43,10 +43,10 @@ def placed(
     base: FloatArray,
     cuff: FloatArray,
     interfaces: Interfaces,
-    harness_give: FloatArray,
-    cuff_give: FloatArray,
+    harness_displacement: FloatArray,
+    cuff_displacement: FloatArray,
 ) -> Placement:
-    """Where the parts are, k poses.
+    """Placement of the parts, k poses.
 
     Parameters
     ----------
@@ -58,19 +58,19 @@ def placed(
         δ and the centre offsets, shape (k, 3), m.
     interfaces : Interfaces
         Harness and cuff.
-    harness_give, cuff_give : ndarray
+    harness_displacement, cuff_displacement : ndarray
         (t, v) of those that are not rigid, shape (k, 6), else (k, 0).
     """
     base_points = np.repeat(points[None], len(arm), axis=0)
     platform = arm
     if interfaces.harness is not None:
-        turn = turn_matrix(harness_give[:, 3:])
+        turn = turn_matrix(harness_displacement[:, 3:])
         base_points = base_points @ np.swapaxes(turn, 1, 2)
-        base = _moved(interfaces.harness, harness_give, turn, base)
+        base = _moved(interfaces.harness, harness_displacement, turn, base)
     if interfaces.cuff is not None:
-        turn = turn_matrix(cuff_give[:, 3:])
+        turn = turn_matrix(cuff_displacement[:, 3:])
         platform = arm @ turn
-        cuff = turned(np.swapaxes(turn, 1, 2), _moved(interfaces.cuff, cuff_give, turn, cuff))
+        cuff = turned(np.swapaxes(turn, 1, 2), _moved(interfaces.cuff, cuff_displacement, turn, cuff))
     return Placement(base_points, platform, base - delta, cuff)
 
 
@@ -79,15 +79,17 @@ def turned(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray((matrices @ vectors[..., None])[..., 0])
 
 
-def given_way(interface: Interface, give: FloatArray, wrench: FloatArray, centre: FloatArray) -> FloatArray:
-    """(t, v), shape (k, 6), under a wrench on the device's part, moment about ``centre``; it acts where ``give`` is."""
+def displacement_under(
+    interface: Interface, displacement: FloatArray, wrench: FloatArray, centre: FloatArray
+) -> FloatArray:
+    """(t, v), shape (k, 6), under a wrench on the displaced part of the device, moment about ``centre``."""
     force = wrench[:, :3]
-    moment = wrench[:, 3:] - np.cross(np.asarray(interface.at) + give[:, :3] - centre, force)
-    generalised = turned(np.swapaxes(left_jacobian(give[:, 3:]), 1, 2), moment)
+    moment = wrench[:, 3:] - np.cross(np.asarray(interface.at) + displacement[:, :3] - centre, force)
+    generalised = turned(np.swapaxes(left_jacobian(displacement[:, 3:]), 1, 2), moment)
     return np.concatenate([force, generalised], axis=1) @ interface.compliance
 
 
-def _moved(interface: Interface, give: FloatArray, turn: FloatArray, point: FloatArray) -> FloatArray:
-    """Where a point of the device's part comes to, shape (k, 3)."""
+def _moved(interface: Interface, displacement: FloatArray, turn: FloatArray, point: FloatArray) -> FloatArray:
+    """Displaced position of a point of the device's part, shape (k, 3)."""
     at = np.asarray(interface.at)
-    return np.asarray(at + give[:, :3] + turned(turn, point - at))
+    return np.asarray(at + displacement[:, :3] + turned(turn, point - at))

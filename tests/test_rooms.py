@@ -27,11 +27,17 @@ def name_of(path):
 FILES = {name_of(path): path for path in sorted(FOLDER.rglob("*.py"))}
 
 
-def imports(name):
+@pytest.fixture(scope="module")
+def trees():
+    """Every file as parsed, once for the tests of this file."""
+    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
+
+
+def imports(name, tree):
     """Modules of the package that a module imports when it is itself imported; those for types only are left out."""
     path = FILES[name]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    found, left = set(), list(ast.parse(path.read_text(encoding="utf-8")).body)
+    found, left = set(), list(tree.body)
     while left:
         node = left.pop()
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
@@ -46,7 +52,9 @@ def imports(name):
     return found - {name}
 
 
-GRAPH = {name: imports(name) for name in FILES}
+@pytest.fixture(scope="module")
+def graph(trees):
+    return {name: imports(name, tree) for name, tree in trees.items()}
 
 
 def room(name):
@@ -57,11 +65,11 @@ def test_every_room_has_its_place():
     assert {room(name) for name in FILES} - {""} == set(ORDER)
 
 
-def test_rooms_import_only_lower_rooms():
+def test_rooms_import_only_lower_rooms(graph):
     place = {name: k for k, name in enumerate(ORDER)}
     wrong = [
         (name, target)
-        for name, targets in GRAPH.items()
+        for name, targets in graph.items()
         for target in targets
         if room(name) and room(target)
         if place[room(target)] > place[room(name)] or room(target) in APART.get(room(name), ())
@@ -69,8 +77,8 @@ def test_rooms_import_only_lower_rooms():
     assert not wrong
 
 
-def test_modules_do_not_import_each_other_in_circles():
-    left = dict(GRAPH)
+def test_modules_do_not_import_each_other_in_circles(graph):
+    left = dict(graph)
     while left:
         free = {name for name, needs in left.items() if not needs & set(left)}
         assert free, f"a circle among {sorted(left)}"
@@ -95,15 +103,15 @@ def test_public_names_are_there_and_described(name):
         assert getattr(module, public) is not None
 
 
-def test_printing_is_left_to_the_command_line():
-    for name, path in FILES.items():
-        calls = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
+def test_printing_is_left_to_the_command_line(trees):
+    for name, tree in trees.items():
+        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         prints = [node for node in calls if isinstance(node.func, ast.Name) and node.func.id in ("print", "input")]
         assert not prints or room(name) == "cli", name
 
 
-def test_matplotlib_is_imported_only_where_something_is_drawn():
-    for path in FILES.values():
-        top = ast.parse(path.read_text(encoding="utf-8")).body
+def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
+    for name, tree in trees.items():
+        top = tree.body
         names = {node.module.split(".")[0] for node in top if isinstance(node, ast.ImportFrom) and not node.level}
-        assert "matplotlib" not in names, path
+        assert "matplotlib" not in names, name

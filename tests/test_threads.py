@@ -95,7 +95,7 @@ def _reaction(rng, exo, k):
 
 
 def test_a_shared_design_answers_as_alone():
-    assert_same_as_alone(reactions(THREADS * 100, seed=1), may_round=True)
+    assert_same_as_alone(reactions(THREADS * 40, seed=1), may_round=True)
 
 
 @pytest.mark.full

@@ -29,9 +29,17 @@ def all_kernels():
 
 
 def changed(value, change):
-    """Apply ``change`` to copies of all arrays of floats and to all floats, in tuples too; the rest is copied."""
+    """Apply ``change`` to copies of all arrays of floats and to all floats, in tuples too; the rest is copied.
+
+    A copy is read-only where the array was and has its order: other types would be compiled anew, and are no types that
+    queries have.
+    """
     if isinstance(value, np.ndarray):
-        return change(value.copy()) if value.dtype == np.float64 else value.copy()
+        copy = value.copy(order="K")
+        if value.dtype == np.float64:
+            copy = change(copy)
+        copy.setflags(write=value.flags.writeable)
+        return copy
     if isinstance(value, float):
         return np.float64(change(np.array(value)))
     if isinstance(value, tuple):

@@ -165,6 +165,7 @@ def test_pandas_is_optional(prototype, monkeypatch):
         StudyTable([{"a": 1.0}]).to_pandas()
 
 
+@pytest.mark.full
 def test_two_processes_give_the_same_table(prototype):
     parameters = {"r_A": [0.12, 0.13, 0.14], "limb_kind": ["UPU", "SPS"]}
     poses = adl_box(50.0)

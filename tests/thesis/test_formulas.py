@@ -23,7 +23,6 @@ def script():
 
 formulas = script()
 ITEMS = {item.label: item for item in formulas.items()}
-CARRIERS = formulas.carriers()
 
 #: How many equations and figures each chapter of the thesis numbers, from 1 without a gap.
 EQUATIONS = {"2": 1, "3": 31, "4": 37, "5": 4, "A": 6, "C": 2, "D": 36}
@@ -34,37 +33,48 @@ TABLES = [
 ]
 
 
-def test_page_is_not_stale():
-    assert formulas.PAGE.read_text(encoding="utf-8") == formulas.page(), "run: python docs/formulas.py"
+@pytest.fixture(scope="module")
+def carriers():
+    """The functions that carry each label."""
+    return formulas.carriers()
 
 
-def test_nothing_that_the_thesis_numbers_is_missing():
+@pytest.fixture(scope="module")
+def page():
+    return formulas.page()
+
+
+def test_page_is_not_stale(page):
+    assert formulas.PAGE.read_text(encoding="utf-8") == page, "run: python docs/formulas.py"
+
+
+def test_nothing_that_the_thesis_numbers_is_missing(page):
     expected = {f"({part}-{k})" for part, last in EQUATIONS.items() for k in range(1, last + 1)}
     expected |= {f"Figure {part}-{k}" for part, last in FIGURES.items() for k in range(1, last + 1)}
     expected |= {f"Table {name}" for name in TABLES}
     assert set(ITEMS) == expected
-    lines = Counter(re.findall(r"^\| (\([^|]*?\)|Table [^|]*?|Figure [^|]*?) \|", formulas.page(), re.MULTILINE))
+    lines = Counter(re.findall(r"^\| (\([^|]*?\)|Table [^|]*?|Figure [^|]*?) \|", page, re.MULTILINE))
     assert lines == Counter(expected)
 
 
 @pytest.mark.parametrize("label", ITEMS)
-def test_every_label_has_code_or_data_or_a_reason_why_not(label):
+def test_every_label_has_code_or_data_or_a_reason_why_not(label, carriers):
     item = ITEMS[label]
     assert item.about
-    assert bool(item.not_computed) != bool(CARRIERS.get(label) or item.data)
+    assert bool(item.not_computed) != bool(carriers.get(label) or item.data)
     for path in item.data:
         assert (REPOSITORY / path).is_file()
 
 
-def test_docstrings_carry_no_label_that_the_thesis_lacks():
-    assert set(CARRIERS) <= set(ITEMS)
+def test_docstrings_carry_no_label_that_the_thesis_lacks(carriers):
+    assert set(carriers) <= set(ITEMS)
 
 
 def test_the_ledger_speaks_of_known_labels():
     assert set(formulas.verdicts(ledger())) <= set(ITEMS)
 
 
-def test_default_path_of_reaction_carries_the_labels_of_appendix_d():
+def test_default_path_of_reaction_carries_the_labels_of_appendix_d(carriers):
     """The functions that one default question passes through, compiled ones aside, carry its steps up to (D-30)."""
     exo = ep.load("prototype")
     pose = ep.shoulder_rotation(20, 30, 0, degrees=True)
@@ -82,7 +92,7 @@ def test_default_path_of_reaction_carries_the_labels_of_appendix_d():
         sys.setprofile(None)
     passed = {
         label
-        for label, code in CARRIERS.items()
+        for label, code in carriers.items()
         if any((package / carrier.path, carrier.name) in called for carrier in code)
     }
     steps = (1, 2, 4, 11, 12, 14, 15, 17, 18, 19, 20, 21, 22, 26, 27, 28, 29, 30)

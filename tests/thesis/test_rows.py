@@ -1,21 +1,26 @@
 """The ledger: verdicts drawn from numbers."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from exo_pin.thesis import compare, ledger, ledger_table
 
-ROWS = {(row.source, row.quantity): row for row in ledger()}
+
+@cache
+def rows():
+    """The ledger, computed once."""
+    return ledger()
 
 
 def find(source, quantity):
-    return next(row for key, row in ROWS.items() if key[0].startswith(source) and key[1].startswith(quantity))
+    return next(row for row in rows() if row.source.startswith(source) and row.quantity.startswith(quantity))
 
 
 def test_rows_are_unique_and_hold_both_numbers():
-    rows = ledger()
-    assert len(ROWS) == len(rows)
-    for row in rows:
+    assert len({(row.source, row.quantity) for row in rows()}) == len(rows())
+    for row in rows():
         assert row.printed.shape == row.computed.shape
         assert np.isfinite(row.computed).all() or row.verdict in ("not reproducible", "input not printed")
         assert bool(row.reading) == (row.verdict == "reproduced under another reading")
@@ -73,6 +78,6 @@ def test_verdict_follows_the_numbers():
 
 
 def test_table_has_a_row_each():
-    lines = ledger_table(ledger()).splitlines()
-    assert len(lines) == len(ROWS) + 2
+    lines = ledger_table(rows()).splitlines()
+    assert len(lines) == len(rows()) + 2
     assert len({line.replace("\\|", "").count("|") for line in lines}) == 1

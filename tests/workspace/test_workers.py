@@ -22,7 +22,7 @@ pytest.importorskip("cmaes")
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))
-BUDGET, RUN, GENERATION = 720, 240, 24
+BUDGET, RUN, GENERATION = 360, 120, 24
 SEARCH = {
     "poses": lifting_poses(counts=(3, 3, 2)), "constraints": LIMITS, "seed": 1, "budget": BUDGET, "run_length": RUN,
     "finer_step": 20.0,

@@ -25,8 +25,10 @@ def recordings(noise, seed, samples=151, seconds=1.2):
     return made
 
 
-def test_noisy_responses_give_the_coefficients_back():
-    found = identify_dynamic(recordings(2e-4, seed=1), dynamic_model("tang-3-31").static, start=TRUTH * 1.15)
+@LONG_AND_SHORT
+def test_noisy_responses_give_the_coefficients_back(seconds):
+    measured = recordings(2e-4, seed=1, seconds=seconds)
+    found = identify_dynamic(measured, dynamic_model("tang-3-31").static, start=TRUTH * 1.15)
     low, high = found.intervals(0.99).T
     assert ((low <= TRUTH) & (high >= TRUTH)).all()
     assert found.samples == 453
@@ -49,7 +51,8 @@ def test_clean_responses_give_them_exactly(seconds):
     assert found.sigma < 1e-7
 
 
-@LONG_AND_SHORT
+@pytest.mark.full
+@pytest.mark.parametrize("seconds", [0.5, 1.2])
 def test_a_search_without_a_first_guess_finds_the_valley(seconds):
     measured = recordings(1e-4, seed=3, samples=41, seconds=seconds)[:2]
     found = identify_dynamic(measured, dynamic_model("tang-3-31").static)

@@ -53,15 +53,16 @@ def shoulder():
     return ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(100), 6, ["SPS"] * 6))
 
 
-def test_constraint_keeps_the_head_in_the_socket():
+@pytest.mark.parametrize("count", [30, pytest.param(80, marks=pytest.mark.full)])
+def test_constraint_keeps_the_head_in_the_socket(count):
     exo = shoulder()
-    poses = regular_poses(exo.mechanism, np.random.default_rng(101), 80)
+    poses = regular_poses(exo.mechanism, np.random.default_rng(101), count)
     limits = {"actuator_bounds": (0, 500), "split": "minimal"}
     free = exo.reaction(poses, **limits)
     cone = GlenoidCone(muscle_compression=20.0)
     kept = exo.reaction(poses, cone=cone, **limits)
     held = kept.has_answer
-    assert 5 < held.sum() <= free.has_answer.sum()
+    assert count // 16 < held.sum() <= free.has_answer.sum()
     assert (cone.utilisation(free.shoulder_force[held]) > 1.01).any()
     assert cone.utilisation(kept.shoulder_force[held]).max() <= 1 + 1e-7
     assert (kept.magnitude[held] >= free.magnitude[held] - 1e-9).all()

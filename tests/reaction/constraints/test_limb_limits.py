@@ -17,10 +17,11 @@ DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 
 
-def test_relief_is_what_one_limit_must_give():
+@pytest.mark.parametrize("count", [12, pytest.param(30, marks=pytest.mark.full)])
+def test_relief_is_what_one_limit_must_give(count):
     rng = np.random.default_rng(54)
     finite = {"range": 0, "hard_cone": 0}
-    while min(finite.values()) < 30:
+    while min(finite.values()) < count:
         kind = min(finite, key=finite.get)
         pose = random_pose(rng, kind, faces=8, reachable=False)
         missing = shortfall(pose)
@@ -58,13 +59,20 @@ def with_muscle(exo, pose, point, pull):
     return exo.replace(geometry=ep.WristGeometry(base, platform), limbs=limbs)
 
 
-@pytest.mark.parametrize("cone", [None, GlenoidCone(muscle_compression=60.0), GlenoidCone()])
-def test_one_more_muscle_where_it_is_said_holds_the_pose(cone):
+@pytest.mark.parametrize(
+    ("cone", "count"),
+    [
+        (None, 40), (GlenoidCone(muscle_compression=60.0), 40), (GlenoidCone(), 12),
+        pytest.param(GlenoidCone(), 40, marks=pytest.mark.full),
+    ],
+)  # fmt: skip
+def test_one_more_muscle_where_it_is_said_holds_the_pose(cone, count):
+    """The cone without muscles, in which no force is held, takes longest."""
     exo = ep.load("prototype").worn_by(PERSON)
-    poses = regular_poses(exo.mechanism, np.random.default_rng(55), 40, margin=0.05)
+    poses = regular_poses(exo.mechanism, np.random.default_rng(55), count, margin=0.05)
     answer = exo.reaction(poses, actuator_bounds="pull", cone=cone)
     evidence = answer.infeasibility
-    assert evidence.infeasible.sum() > 30
+    assert evidence.infeasible.sum() > 0.75 * count
     tried = 0
     for k in np.flatnonzero(evidence.one_more_muscle):
         point, pull = evidence.extra_muscle_point[k], evidence.extra_muscle_force[k]
@@ -78,7 +86,7 @@ def test_one_more_muscle_where_it_is_said_holds_the_pose(cone):
         assert again.equilibrium_status in ("ok", "near_singular")
         lacking = wrist.holding(grown.mechanism, poses[int(k)], lower=-1e-6)
         assert lacking.holdable
-    assert tried > 20
+    assert tried > count // 2
 
 
 def test_three_limbs_pull_only_agree_with_the_closed_form():

@@ -1,4 +1,7 @@
-"""What a browser draws: points of the device, the arm and the wearer have the colours they should have."""
+"""What a browser draws: points of the device, the arm and the wearer have the colours they should have.
+
+Of the full set: a browser that draws without a graphics card takes long.
+"""
 
 import base64
 
@@ -10,6 +13,8 @@ from scipy.spatial.transform import Rotation, Slerp
 import exo_pin as ep
 from exo_pin.core.errors import MissingExtra
 from exo_pin.person.limb.skeleton import bone_meshes
+
+pytestmark = pytest.mark.full
 
 
 @pytest.mark.parametrize("name", POSES)

@@ -69,9 +69,12 @@ def compare(exo, poses, rng, split, load=None, every=False):
 
 
 def walk(worn, count, seed, split, every=False):
+    """Compare ``count`` poses of every design: in one row of the range each, or in every row if ``every`` is set."""
     rng, compared, alone = np.random.default_rng(seed), 0, 0
     for n, exo in enumerate(designs(worn)):
         for m, (K, EI, GJ) in enumerate(RANGE):
+            if not every and m != n % len(RANGE):
+                continue
             stiff = guided(exo, SOFT_JOINTS if (n + m) % 4 == 3 else ep.LimbGuide(EI, GJ), K)
             poses = regular_poses(stiff.mechanism, rng, count, margin=0.05)
             load = ep.Load(rng.normal(size=(count, 3)) * 10.0, rng.normal(size=(count, 3)))
@@ -82,8 +85,8 @@ def walk(worn, count, seed, split, every=False):
 
 def test_equals_maximal_coordinates(worn):
     held, locked = walk(worn, 1, 30, "elastic"), walk(worn, 1, 31, "elastic_locked")
-    assert held[0] + locked[0] >= 18
-    assert held[1] + locked[1] <= 2
+    assert held[0] + locked[0] >= 6
+    assert held[1] + locked[1] <= 1
 
 
 @pytest.mark.full
@@ -111,7 +114,7 @@ def test_another_branch_beyond_two_folds_is_no_answer(worn):
     assert answer.status == "no_equilibrium"
     assert 0.36 < answer.load_share < 0.38
     device = Device(exo, pose, base, cuff, load.force, load.moment, locked=True)
-    assert device.solve(steps=100) is None
+    assert device.solve(steps=50) is None
 
 
 def test_most_poses_have_an_answer(worn):

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from ..chain import ClosedChain
-from ..core.errors import LoopNotClosed
+from ..core.errors import LoopNotClosed, MasslessMotion, NearSingularConfiguration, SingularConfiguration
 from ..core.validation import FloatArray
 from .report import CLOSED, POSES, Finding, Report, closure_jacobian
 
@@ -68,8 +68,8 @@ def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     return Finding("joint limits", "pass", "the loops close within them")
 
 
-def _chain_inertia(chain: ClosedChain, _: list[FloatArray]) -> Finding:
-    """Masses and inertias that bodies can have."""
+def _chain_inertia(chain: ClosedChain, found: list[FloatArray]) -> Finding:
+    """Masses and inertias that bodies can have, and motions that move none of them."""
     model = chain.model
     light = [model.names[joint] for joint in range(1, model.njoints) if model.inertias[joint].mass <= 0.0]
     for joint in range(1, model.njoints):
@@ -77,9 +77,16 @@ def _chain_inertia(chain: ClosedChain, _: list[FloatArray]) -> Finding:
         slack = 1e-9 * max(float(principal[2]), 0.0)
         if model.inertias[joint].mass < 0.0 or principal[0] < -slack or principal[2] > principal[:2].sum() + slack:
             return Finding("inertia", "fail", f"no body has the mass or inertia of the link after {model.names[joint]}")
-    if light:
-        return Finding("inertia", "note", f"no mass after {', '.join(light)}: forces do not determine the motion there")
-    return Finding("inertia", "pass", f"{sum(item.mass for item in model.inertias):.4g} kg in all")
+    text = f"{sum(item.mass for item in model.inertias):.4g} kg in all"
+    if not light:
+        return Finding("inertia", "pass", text)
+    try:
+        chain.without_friction().forward_dynamics(found[0], method="projected")
+    except MasslessMotion as error:
+        return Finding("inertia", "note", f"{text}; {error}")
+    except (NearSingularConfiguration, SingularConfiguration):
+        return Finding("inertia", "note", f"{text}, none after {', '.join(light)}; the first configuration is singular")
+    return Finding("inertia", "pass", f"{text}, none after {', '.join(light)}; every motion has inertia")
 
 
 #: The checks of a robot that is no wrist, after that of its loops.

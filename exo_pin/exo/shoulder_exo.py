@@ -247,17 +247,21 @@ class ShoulderExo(
         return compare(self, other, orientations, **options)
 
 
+#: Readers of robots by the endings of their files.
+_ROBOTS = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
+
+
 def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     """Load a design.
 
     Parameters
     ----------
     source : str or path-like
-        Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a ``.urdf`` file with its
-        closures file beside it; see :meth:`ShoulderExo.from_chain`.
+        Name of a preset (:func:`exo_pin.presets`), path of a ``.toml`` file, or of a robot: a ``.urdf`` file with its
+        closures file beside it, an MJCF ``.xml`` or an ``.sdf``; see :meth:`ShoulderExo.from_chain`.
     side : {"left", "right"}, optional
         The side of the body to wear it on; the other side is the mirror image. As written in the file if left out
-        (all presets are left). A URDF is not mirrored: there it says which side the robot is for, left if left out.
+        (all presets are left). A robot is not mirrored: there it says which side the robot is for, left if left out.
 
     Returns
     -------
@@ -277,8 +281,10 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
         mechanism = preset(text)
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
-    elif text.endswith(".urdf"):
-        return ShoulderExo.from_chain(ClosedChain.from_urdf(text), "left" if side is None else side, text)
+    elif text.endswith(tuple(_ROBOTS)):
+        ending = text[text.rindex(".") :]
+        looks = text if ending == ".urdf" else None
+        return ShoulderExo.from_chain(_ROBOTS[ending](text), "left" if side is None else side, looks)
     else:
-        raise UnknownName("preset, .toml or .urdf file", text, presets())
+        raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

@@ -1,9 +1,11 @@
 """``exo-pin mobility`` and ``exo-pin check`` on robots of any kind."""
 
 import pytest
+from closed_chains import CHAINS
 from mechanisms import four_bar, planar_3rrr
 from spatial_mechanisms import delta, stewart
 
+from exo_pin.chain import ClosedChain
 from exo_pin.cli import main
 
 
@@ -79,3 +81,40 @@ def test_a_closed_form_of_a_robot_that_is_no_wrist_is_one_line(capsys, robot):
     status, _, err = run(capsys, "reaction", robot(stewart()))
     assert status == 2
     assert "no wrist's closed form" in err
+
+
+UNIVERSAL = """<mujoco model="swinging"><worldbody><body name="rod" pos="0 0 1">
+<joint name="swing_x" axis="1 0 0"/><joint name="swing_y" axis="0 1 0"/>
+<geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.5"/><site name="end" pos="0 0 -0.5"/></body>
+<body name="post" pos="0 0 -0.2"><freejoint/><geom type="sphere" size="0.1"/><site name="top" pos="0 0 0.7"/></body>
+</worldbody><equality><connect name="pin" site1="end" site2="top"/></equality></mujoco>"""
+
+
+@pytest.mark.parametrize("ending", ["xml", "sdf"])
+def test_robots_are_read_from_mjcf_and_sdf(ending, capsys, tmp_path):
+    chain, q = CHAINS["four_bar"]
+    path = {"xml": chain.to_mjcf, "sdf": chain.to_sdf}[ending](tmp_path, q)
+    assert path.suffix == f".{ending}"
+    _, out, _ = run(capsys, "mobility", path)
+    assert "degrees of freedom   1" in out
+    _, out, _ = run(capsys, "check", path)
+    assert "consistent" in out
+    _, out, _ = run(capsys, "forces", path)
+    assert f"{chain.closures[0].name} on " in out
+
+
+def test_massless_bodies_between_two_hinges_leave_no_motion_without_inertia(capsys, tmp_path):
+    (tmp_path / "swinging.xml").write_text(UNIVERSAL)
+    assert 0.0 in [inertia.mass for inertia in list(ClosedChain.from_mjcf(UNIVERSAL).model.inertias)[1:]]
+    _, out, _ = run(capsys, "check", tmp_path / "swinging.xml")
+    assert "every motion has inertia" in out
+
+
+def test_a_massless_link_at_the_end_moves_no_mass(capsys, tmp_path):
+    (tmp_path / "end.urdf").write_text(
+        """<robot name="end"><link name="base"/><link name="tip"/><joint name="wrist" type="continuous">
+        <parent link="base"/><child link="tip"/><axis xyz="0 0 1"/></joint></robot>"""
+    )
+    (tmp_path / "end.closures.toml").write_text('schema = 1\nname = "end"\n')
+    _, out, _ = run(capsys, "check", tmp_path / "end.urdf")
+    assert "moving wrist moves no mass" in out

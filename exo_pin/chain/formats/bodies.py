@@ -106,7 +106,7 @@ def refuse_massless(bodies: list[TreeBody], what: str) -> None:
     if light:
         raise InvalidInput(
             f"{what} needs mass and inertia for every body; {', '.join(light)} {'has' if len(light) == 1 else 'have'} "
-            "none: give them some in the URDF, or join them to their neighbours"
+            "none: give them some, or join them to their neighbours"
         )
 
 

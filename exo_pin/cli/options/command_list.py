@@ -25,7 +25,7 @@ COMMANDS = {
     "presets": ("design.design_commands", "designs that come with the package"),
     "check": (
         "design.design_commands",
-        "kinematic consistency of a design, or of any robot given as a .urdf with its closures",
+        "kinematic consistency of a design, or of any robot with loops, from a .urdf, .xml or .sdf",
     ),
     "export": ("design.export_command", "write a design as URDF with its closures file, as MJCF or as SDF"),
     "calibrate": ("design.calibrate_command", "joint centres and offsets from measured poses and limb lengths"),

@@ -23,7 +23,7 @@ def add_configuration(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="JOINT=VALUE",
-        help="of a robot from a .urdf: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
+        help="of a robot from a file: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
     )
 
 

@@ -62,7 +62,8 @@ def add_design(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         default="prototype",
         metavar="PRESET|FILE",
-        help="name of a design from 'exo-pin presets', or a .toml or .urdf file (default: prototype)",
+        help="name of a design from 'exo-pin presets', a .toml file, or a robot as .urdf, .xml (MJCF) or .sdf "
+        "(default: prototype)",
     )
     parser.add_argument("--side", choices=("left", "right"), help="side of the body (default: as in the design)")
 

@@ -1,6 +1,8 @@
 """Data of joints in a closures file: read, refused, and back bit for bit."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -162,3 +164,27 @@ def test_a_wrist_with_data_that_its_record_cannot_hold_answers_no_question_of_fo
     assert wrist_of(exo.chain).unheld == (f"{what} of {joint}",)
     with pytest.raises(NotAWrist, match=f"cannot hold the {what} of {joint}"):
         exo.reaction(pose)
+
+
+SLIDER_CRANK = """<robot name="robot"><link name="base"/>
+<link name="crank"/><link name="rod"/><link name="slider"/>
+<joint name="crank_hinge" type="continuous"><parent link="base"/><child link="crank"/><axis xyz="0 1 0"/></joint>
+<joint name="rod_hinge" type="continuous"><parent link="crank"/><child link="rod"/><origin xyz="0 0 0.1"/>
+<axis xyz="0 1 0"/></joint>
+<joint name="slide" type="prismatic"><parent link="base"/><child link="slider"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+
+def test_the_closures_file_of_the_documentation_closes_a_slider_crank(tmp_path):
+    page = (Path(__file__).parents[3] / "docs" / "formats.md").read_text()
+    text = next(block for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "schema" in block)
+    (tmp_path / "robot.urdf").write_text(SLIDER_CRANK)
+    with pytest.raises(FileFormatError, match=r"expected robot\.closures\.toml beside it"):
+        ClosedChain.from_urdf(tmp_path / "robot.urdf")
+    (tmp_path / "robot.closures.toml").write_text(text)
+    chain = ClosedChain.from_urdf(tmp_path / "robot.urdf")
+    assert chain.roles.actuated == ("crank_hinge",)
+    q = chain.close(chain.neutral())
+    assert chain.mobility(q).degrees_of_freedom == 1
+    start = 0.1 * chain.placement(q, "crank").rotation[:, 2]
+    np.testing.assert_allclose(np.linalg.norm(chain.placement(q, "slider").translation - start), 0.3, atol=1e-12)

@@ -28,8 +28,8 @@ from ....core.validation import FloatArray
 from ...kinematics.loops import residual
 from ...structure.chain_state import ChainState
 from ...structure.closures import COEFFICIENTS, Closure
-from ..bodies import TreeBody, refuse_massless, tree_bodies, world_link
-from .mjcf_joints import as_numbers, write_joints
+from ..bodies import refuse_massless, tree_bodies, world_link
+from .mjcf_joints import JoinedBody, as_numbers, joined_bodies, write_joints
 
 __all__ = ["mjcf_text"]
 
@@ -43,7 +43,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     Parameters
     ----------
     chain : ChainState
-        The chain; every body needs mass and inertia.
+        The chain; every body needs mass and inertia, but for those between the hinges and slides of one body.
     q : ndarray
         Shape (nq,), closed.
 
@@ -53,20 +53,27 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
         If a body has no mass, a joint is of a kind that MuJoCo does not have, or has data that MJCF cannot hold.
     """
     bodies = tree_bodies(chain)
-    refuse_massless(bodies, "MuJoCo")
+    held = {
+        int(joint)
+        for c, closure in enumerate(chain.closures)
+        if closure.polynomial is None
+        for joint in chain.topology.joints[c]
+    }
+    joined = joined_bodies(bodies, held)
+    refuse_massless([each.body for each in joined], "MuJoCo")
     model = chain.model
     root = ET.Element("mujoco", model=chain.description.name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
     ET.SubElement(root, "option", gravity=as_numbers(model.gravity.linear))
     world = ET.SubElement(root, "worldbody")
-    first = [body for body in bodies if body.parent == 0]
+    first = [each.body for each in joined if each.parent == 0]
     if len(first) > 1 and all(body.kind != "free" for body in first):
         # One fixed body on the world, for readers that take no more than one; a free body has to be on the world.
         world = ET.SubElement(world, "body", name=world_link(chain))
     elements, qpos = {0: world}, list[float]()
-    by_parent: dict[int, list[TreeBody]] = {}
-    for body in bodies:
-        by_parent.setdefault(body.parent, []).append(body)
+    by_parent: dict[int, list[JoinedBody]] = {}
+    for each in joined:
+        by_parent.setdefault(each.parent, []).append(each)
     helpers = _helpers(chain, q)
     _write_children(0, by_parent, elements, chain, q, qpos, helpers)
     equalities, tendons = ET.Element("equality"), ET.Element("tendon")
@@ -83,7 +90,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
     key = ET.SubElement(root, "keyframe")
     ET.SubElement(key, "key", name="closed", qpos=as_numbers(qpos))
     ET.indent(root)
-    note = f"<!-- {len(bodies)} bodies, {len(chain.closures)} closures. Written by exo_pin. -->"
+    note = f"<!-- {len(joined)} bodies, {len(chain.closures)} closures. Written by exo_pin. -->"
     if any("velocity limits" in body.data.present for body in bodies):
         note += "\n<!-- MJCF has no limits of velocity; those of the joints are left out. -->"
     return f"{note}\n{ET.tostring(root, encoding='unicode')}\n"
@@ -91,7 +98,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
 
 def _write_children(
     parent: int,
-    by_parent: dict[int, list[TreeBody]],
+    by_parent: dict[int, list[JoinedBody]],
     elements: dict[int, ET.Element],
     chain: ChainState,
     q: FloatArray,
@@ -101,9 +108,12 @@ def _write_children(
     """Bodies depth first, as MuJoCo orders its coordinates."""
     for helper in helpers.get(parent, []):
         helper.write(elements[parent], qpos)
-    for body in by_parent.get(parent, []):
-        element = ET.SubElement(elements[parent], "body", {"name": body.name, **_pose(body.placement)})
+    for each in by_parent.get(parent, []):
+        body = each.body
+        element = ET.SubElement(elements[parent], "body", {"name": body.name, **_pose(each.placement)})
         elements[body.index] = element
+        for joint, place in each.before:
+            qpos += write_joints(element, joint, q[chain.configuration_slice(joint.joint)], place)
         qpos += write_joints(element, body, q[chain.configuration_slice(body.joint)])
         _inertial(element, body.inertia)
         _write_children(body.index, by_parent, elements, chain, q, qpos, helpers)

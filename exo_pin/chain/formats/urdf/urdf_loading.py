@@ -44,6 +44,12 @@ def load_model(
         if path is None:
             raise InvalidInput("expected closures, because the URDF is no file that they could stand beside")
         closures = path.with_suffix(".closures.toml")
+        if not closures.exists():
+            raise FileFormatError(
+                f"expected {closures.name} beside it, which states what closes the loops (docs/formats.md); without "
+                f"loops, or with mimic joints alone, its lines 'schema = 1' and 'name = \"{path.stem}\"' are enough",
+                path,
+            )
     if not isinstance(closures, Closures):
         closures = read_closures(closures)
     root = closures.root

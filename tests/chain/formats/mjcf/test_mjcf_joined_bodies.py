@@ -1,0 +1,71 @@
+"""Hinges and slides with massless bodies between them are written as joints of one body of MJCF."""
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from exo_pin.chain import ClosedChain, Closure, Closures, Placement
+from exo_pin.core.errors import InvalidInput
+
+MASS = """<inertial><origin xyz="0.1 -0.2 0.3"/><mass value="1.3"/>
+<inertia ixx="0.2" iyy="0.3" izz="0.4" ixy="0.01" ixz="-0.02" iyz="0.03"/></inertial>"""
+
+
+def urdf(masses=(False, False, True, True)):
+    """A hinge, a slide and a hinge with offsets between them, then another hinge."""
+    text = "<robot name='joined'><link name='base'/>"
+    joints = (("revolute", "1 0 0"), ("prismatic", "0 0.6 0.8"), ("revolute", "0 1 0"), ("revolute", "0 0 1"))
+    for k, (kind, axis) in enumerate(joints):
+        parent = f"link{k - 1}" if k else "base"
+        text += f"<link name='link{k}'>{MASS if masses[k] else ''}</link>"
+        text += f"""<joint name='j{k}' type='{kind}'><parent link='{parent}'/><child link='link{k}'/>
+        <origin xyz='0.1 {0.2 * k} -0.3' rpy='0.3 -0.5 {0.4 * k}'/><axis xyz='{axis}'/>
+        <limit lower='-2' upper='{k + 1}' effort='{10 * (k + 1)}' velocity='9'/><dynamics damping='0.{k}' friction='0'/>
+        </joint>"""
+    return text + "</robot>"
+
+
+def test_joints_without_mass_between_them_move_as_in_mujoco(tmp_path):
+    chain = ClosedChain.from_urdf(urdf(), Closures("joined"))
+    model = mujoco.MjModel.from_xml_path(str(chain.to_mjcf(tmp_path)))
+    assert model.nbody == 3
+    assert [model.joint(k).name for k in range(4)] == ["j0", "j1", "j2", "j3"]
+    np.testing.assert_allclose(model.jnt_range[:, 1], [1, 2, 3, 4])
+    np.testing.assert_allclose(model.dof_damping, [0, 0.1, 0.2, 0.3])
+    data, rng = mujoco.MjData(model), np.random.default_rng(3)
+    for _ in range(4):
+        q, v = rng.normal(size=(2, 4))
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(model, data)
+        for name in ("link2", "link3"):
+            place = chain.placement(q, name)
+            np.testing.assert_allclose(data.body(name).xpos, place.translation, atol=1e-12)
+            np.testing.assert_allclose(data.body(name).xmat.reshape(3, 3), place.rotation, atol=1e-12)
+        M = np.zeros((4, 4))
+        mujoco.mj_fullM(model, data, M)
+        upper = np.triu(pin.crba(chain.model, chain.model.createData(), q))
+        np.testing.assert_allclose(M, upper + np.triu(upper, 1).T, atol=1e-12)
+        bias = pin.nonLinearEffects(chain.model, chain.model.createData(), q, v)
+        np.testing.assert_allclose(data.qfrc_bias, bias, atol=1e-11)
+
+
+def test_joined_bodies_are_read_again(tmp_path):
+    chain = ClosedChain.from_urdf(urdf(), Closures("joined"))
+    again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path))
+    q, v = np.random.default_rng(4).normal(size=(2, 4))
+    assert list(again.model.names) == list(chain.model.names)
+    np.testing.assert_allclose(again.forward_dynamics(q, v).a, chain.forward_dynamics(q, v).a, rtol=1e-11)
+
+
+def test_a_massless_body_that_a_closure_holds_cannot_be_written(tmp_path):
+    tree = ClosedChain.from_urdf(urdf(), Closures("joined"))
+    place = Placement(tree.placement(tree.neutral(), "link1").translation)
+    on_it = Closures("joined", closures=(Closure("pin", "spherical", "link1", "universe", placement_b=place),))
+    with pytest.raises(InvalidInput, match="link1 has none"):
+        ClosedChain.from_urdf(urdf(), on_it).to_mjcf(tmp_path)
+
+
+def test_a_massless_body_at_the_end_cannot_be_written(tmp_path):
+    with pytest.raises(InvalidInput, match="link3 has none"):
+        ClosedChain.from_urdf(urdf((True, False, True, False)), Closures("joined")).to_mjcf(tmp_path)

@@ -22,6 +22,7 @@ from ..reaction.along_files import write_movement_reaction
 from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
 from ..view.plots.force_plots import overview, use_file_backend
+from .options.centre_options import caution_offset, offset_mm
 from .options.command_list import help_of
 from .options.query_options import (
     add_approach,
@@ -36,7 +37,7 @@ from .options.query_options import (
     pose_angles,
     print_approach,
 )
-from .options.split_options import add_splits, answers_of, caution_offset, certificates, chosen_split, fitted, offset_mm
+from .options.split_options import add_splits, answers_of, certificates, chosen_split, fitted
 from .reaction_report import pose_report, with_muscles
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, ReadOnly, as_choice
+from ..load_case import CentreOffset
 from ..study import StudyTable
 from .connection import largest_region, nearest_to_rest
 from .criteria import UNITS, Criteria
@@ -49,6 +50,8 @@ class Workspace(ReadOnly):
         F_s that goes with them, the force of the shoulder on the arm in the base frame, shape (..., 3), N.
     gaps : ndarray
         Least distance of the limbs to the arm, to the torso and to one another, shape (..., 3), m.
+    centre_offset : CentreOffset or None
+        Of the device's centre from the shoulder's, one a pose; None where the two are one.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Workspace(ReadOnly):
     tensions: FloatArray
     shoulder_force: FloatArray
     gaps: FloatArray
+    centre_offset: CentreOffset | None = None
 
     def __post_init__(self) -> None:
         for values in self.margins.values():

@@ -14,13 +14,12 @@ from ...design import LimbGuide, Shoulder
 from ...exo.shoulder_exo import ShoulderExo
 from ...reaction import ConstraintBounds, Reaction, Split
 from ...reaction.splits.registry import SPLITS
-from .query_options import caution, limits
+from .centre_options import add_offset
+from .query_options import limits
 
-__all__ = ["add_splits", "answers_of", "caution_offset", "certificates", "fitted", "offset_mm"]
+__all__ = ["add_splits", "answers_of", "certificates", "fitted"]
 
 _WIDTH = 100
-#: An offset, mm, below which it is likely that metres were given.
-_SMALL = 0.2
 
 
 def add_splits(parser: argparse.ArgumentParser) -> None:
@@ -38,13 +37,7 @@ def add_splits(parser: argparse.ArgumentParser) -> None:
         metavar="SPLIT,...",
         help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
     )
-    parser.add_argument(
-        "--offset",
-        nargs=3,
-        type=float,
-        metavar=("X_MM", "Y_MM", "Z_MM"),
-        help="where the device's centre lies, seen from the shoulder's: forward, left and up, mm (default 0 0 0)",
-    )
+    add_offset(parser)
     parser.add_argument(
         "--shoulder-stiffness",
         type=float,
@@ -74,17 +67,6 @@ def fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
         guide = LimbGuide(*options.guide)
         exo = exo.replace(limbs=tuple(replace(limb, guide=guide) for limb in exo.limbs))
     return exo
-
-
-def offset_mm(options: argparse.Namespace) -> tuple[float, ...]:
-    """The offset as given."""
-    return tuple(options.offset)
-
-
-def caution_offset(options: argparse.Namespace) -> None:
-    """Say when an offset is too small to be meant in millimetres."""
-    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
-        caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
 
 
 def answers_of(

@@ -13,6 +13,7 @@ from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
 from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
+from ..options.centre_options import add_moving_centre, add_offset, centre_offset
 from ..options.command_list import help_of
 from ..options.query_options import add_design, add_person, design
 
@@ -24,6 +25,8 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("workspace", help=help_of("workspace"))
     add_design(parser)
     add_person(parser)
+    add_offset(parser)
+    add_moving_centre(parser)
     add_criteria(parser)
     parser.add_argument(
         "--step", type=float, default=4.0, metavar="DEG", help="step of the grid of poses, degrees (default 4)"
@@ -117,7 +120,8 @@ def criteria(options: argparse.Namespace, side: str) -> Criteria:
 
 def _workspace(options: argparse.Namespace) -> int:
     exo = design(options)
-    found = exo.workspace(options.step, criteria(options, exo.side))
+    offset = centre_offset(options, exo.side)
+    found = exo.workspace(options.step, criteria(options, exo.side), centre_offset=offset)
     print(json.dumps(_as_json(found), indent=2) if options.json else found)
     if options.one_by_one and not options.json:
         print(f"\n{found.one_by_one()}")

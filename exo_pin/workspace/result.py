@@ -220,6 +220,12 @@ class Workspace(ReadOnly):
             f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside "
             f"({100 * self.index_by_measure:.1f} % by the rotation group's measure)."
         ]
+        if self.centre_offset is not None:
+            furthest = [1e3 * np.linalg.norm(side, axis=-1).max() for side in vars(self.centre_offset).values()]
+            lines.append(
+                "The device's centre is off the shoulder's, in these poses by at most "
+                f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
+            )
         if self.unknown.any():
             lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
         if self.inside.any() and np.isfinite(self.magnitude[self.inside]).any():

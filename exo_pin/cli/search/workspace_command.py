@@ -122,7 +122,7 @@ def _workspace(options: argparse.Namespace) -> int:
     exo = design(options)
     offset = centre_offset(options, exo.side)
     found = exo.workspace(options.step, criteria(options, exo.side), centre_offset=offset)
-    print(json.dumps(_as_json(found), indent=2) if options.json else found)
+    print(json.dumps(_as_json(found, options), indent=2) if options.json else found)
     if options.one_by_one and not options.json:
         print(f"\n{found.one_by_one()}")
     if options.limb_table and not options.json:
@@ -131,9 +131,11 @@ def _workspace(options: argparse.Namespace) -> int:
     return 0
 
 
-def _as_json(found: Workspace) -> dict[str, Any]:
+def _as_json(found: Workspace, options: argparse.Namespace) -> dict[str, Any]:
     return {
         "design": found.name,
+        "centre_offset_mm": list(options.offset or (0.0, 0.0, 0.0)),
+        "moving_centre": options.moving_centre,
         "poses": found.inside.size,
         "index": found.index,
         "index_by_measure": found.index_by_measure,

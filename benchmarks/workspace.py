@@ -18,6 +18,8 @@ from exo_pin.core import compiled
 from exo_pin.workspace import BodyShape, Criteria, free_joints, starting_design
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 
+#: A shoulder whose centre goes back, in and up with the elevation of the arm.
+PATH = ep.CentrePath([0.0, 0.5 * np.pi, np.pi], [[0, 0, 0], [-0.027, -0.011, 0.024], [-0.046, -0.048, 0.054]])
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 #: Poses that the loop over MuJoCo does.
 PART = 2000
@@ -95,6 +97,7 @@ def main():
             ("three limbs, all criteria but clearances", cpu(lambda: three.workspace(criteria=Criteria(
                 largest_shoulder_force=150.0)))),
             ("six limbs, all criteria", cpu(lambda: six.workspace(criteria=everything))),
+            ("the same, moving centre", cpu(lambda: six.workspace(criteria=everything, centre_offset=PATH))),
             ("NumPy, three limbs, fewer criteria", cpu(lambda: with_numpy(three, R))),
             ("MuJoCo, three limbs, mj_forward", len(wxyz) / PART * cpu(lambda: with_mujoco(three, wxyz[:PART]), 2)),
         ]  # fmt: skip

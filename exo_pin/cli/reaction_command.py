@@ -23,9 +23,10 @@ from .options.query_options import (
     add_approach,
     add_design,
     add_limits,
+    add_offset,
     add_person,
     add_pose,
-    caution,
+    caution_offset,
     design,
     limits,
     pose,
@@ -35,9 +36,6 @@ from .options.query_options import (
 from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
 
 __all__ = ["add_commands"]
-
-#: An offset, mm, below which it is likely that metres were given.
-_SMALL = 0.2
 
 
 def add_commands(commands: Any) -> None:
@@ -114,13 +112,7 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
         metavar="SPLIT,...",
         help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
     )
-    parser.add_argument(
-        "--offset",
-        nargs=3,
-        type=float,
-        metavar=("X_MM", "Y_MM", "Z_MM"),
-        help="where the device's centre lies, seen from the shoulder's: forward, left and up, mm (default 0 0 0)",
-    )
+    add_offset(parser)
     parser.add_argument(
         "--shoulder-stiffness",
         type=float,
@@ -152,7 +144,7 @@ def _reaction(options: argparse.Namespace) -> int:
         raise InvalidInput("--approach prints a table: leave --json out")
     exo, angles = _fitted(design(options), options), pose_angles(options)
     orientation, bounds = pose(options, exo), _bounds(options.side_force_limit)
-    _caution_offset(options)
+    caution_offset(options)
     answers = _answers_of(exo, orientation, bounds, options)
     contact = joint_load(exo, orientation, answers[0], options)
     if options.json:
@@ -211,12 +203,6 @@ def _fitted(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
         guide = LimbGuide(*options.guide)
         exo = exo.replace(limbs=tuple(replace(limb, guide=guide) for limb in exo.limbs))
     return exo
-
-
-def _caution_offset(options: argparse.Namespace) -> None:
-    """Say when an offset is too small to be meant in millimetres."""
-    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
-        caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")
 
 
 def _answers_of(

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..load_case import Load
+from ..load_case import CentreOffset, Load
+from ..load_case.centre_path import CentrePath
 from ..workspace.criteria import Criteria
 from ..workspace.query import workspace
 from ..workspace.result import Workspace
@@ -23,6 +25,7 @@ class WorkspaceQuestions(Subject):
         poses: Rotation | float | None = None,
         criteria: Criteria | Iterable[str] | None = None,
         load: Load | None = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     ) -> Workspace:
         """Which poses the device can reach, hold and keep safe, with a margin to every criterion.
 
@@ -36,6 +39,10 @@ class WorkspaceQuestions(Subject):
             out. The result names those that were not checked.
         load : Load, optional
             On the arm, besides its weight.
+        centre_offset : CentreOffset, CentrePath or array_like, optional
+            Where the device's centre lies, seen from the anatomical one, as in :meth:`reaction`: one for all poses, or
+            one a pose; ``person.centre_path()`` for a frame that the torso holds while the shoulder moves. All criteria
+            are checked in the displaced geometry.
 
         Returns
         -------
@@ -47,4 +54,4 @@ class WorkspaceQuestions(Subject):
         MissingData
             If a criterion that is named needs what the design does not have.
         """
-        return workspace(self.mechanism, poses, criteria, load)
+        return workspace(self.mechanism, poses, criteria, load, centre_offset)

@@ -28,6 +28,7 @@ __all__ = [
     "OK",
     "SINGULAR",
     "SINGULAR_MARGIN",
+    "add",
     "along_normals",
     "applied_load",
     "cross",
@@ -89,6 +90,12 @@ def vector(array: Any, row: int) -> Any:
 def matrix(array: Any) -> Any:
     """Rows of an array of shape (3, 3)."""
     return vector(array, 0), vector(array, 1), vector(array, 2)
+
+
+@kernel(inline=True)
+def add(u: Any, v: Any) -> Any:
+    """Sum of two vectors."""
+    return u[0] + v[0], u[1] + v[1], u[2] + v[2]
 
 
 @kernel(inline=True)

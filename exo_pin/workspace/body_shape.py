@@ -6,7 +6,8 @@ arm 0.186, forearm 0.146, hand 0.108. That figure has no depths and girths. Thos
 the chest 0.137, radius of the upper arm 0.030 and of the forearm 0.025, of the neck 0.035 and of the head 0.050 of
 stature, and 0.031 for the soft tissue above the collar bone.
 
-Assumptions: the trunk is upright and stays where it is; the elbow is straight or bent by the given angle.
+Assumptions: the trunk is upright and stays where it is; the elbow is straight or bent by the given angle. Where the
+shoulder's centre moves against the trunk, the capsule from neck to shoulder follows it with its outer end.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ class BodyShape(Record):
     Attributes
     ----------
     torso : ndarray
-        Shape (K, 7), base frame {O_A}.
+        Shape (K, 7), base frame {O_A}. An end in O is the shoulder itself: it stays in the shoulder's centre where that
+        moves against the torso (:mod:`.pose_offsets`).
     arm : ndarray
         Shape (K, 7), arm frame {O_B}.
     """

@@ -14,13 +14,14 @@ from ..load_case import Load
 from ..load_case.pose_stacks import Query, as_query
 from ..reaction.holding.actuator_limits import design_limits, length_limits
 from ..wrist.forces.limb_inertia import limb_loads
-from .connection import connection_margin
+from .connection import connection_margin, nearest_to_rest
 from .criteria import Criteria
 from .kernels.clearance_kernels import clearance_stack
 from .kernels.holding_kernels import holding_stack, three_limb_stack
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
+from .pose_offsets import PoseOffsets
 
-__all__ = ["PoseValues", "evaluate_poses", "independence_at", "rest_side", "tension_limits"]
+__all__ = ["PoseValues", "evaluate_poses", "rest_side", "tension_limits"]
 
 #: |a × b| below which a limb has no plane, m²; the kernels call such a pose singular long before.
 _FOLDED = 1e-12
@@ -59,6 +60,7 @@ def evaluate_poses(
     criteria: Criteria,
     names: tuple[str, ...],
     load: Load | None = None,
+    offsets: PoseOffsets | None = None,
 ) -> PoseValues:
     """Margins of N poses, whose stack has the given shape.
 
@@ -76,27 +78,34 @@ def evaluate_poses(
         Which criteria to check.
     load : Load, optional
         On the arm, besides its weight.
+    offsets : PoseOffsets, optional
+        Of the device's centre in these poses; none if left out. Rest and the way to it get those of the path they come
+        from, else those of the pose nearest to rest.
     """
     count, n = len(matrices), mechanism.limb_count
+    offsets = PoseOffsets.none() if offsets is None else offsets
     margins: dict[str, FloatArray] = {}
-    lengths, bend, independent = _kinematics(mechanism, matrices, "joint_angles" in names)
+    lengths, bend, independent = _kinematics(mechanism, matrices, offsets, "joint_angles" in names)
     if "joint_angles" in names:
         margins["joint_angles"] = bend
     if "shoulder_range" in names:
         margins["shoulder_range"] = _shoulder_margin(mechanism, matrices)
     if "stroke" in names:
         margins["stroke"] = _stroke_margin(mechanism, lengths, criteria.stroke_rule)
-    side = rest_side(mechanism, independent)
+    nearest = nearest_to_rest(matrices)
+    side = rest_side(mechanism, independent, offsets.at(np.eye(3)[None], nearest))
     if "singularity" in names:
         margins["singularity"] = side * independent - criteria.independence
     if "connected" in names:
-        path = connection_margin(
-            functools.partial(independence_at, mechanism), matrices, shape, side * independent, side
-        )
+
+        def independence(way: FloatArray) -> FloatArray:
+            return _kinematics(mechanism, way, offsets.at(way, nearest), False)[2]
+
+        path = connection_margin(independence, matrices, shape, side * independent, side)
         margins["connected"] = path - criteria.independence
     tensions, shoulder = np.full((count, n), np.nan), np.full((count, 3), np.nan)
     if "forces" in names or "shoulder_force" in names:
-        moment, tensions, shoulder = _forces(mechanism, matrices, lengths, criteria, load)
+        moment, tensions, shoulder = _forces(mechanism, matrices, offsets, lengths, criteria, load)
         if "forces" in names:
             margins["forces"] = moment - criteria.least_moment
         if "shoulder_force" in names:
@@ -107,27 +116,29 @@ def evaluate_poses(
         assert criteria.body is not None
         geometry, body = mechanism.geometry, criteria.body
         clearance_stack(
-            matrices, geometry.base_points, geometry.platform_points, criteria.radii(mechanism), np.array(body.torso),
-            np.array(body.arm), gaps,
+            matrices, geometry.base_points, geometry.platform_points, offsets.base, offsets.cuff,
+            criteria.radii(mechanism), np.array(body.torso), np.array(body.arm), gaps,
         )  # fmt: skip
         margins["clearance"] = gaps.min(axis=1) - criteria.least_gap
     return PoseValues(margins, lengths, independent, tensions, shoulder, gaps)
 
 
-def rest_side(mechanism: Mechanism, independent: FloatArray) -> float:
+def rest_side(mechanism: Mechanism, independent: FloatArray, at_rest: PoseOffsets) -> float:
     """Sign of det X at rest, ±1, of three limbs: the side of the singular surface that can be reached from rest.
 
     If rest itself is singular, the sign that most of the poses have. For more than three limbs 1.
     """
     if mechanism.limb_count > 3:
         return 1.0
-    at_rest = float(_kinematics(mechanism, np.eye(3)[None], False)[2][0])
-    if abs(at_rest) > 1e-9:
-        return float(np.sign(at_rest))
+    determinant = float(_kinematics(mechanism, np.eye(3)[None], at_rest, False)[2][0])
+    if abs(determinant) > 1e-9:
+        return float(np.sign(determinant))
     return 1.0 if (independent > 0.0).sum() >= (independent < 0.0).sum() else -1.0
 
 
-def _kinematics(mechanism: Mechanism, matrices: FloatArray, angles: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _kinematics(
+    mechanism: Mechanism, matrices: FloatArray, offsets: PoseOffsets, angles: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Lengths (N, n), margins of the universal joints (N,) and independence (N,)."""
     geometry, count, n = mechanism.geometry, len(matrices), mechanism.limb_count
     half, turns = np.full(n, np.inf), np.tile(np.eye(3), (n, 1, 1))
@@ -139,8 +150,8 @@ def _kinematics(mechanism: Mechanism, matrices: FloatArray, angles: bool) -> tup
                 half[i], turns[i] = limb.joint_limit, _from_z(np.array(limb.joint_straight))
     lengths, bend, independent = np.empty((count, n)), np.empty(count), np.empty(count)
     kinematic_stack(
-        matrices, geometry.base_points, geometry.platform_points, _rows(geometry.base_frames @ turns),
-        _rows(geometry.platform_frames @ turns), half, lengths, bend, independent,
+        matrices, geometry.base_points, geometry.platform_points, offsets.base, offsets.cuff,
+        _rows(geometry.base_frames @ turns), _rows(geometry.platform_frames @ turns), half, lengths, bend, independent,
     )  # fmt: skip
     return lengths, bend, independent
 
@@ -178,7 +189,12 @@ def _stroke_margin(mechanism: Mechanism, lengths: FloatArray, rule: str) -> Floa
 
 
 def _forces(
-    mechanism: Mechanism, matrices: FloatArray, lengths: FloatArray, criteria: Criteria, load: Load | None
+    mechanism: Mechanism,
+    matrices: FloatArray,
+    offsets: PoseOffsets,
+    lengths: FloatArray,
+    criteria: Criteria,
+    load: Load | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Margin of the moments (N,), N m, tensions (N, n), N, and F_s (N, 3), N."""
     count, n, arm = len(matrices), mechanism.limb_count, mechanism.require_arm("the forces of a workspace")
@@ -189,11 +205,11 @@ def _forces(
     force = moment = np.zeros((1, 3))
     if load is not None or not mechanism.limbs_are_massless:
         query = as_query(Rotation.from_matrix(matrices), None, load)
-        limbs = _weight_of_limbs(mechanism, query)
+        limbs = _weight_of_limbs(mechanism, query, offsets)
         force, moment = query.force + limbs[:, :3], query.moment + limbs[:, 3:]
     margin, tensions, shoulder = np.empty(count), np.empty((count, n)), np.empty((count, 3))
     (three_limb_stack if n == 3 else holding_stack)(
-        matrices, mechanism.geometry.base_points, mechanism.geometry.platform_points,
+        matrices, mechanism.geometry.base_points, mechanism.geometry.platform_points, offsets.base, offsets.cuff,
         np.array([arm.mass, *arm.centre_of_mass]), np.array(mechanism.gravity), force, moment, low, high,
         margin, tensions, shoulder,
     )  # fmt: skip
@@ -203,19 +219,20 @@ def _forces(
     return margin, tensions, shoulder
 
 
-def _weight_of_limbs(mechanism: Mechanism, query: Query) -> FloatArray:
+def _weight_of_limbs(mechanism: Mechanism, query: Query, offsets: PoseOffsets) -> FloatArray:
     """Wrench that limbs with mass put on the arm at rest, besides f_i: force and moment about O, shape (N, 6).
 
     What the limbs' own weight makes of it depends on the pose alone, so it is a load for the choice of the tensions.
     """
     if mechanism.limbs_are_massless:
         return np.zeros((1, 6))
-    ends = query.matrices @ mechanism.geometry.platform_points.T
+    base, cuff = offsets.spread(len(query.matrices))
+    starts = mechanism.geometry.base_points + base[:, None]
+    ends = (mechanism.geometry.platform_points + cuff[:, None]) @ np.swapaxes(query.matrices, 1, 2)
     # A limb through O has no plane; such a pose is singular and has no forces.
-    across = np.cross(mechanism.geometry.base_points, np.swapaxes(ends, 1, 2))
+    across = np.cross(starts, ends)
     folded = (np.sqrt((across**2).sum(axis=-1)) < _FOLDED).any(axis=1)
-    still = np.zeros((len(query.matrices), 3))
-    closure, share = limb_loads(mechanism, query, still, still, folded)
+    closure, share = limb_loads(mechanism, query, base, cuff, folded)
     return np.asarray((closure - share).sum(axis=1))
 
 
@@ -229,8 +246,3 @@ def tension_limits(mechanism: Mechanism, lengths: FloatArray, least_tension: flo
     pulls = np.array([limb.actuator is not None and limb.actuator.pulls_only for limb in mechanism.limbs])
     low = np.where(pulls, np.maximum(limits.lower, least_tension), limits.lower)
     return low, np.where(np.isnan(limits.upper), limits.ceiling, limits.upper)
-
-
-def independence_at(mechanism: Mechanism, matrices: FloatArray) -> FloatArray:
-    """det X or its equal for more limbs, as :attr:`PoseValues.independent`, of poses, shape (N,)."""
-    return _kinematics(mechanism, np.ascontiguousarray(matrices), False)[2]

@@ -11,6 +11,7 @@ from ..design import Mechanism
 from ..reaction.holding.actuator_limits import length_limits
 from ..study import StudyTable
 from .kernels.clearance_kernels import clearance_stack
+from .pose_offsets import PoseOffsets
 from .result import Workspace
 
 __all__ = ["fork_tilt", "limb_table", "smallest_cone"]
@@ -58,10 +59,13 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     n, geometry = mechanism.limb_count, mechanism.geometry
     lengths, tensions = found.lengths.reshape(-1, n)[rows], found.tensions.reshape(-1, n)[rows]
     low, high = length_limits(mechanism)
-    gaps = _gaps(mechanism, found, R)
+    offsets = PoseOffsets.of(found.centre_offset, found.orientations).rows(rows)
+    gaps = _gaps(mechanism, found, R, offsets)
+    base, cuff = offsets.spread(len(R))
     table = []
     for i in range(n):
-        along = (R @ geometry.platform_points[i] - geometry.base_points[i]) / lengths[:, i, None]
+        ends = np.einsum("kij,kj->ki", R, geometry.platform_points[i] + cuff)
+        along = (ends - geometry.base_points[i] - base) / lengths[:, i, None]
         back = -np.einsum("kji,kj->ki", R, along)
         table.append(
             {
@@ -83,7 +87,7 @@ def limb_table(mechanism: Mechanism, found: Workspace) -> StudyTable:
     return StudyTable(table)
 
 
-def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray) -> FloatArray:
+def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray, offsets: PoseOffsets) -> FloatArray:
     """Least distances of each limb to arm, torso and other limbs, shape (n, 3), m."""
     n, body = mechanism.limb_count, found.criteria.body
     out = np.full((n, 3), np.nan)
@@ -96,7 +100,10 @@ def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray) -> FloatArray:
         others = []
         for j in range(n):
             pair = [i, j] if j != i else [i]
-            clearance_stack(R, base[pair], platform[pair], radii[pair], np.array(body.torso), np.array(body.arm), gap)
+            clearance_stack(
+                R, base[pair], platform[pair], offsets.base, offsets.cuff, radii[pair], np.array(body.torso),
+                np.array(body.arm), gap,
+            )  # fmt: skip
             if j == i:
                 out[i, :2] = gap[:, :2].min(axis=0)
             else:

@@ -8,15 +8,18 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_rotation
-from ..load_case import Load
+from ..load_case import CentreOffset, Load
+from ..load_case.centre_path import CentrePath
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import Criteria
 from .evaluation import evaluate_poses
+from .pose_offsets import PoseOffsets
 from .result import Workspace
 
 if TYPE_CHECKING:
@@ -30,6 +33,7 @@ def workspace(
     poses: Rotation | float | None = None,
     criteria: Criteria | Iterable[str] | None = None,
     load: Load | None = None,
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
 ) -> Workspace:
     """Which poses a design can reach, hold and keep safe.
 
@@ -44,6 +48,11 @@ def workspace(
         Which criteria, and their limits; all that the design's data allow if left out. The result names the others.
     load : Load, optional
         On the arm, besides its weight.
+    centre_offset : CentreOffset, CentrePath or array_like, optional
+        Where the device's centre lies, seen from the shoulder's, as in :meth:`exo_pin.ShoulderExo.reaction`: one, or
+        one a pose. A centre path displaces the base by minus the motion of the shoulder, for a device whose frame the
+        torso holds. Everything is computed in the displaced geometry, with moments about the shoulder's centre
+        (:mod:`.pose_offsets`, which says where the torso is).
 
     Returns
     -------
@@ -74,7 +83,8 @@ def workspace(
     if matrices.size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
     names, left_out = limits.chosen(mechanism, len(shape) == 3)
-    values = evaluate_poses(mechanism, matrices, shape, limits, names, load)
+    offsets = PoseOffsets.of(centre_offset, orientations)
+    values = evaluate_poses(mechanism, matrices, shape, limits, names, load, offsets)
 
     def stacked(array: FloatArray) -> FloatArray:
         return np.ascontiguousarray(array).reshape((*shape, *array.shape[1:]))
@@ -91,6 +101,7 @@ def workspace(
         stacked(values.tensions),
         stacked(values.shoulder),
         stacked(values.gaps),
+        None if centre_offset is None else CentreOffset(*(stacked(side) for side in offsets.spread(len(matrices)))),
     )
 
 

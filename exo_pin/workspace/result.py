@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, ReadOnly, as_choice
+from ..load_case import CentreOffset
 from ..study import StudyTable
 from .connection import largest_region, nearest_to_rest
 from .criteria import UNITS, Criteria
@@ -49,6 +50,8 @@ class Workspace(ReadOnly):
         F_s that goes with them, the force of the shoulder on the arm in the base frame, shape (..., 3), N.
     gaps : ndarray
         Least distance of the limbs to the arm, to the torso and to one another, shape (..., 3), m.
+    centre_offset : CentreOffset or None
+        Of the device's centre from the shoulder's, one a pose; None where the two are one.
     """
 
     name: str
@@ -62,6 +65,7 @@ class Workspace(ReadOnly):
     tensions: FloatArray
     shoulder_force: FloatArray
     gaps: FloatArray
+    centre_offset: CentreOffset | None = None
 
     def __post_init__(self) -> None:
         for values in self.margins.values():
@@ -216,6 +220,12 @@ class Workspace(ReadOnly):
             f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside "
             f"({100 * self.index_by_measure:.1f} % by the rotation group's measure)."
         ]
+        if self.centre_offset is not None:
+            furthest = [1e3 * np.linalg.norm(side, axis=-1).max() for side in vars(self.centre_offset).values()]
+            lines.append(
+                "The device's centre is off the shoulder's, in these poses by at most "
+                f"{furthest[0]:.0f} mm at the base and {furthest[1]:.0f} mm at the cuff."
+            )
         if self.unknown.any():
             lines.append(f"{100 * self.unknown.mean():.1f} % more depend on force limits that are not known.")
         if self.inside.any() and np.isfinite(self.magnitude[self.inside]).any():

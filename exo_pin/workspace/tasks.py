@@ -64,6 +64,8 @@ def task_reach(
 
     Notes
     -----
+    The device's centre is the shoulder's in all poses.
+
     Source: thesis Table 5-7.
     """
     limits = Criteria.of(criteria)

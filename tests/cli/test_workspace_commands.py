@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from command_line import run
 
@@ -125,9 +126,45 @@ def test_bounds_and_limits_of_the_options_reach_the_search(capsys, monkeypatch):
     assert (worn["person"].height, worn["person"].side) == (1.75, "right")
 
 
+def test_moving_centre_of_a_person(capsys, monkeypatch):
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    exo, person = ep.load("four-cables"), ("--person", "1.75,75,male")
+    path = ep.Person(1.75, 75.0, "male").centre_path()
+    status, out, _ = run(
+        capsys, "workspace", "four-cables", *person, "--moving-centre", "--step", "15", "--body", "1.75", "--json"
+    )
+    assert status == 0
+    found = exo.worn_by(ep.Arm.from_anthropometry(1.75, 75.0, "male")).workspace(
+        15.0, Criteria(body=BodyShape.from_height(1.75)), centre_offset=path
+    )
+    assert json.loads(out)["index"] == found.index
+    assert json.loads(out)["moving_centre"] is True
+    assert found.index < exo.workspace(15.0, Criteria(body=BodyShape.from_height(1.75))).index
+    both = searched(
+        capsys, monkeypatch, "four-cables", *person, "--moving-centre", "--fixed-centre", "--offset", "2", "0", "-1"
+    )["centre_offset"]  # fmt: skip
+    np.testing.assert_allclose(both[0].base, [0.002, 0.0, -0.001])
+    np.testing.assert_allclose(both[1].displacement, path.displacement)
+    np.testing.assert_allclose(both[1].fit, [0.002, 0.0, -0.001])
+    right = searched(capsys, monkeypatch, "four-cables", *person, "--moving-centre", "--side", "right")
+    np.testing.assert_allclose(right["centre_offset"][0].displacement, path.mirrored().displacement, atol=1e-12)
+
+
+def test_offset_of_a_workspace(capsys, monkeypatch):
+    status, out, _ = run(capsys, "workspace", "four-cables", "--step", "15", "--offset", "5", "0", "-10", "--json")
+    assert status == 0
+    assert json.loads(out)["index"] == ep.load("four-cables").workspace(15.0, centre_offset=[0.005, 0.0, -0.01]).index
+    assert json.loads(out)["centre_offset_mm"] == [5.0, 0.0, -10.0]
+    status, out, _ = run(capsys, "workspace", "four-cables", "--step", "15", "--offset", "5", "0", "-10")
+    assert "by at most 11 mm at the base and 11 mm at the cuff" in out
+    assert searched(capsys, monkeypatch, "four-cables")["centre_offset"] == (None,)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("four-cables", "--moving-centre"), "give --person too"),
+        (("four-cables", "--fixed-centre"), "belongs to --moving-centre"),
         (("four-cables", "--base-radius", "120"), "LOW:HIGH in mm"),
         (("appendix-d", "--pull", "100"), "actuator of limb 1"),
     ],

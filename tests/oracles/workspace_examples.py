@@ -1,4 +1,4 @@
-"""Examples of the public classes of workspaces and searches."""
+"""Designs at random, and examples of the public classes of workspaces and searches."""
 
 import functools
 from importlib.util import find_spec
@@ -18,6 +18,20 @@ from exo_pin.workspace.optimisation.optimise import _least_contact
 from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
 from exo_pin.workspace.optimisation.stored_study import Run, StoredStudy
 from exo_pin.workspace.optimisation.stroke_fitting import FitOptions
+from exo_pin.workspace.pose_offsets import PoseOffsets
+
+
+def free_design(limb_count, seed=0, family="cable"):
+    """Joints at random around shoulder and arm, with a man's arm; linear actuators push, too."""
+    rng = np.random.default_rng(seed)
+    directions = rng.standard_normal((limb_count, 3))
+    base = 0.2 * directions / np.linalg.norm(directions, axis=1)[:, None]
+    angles = rng.uniform(0.0, 2 * np.pi, limb_count)
+    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), -rng.uniform(0.08, 0.28, limb_count)], axis=-1)
+    push = 300.0 if family == "linear" else None
+    limb = ep.Limb("SPS", actuator=ep.Actuator(family, pull_limit=400.0, push_limit=push))
+    arm = ep.Arm.from_anthropometry(1.75, 75, sex="male")
+    return ep.ShoulderExo(ep.WristGeometry(base, platform), arm=arm, limbs=[limb] * limb_count)
 
 
 def workspace_examples():
@@ -27,12 +41,15 @@ def workspace_examples():
     merit = Merit(space, lifting_poses(counts=(2, 2, 2)), criteria)
     check = recheck(exo.mechanism, exo.reaction, criteria, finer_step=20.0)
     run = Run(0, [0.5] * 24, 0.3, {"index": 0.8}, 24)
-    candidate = Candidate(exo, run, check)
+    candidate = Candidate(exo, run, (check,))
     poses = ep.shoulder_rotation([30, 40], [20, 20], [0, 10], degrees=True)
     return [
         family_limits("cable"),
         criteria,
         exo.workspace(poses, criteria),
+        exo.workspace(poses, criteria, centre_offset=[0.01, 0.0, 0.0]),
+        PoseOffsets.of([0.01, 0.0, 0.0], poses),
+        lifting_poses(counts=(1, 1, 1)).at_centres((None, ep.CentreOffset.together([0.01, 0.0, 0.0]))),
         evaluate_poses(exo.mechanism, pose_matrices(poses)[1], (2,), criteria, ("forces",)),
         space,
         merit,

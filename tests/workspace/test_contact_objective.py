@@ -23,10 +23,11 @@ def start():
     return starting_design(ep.Actuator("cable", pull_limit=400.0), PERSON.arm, 4)
 
 
-def contact(mechanism, poses, person, bounds):
+def contact(mechanism, poses, person, bounds, offset):
     """The magnitudes as the search computes them."""
     exo = ep.ShoulderExo.from_mechanism(mechanism)
-    return exo.joint_contact(poses, person, "least_contact", actuator_bounds=bounds, outside="mark").magnitude
+    options = {"actuator_bounds": bounds, "centre_offset": offset, "outside": "mark"}
+    return exo.joint_contact(poses, person, "least_contact", **options).magnitude
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +56,22 @@ def test_limb_forces_of_the_answer_are_within_the_limits_and_no_others_do_better
     given = exo.joint_contact(objective.orientations[held], PERSON, tensions[held])
     assert (answer.magnitude[held] < given.magnitude + 1e-6).all()
     assert answer.magnitude[held].mean() < 0.3 * objective.bare[held].mean()
+
+
+def test_contact_force_of_a_device_that_the_torso_holds():
+    """The shoulder moves and the centre of the device does not: other limb forces, and another contact force."""
+    path = PERSON.centre_path()
+    exo = ep.load("four-cables").worn_by(PERSON)
+    moving = ContactObjective(PERSON, POSES.at_centres((path,)), contact, LIMITS)
+    bounds = (np.full(4, 5.0), np.full(4, 400.0))
+    answer = exo.joint_contact(
+        moving.orientations, PERSON, "least_contact", actuator_bounds=bounds, centre_offset=path, outside="mark"
+    )
+    assert moving.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
+    found = exo.workspace(moving.orientations, Criteria(names=("forces",), least_tension=5.0), centre_offset=path)
+    assert moving.surrogate(exo.mechanism) == pytest.approx(np.fmin(found.magnitude, moving.bare).mean(), rel=1e-9)
+    still = ContactObjective(PERSON, POSES, contact, LIMITS)
+    assert abs(still.exact(exo.mechanism) / moving.exact(exo.mechanism) - 1.0) > 0.02
 
 
 def test_surrogate_ranks_designs_as_the_exact_force_does(objective):

@@ -21,6 +21,12 @@ def cables():
     return ep.load("four-cables")
 
 
+@pytest.fixture(scope="module")
+def man():
+    pytest.importorskip("myo_sim", reason="needs the extra person: pip install '.[person]'")
+    return ep.Person(1.75, 75.0, "male")
+
+
 def test_four_cables_work(cables):
     check = recheck(cables.mechanism, cables.reaction, LIMITS, finer_step=6.0)
     assert check.works
@@ -152,6 +158,81 @@ def test_four_muscle_cables_work():
     for limb in exo.limbs:
         assert (limb.stroke.longest - limb.stroke.shortest) * limb.stroke.nominal_length <= 0.275 + 1e-6
     assert np.linalg.norm(exo.geometry.base_points, axis=1).max() < 0.45
+
+
+def test_worn_cables_work_where_the_centre_is_fixed():
+    exo = ep.load("four-cables-worn")
+    check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0)
+    assert check.works
+    assert check.workspace.index == pytest.approx(0.838, abs=6e-4)
+    assert np.nanmax(check.flexion.magnitude) < 75.0
+    assert np.nanmax(check.abduction.magnitude) < 39.0
+    assert check.pinocchio_difference < 1e-9
+    assert min(check.persons.values()) > 0.87
+    assert min(check.offsets.values()) > 0.85
+    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
+
+
+def test_worn_cables_work_where_the_shoulder_moves(man):
+    exo = ep.load("four-cables-worn")
+    path = man.centre_path()
+    check = recheck(exo.mechanism, exo.reaction, LIMITS, finer_step=6.0, centre_offset=path)
+    assert check.works
+    assert check.workspace.index == pytest.approx(0.839, abs=6e-4)
+    assert np.nanmax(check.flexion.magnitude) < 75.5
+    assert np.nanmax(check.abduction.magnitude) < 57.5
+    assert min(line.margins["forces"].min() for line in (check.flexion, check.abduction)) > 12.0
+    assert check.pinocchio_poses == 78
+    assert check.pinocchio_difference < 1e-9
+    assert min(check.persons.values()) > 0.85 - 5e-3
+    assert min(check.offsets.values()) > 0.86
+    np.testing.assert_array_equal(check.workspace.region, check.workspace.inside)
+    assert check.workspace.region[check.workspace.nearest_to_rest]
+    assert check.workspace.tensions[check.workspace.inside].max() < 177.5
+
+
+def test_worn_cables_hold_in_pinocchio_what_four_cables_lose(man, cables):
+    """Abduction of the whole quarter through :meth:`exo_pin.ShoulderExo.reaction`, with the limits of the design."""
+    path, bounds = man.centre_path(), (5.0, 400.0)
+    options = {"split": "minimal", "constraint_bounds": (0.0, 0.0), "actuator_bounds": bounds, "centre_offset": path}
+    poses = cables.pose(abduction=np.arange(0.0, 91.0, 5.0))
+    lost = cables.reaction(poses, **options)
+    assert lost.status.tolist()[-2:] == ["ok", "infeasible"]
+    held = ep.load("four-cables-worn").reaction(poses, **options)
+    assert held.can_hold.all()
+    assert held.magnitude.max() == pytest.approx(56.9, abs=0.1)
+
+
+def test_worn_cables_relieve_the_joint_of_a_shoulder_that_moves(man, cables):
+    pytest.importorskip("clarabel")
+    path = man.centre_path()
+    poses = cables.pose(abduction=[60.0, 90.0])
+    contact = [
+        exo.joint_contact(poses, man, "least_effort", actuator_bounds=(0.0, 400.0), centre_offset=path)
+        for exo in (cables, ep.load("four-cables-worn"))
+    ]
+    assert contact[0].magnitude == pytest.approx([79.0, 209.0], abs=1.0)
+    assert contact[1].magnitude == pytest.approx([31.0, 69.0], abs=1.0)
+    assert contact[1].without_device.magnitude == pytest.approx([489.0, 438.0], abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "limits", "index", "abduction"),
+    [
+        ("four-cables", LIMITS, 0.691, (0, 66)),
+        ("four-linear-actuators", OTHERS.replace(largest_shoulder_force=120.0), 0.819, (0, 53)),
+        ("three-linear-actuators", OTHERS, 0.694, (0, 71)),
+        ("four-muscle-cables", OTHERS.replace(least_tension=5.0), 0.552, (0, 39)),
+    ],
+)
+def test_what_is_left_of_the_other_designs_where_the_shoulder_moves(man, name, limits, index, abduction):
+    exo, path = ep.load(name), man.centre_path()
+    assert exo.workspace(criteria=limits, centre_offset=path).index == pytest.approx(index, abs=6e-4)
+    line = exo.workspace(exo.pose(abduction=np.arange(91.0)), limits, centre_offset=path)
+    assert line.inside[abduction[0] : abduction[1] + 1].all()
+    assert not line.inside[abduction[1] + 1]
+    flexion = exo.workspace(exo.pose(flexion=np.arange(90.0)), limits, centre_offset=path)
+    assert flexion.inside.all()
 
 
 def test_what_the_muscles_of_the_cables_have_to_pull():

@@ -2,6 +2,7 @@ import coal
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from workspace_examples import free_design
 
 import exo_pin as ep
 from exo_pin import wrist
@@ -10,18 +11,6 @@ from exo_pin.workspace.connection import widest_path
 from exo_pin.workspace.evaluation import evaluate_poses
 from exo_pin.workspace.kernels.clearance_kernels import clearance_stack, segment_distance
 from exo_pin.workspace.kernels.joint_kernels import kinematic_stack
-
-
-def free_design(limb_count, seed=0, family="cable"):
-    rng = np.random.default_rng(seed)
-    directions = rng.standard_normal((limb_count, 3))
-    base = 0.2 * directions / np.linalg.norm(directions, axis=1)[:, None]
-    angles = rng.uniform(0.0, 2 * np.pi, limb_count)
-    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), -rng.uniform(0.08, 0.28, limb_count)], axis=-1)
-    push = 300.0 if family == "linear" else None
-    limb = ep.Limb("SPS", actuator=ep.Actuator(family, pull_limit=400.0, push_limit=push))
-    arm = ep.Arm.from_anthropometry(1.75, 75, sex="male")
-    return ep.ShoulderExo(ep.WristGeometry(base, platform), arm=arm, limbs=[limb] * limb_count)
 
 
 @pytest.mark.parametrize("limb_count", [3, 4, 5, 6])
@@ -59,8 +48,9 @@ def test_joint_margin_is_the_diamond_of_the_angles():
     _, matrices = pose_matrices(poses)
     lengths, bend, independent = np.empty((20, 3)), np.empty(20), np.empty(20)
     kinematic_stack(
-        matrices, geometry.base_points, geometry.platform_points, np.swapaxes(geometry.base_frames, 1, 2).copy(),
-        np.swapaxes(geometry.platform_frames, 1, 2).copy(), np.full(3, 1.5), lengths, bend, independent,
+        matrices, geometry.base_points, geometry.platform_points, np.zeros((1, 3)), np.zeros((1, 3)),
+        np.swapaxes(geometry.base_frames, 1, 2).copy(), np.swapaxes(geometry.platform_frames, 1, 2).copy(),
+        np.full(3, 1.5), lengths, bend, independent,
     )  # fmt: skip
     state = wrist.inverse_kinematics(geometry, poses)
     at_base = np.abs(state.base_theta_x) + np.abs(state.base_theta_y)
@@ -118,7 +108,8 @@ def test_clearance_by_hand():
     gap = np.empty((1, 3))
     torso = np.array([[0.0, 0.3, -1.0, 0.0, 0.3, 1.0, 0.1]])
     arm = np.array([[-0.4, 0.0, 0.0, -0.4, 0.0, -1.0, 0.05]])
-    clearance_stack(np.eye(3)[None], base, platform, np.array([0.01, 0.02, 0.03]), torso, arm, gap)
+    none = np.zeros((1, 3))
+    clearance_stack(np.eye(3)[None], base, platform, none, none, np.array([0.01, 0.02, 0.03]), torso, arm, gap)
     np.testing.assert_allclose(gap[0], [0.4 - 0.01 - 0.05, 0.3 - 0.01 - 0.1, 0.5 - 0.02 - 0.03], atol=1e-12)
 
 

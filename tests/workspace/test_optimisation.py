@@ -270,7 +270,7 @@ def test_search_over_muscle_lengths_prefers_the_length_that_fits():
     muscle = start(ep.Actuator("pneumatic muscle", pull_limit=400.0), 3)
     space = DesignVariables(muscle, {"nominal_length[1]": (0.1, 0.6)})
     judge = Merit(space, lifting_poses(counts=(3, 3, 2)), Criteria(names=("stroke",)))
-    lengths = judge._lengths(muscle)[:, 0]
+    lengths = judge.lengths(muscle)[:, 0]
     good = space.point({"nominal_length[1]": float(lengths.max()) - 0.04})
     bad = space.point({"nominal_length[1]": 0.5 * float(lengths.min())})
     assert judge.evaluate(good, {}).merit < judge.evaluate(bad, {}).merit

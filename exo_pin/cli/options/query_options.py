@@ -22,9 +22,11 @@ __all__ = [
     "add_approach",
     "add_design",
     "add_limits",
+    "add_offset",
     "add_person",
     "add_pose",
     "caution",
+    "caution_offset",
     "design",
     "limits",
     "person_numbers",
@@ -32,6 +34,9 @@ __all__ = [
     "pose_angles",
     "print_approach",
 ]
+
+#: An offset, mm, below which it is likely that metres were given.
+_SMALL = 0.2
 
 _ANGLES = (
     ("flexion", "arm forward"),
@@ -114,6 +119,17 @@ def print_approach(exo: ShoulderExo, orientation: Rotation, path: Path, **query:
     print(f"wrote {path}")
 
 
+def add_offset(parser: argparse.ArgumentParser) -> None:
+    """Add how far the device's centre is off the shoulder's."""
+    parser.add_argument(
+        "--offset",
+        nargs=3,
+        type=float,
+        metavar=("X_MM", "Y_MM", "Z_MM"),
+        help="where the device's centre lies, seen from the shoulder's: forward, left and up, mm (default 0 0 0)",
+    )
+
+
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Add the limits of the limbs' forces."""
     parser.add_argument("--pull", action="store_true", help="let limbs only pull, whatever their actuators are")
@@ -175,3 +191,9 @@ def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
     height, mass, sex = person_numbers(text)
     with _cautions():
         return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)
+
+
+def caution_offset(options: argparse.Namespace) -> None:
+    """Say when an offset is too small to be meant in millimetres."""
+    if options.offset is not None and 0.0 < max(abs(value) for value in options.offset) < _SMALL:
+        caution(f"an offset of {max(options.offset, key=abs):g} mm has no effect: --offset takes mm (metres?)")

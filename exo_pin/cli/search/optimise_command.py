@@ -12,10 +12,13 @@ from typing import Any
 from ...core.errors import InvalidInput, MissingData
 from ...design import ACTUATOR_FAMILIES, Actuator, Arm
 from ...exo.shoulder_exo import ShoulderExo, load
+from ...load_case import CentreOffset
+from ...load_case.centre_path import CentrePath
 from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
-from ..options.query_options import add_person, design, person_numbers
+from ..options.centre_options import add_moving_centre, centre_offset
+from ..options.query_options import add_offset, add_person, design, person_numbers
 from .workspace_command import add_criteria, criteria
 
 __all__ = ["add_commands"]
@@ -76,6 +79,13 @@ def add_commands(commands: Any) -> None:
         "--drop", metavar="LOW:HIGH", help="how far free joints on the arm are below the shoulder, mm (default 80:280)"
     )
     add_person(parser)
+    add_offset(parser)
+    add_moving_centre(parser)
+    parser.add_argument(
+        "--fixed-centre",
+        action="store_true",
+        help="with --moving-centre: every pose counts twice, with the moving centre and with one that stays",
+    )
     add_criteria(parser)
     parser.add_argument(
         "--objective",
@@ -114,6 +124,7 @@ def _optimise(options: argparse.Namespace) -> int:
         objectives=options.objective or ("index",),
         constraints=criteria(options, exo.side),
         person=_wearer(options, exo.side),
+        centre_offset=_centres(options, exo.side),
         seed=options.seed,
         budget=options.budget,
         run_length=options.run_length,
@@ -143,6 +154,9 @@ def _command(options: argparse.Namespace) -> str:
             continue
         if value is True:
             words.append(f"--{name.replace('_', '-')}")
+            continue
+        if name == "offset":
+            words += ["--offset", *(f"{each:g}" for each in value)]
             continue
         for each in value if isinstance(value, list) else [value]:
             words += [f"--{name.replace('_', '-')}", shlex.quote(f"{each:g}" if isinstance(each, float) else str(each))]
@@ -205,6 +219,16 @@ def _wearer(options: argparse.Namespace, side: str) -> Person | None:
     height, mass, sex = person_numbers(options.person)
     elbow = math.radians(options.elbow_flexion)
     return Person(height, mass, sex, elbow_flexion=elbow, payload=options.payload, side=side)
+
+
+def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | CentrePath | None, ...]:
+    """Offsets of the device's centre with which designs are judged."""
+    if not options.fixed_centre:
+        return (centre_offset(options, side),)
+    if not options.moving_centre:
+        raise InvalidInput("--fixed-centre belongs to --moving-centre; without it the centre is fixed anyway")
+    fixed = centre_offset(argparse.Namespace(**{**vars(options), "moving_centre": False}), side)
+    return fixed, centre_offset(options, side)
 
 
 def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, tuple[float, float]]:

@@ -13,7 +13,8 @@ from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
 from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
-from ..options.query_options import add_design, add_person, design
+from ..options.centre_options import add_moving_centre, centre_offset
+from ..options.query_options import add_design, add_offset, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]
 
@@ -23,6 +24,8 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("workspace")
     add_design(parser)
     add_person(parser)
+    add_offset(parser)
+    add_moving_centre(parser)
     add_criteria(parser)
     parser.add_argument(
         "--step", type=float, default=4.0, metavar="DEG", help="step of the grid of poses, degrees (default 4)"
@@ -118,8 +121,9 @@ def _workspace(options: argparse.Namespace) -> int:
     if options.limb_table and options.json:
         raise InvalidInput("--limb-table prints a table: leave --json out")
     exo = design(options)
-    found = exo.workspace(options.step, criteria(options, exo.side))
-    print(json.dumps(_as_json(found), indent=2) if options.json else found)
+    offset = centre_offset(options, exo.side)
+    found = exo.workspace(options.step, criteria(options, exo.side), centre_offset=offset)
+    print(json.dumps(_as_json(found, options), indent=2) if options.json else found)
     if options.one_by_one and not options.json:
         print(f"\n{found.one_by_one()}")
     if options.limb_table:
@@ -128,9 +132,11 @@ def _workspace(options: argparse.Namespace) -> int:
     return 0
 
 
-def _as_json(found: Workspace) -> dict[str, Any]:
+def _as_json(found: Workspace, options: argparse.Namespace) -> dict[str, Any]:
     return {
         "design": found.name,
+        "centre_offset_mm": list(options.offset or (0.0, 0.0, 0.0)),
+        "moving_centre": options.moving_centre,
         "poses": found.inside.size,
         "index": found.index,
         "index_by_measure": found.index_by_measure,

@@ -14,6 +14,7 @@ from ...numerics.least_force_of_sums import least_sum_force
 from ...numerics.vectors import (
     SINGULAR,
     SINGULAR_MARGIN,
+    add,
     along_normals,
     cross,
     dot,
@@ -33,8 +34,8 @@ __all__ = ["holding_stack", "three_limb_stack"]
 
 @kernel(stack=True)
 def three_limb_stack(
-    R: Any, base: Any, platform: Any, arm: Any, gravity: Any, F: Any, M: Any, low: Any, high: Any, margin: Any, f: Any,
-    shoulder: Any,
+    R: Any, base: Any, platform: Any, base_offset: Any, cuff_offset: Any, arm: Any, gravity: Any, F: Any, M: Any,
+    low: Any, high: Any, margin: Any, f: Any, shoulder: Any,
 ) -> None:  # fmt: skip
     """:func:`holding_stack` for three limbs, whose tensions equilibrium determines.
 
@@ -44,13 +45,14 @@ def three_limb_stack(
     a1, a2, a3 = vector(base, 0), vector(base, 1), vector(base, 2)
     p1, p2, p3 = vector(platform, 0), vector(platform, 1), vector(platform, 2)
     centre, g, radius = (arm[1], arm[2], arm[3]), (gravity[0], gravity[1], gravity[2]), largest_radius(platform)
-    fixed, same = low.shape[0] == 1, F.shape[0] == 1
+    fixed, same, still = low.shape[0] == 1, F.shape[0] == 1, base_offset.shape[0] == 1
     for k in range(R.shape[0]):
         row, load = 0 if fixed else k, 0 if same else k
+        held, carried = vector(base_offset, 0 if still else k), vector(cuff_offset, 0 if still else k)
         pose = matrix(R[k])
-        _, s1, X1, _, h1, folded1 = limb(pose, a1, p1)
-        _, s2, X2, _, h2, folded2 = limb(pose, a2, p2)
-        _, s3, X3, _, h3, folded3 = limb(pose, a3, p3)
+        _, s1, X1, _, h1, folded1 = limb(pose, add(a1, held), add(p1, carried))
+        _, s2, X2, _, h2, folded2 = limb(pose, add(a2, held), add(p2, carried))
+        _, s3, X3, _, h3, folded3 = limb(pose, add(a3, held), add(p3, carried))
         _, W, weight_moment = weight_load(pose, arm[0], centre, g)
         Mx, My, Mz = M[load, 0] + weight_moment[0], M[load, 1] + weight_moment[1], M[load, 2] + weight_moment[2]
         volume = abs(triple(X1, X2, X3))
@@ -75,8 +77,8 @@ def three_limb_stack(
 
 @kernel(stack=True)
 def holding_stack(
-    R: Any, base: Any, platform: Any, arm: Any, gravity: Any, F: Any, M: Any, low: Any, high: Any, margin: Any, f: Any,
-    shoulder: Any,
+    R: Any, base: Any, platform: Any, base_offset: Any, cuff_offset: Any, arm: Any, gravity: Any, F: Any, M: Any,
+    low: Any, high: Any, margin: Any, f: Any, shoulder: Any,
 ) -> None:  # fmt: skip
     """Fill the margin of the moments that can be held, and the tensions of least shoulder force.
 
@@ -85,7 +87,10 @@ def holding_stack(
     R : ndarray
         Shape (N, 3, 3).
     base, platform : ndarray
-        Shape (n, 3), m.
+        Shape (n, 3), m, about the device's own centre.
+    base_offset, cuff_offset : ndarray
+        Where that centre lies, seen from O: held by the base, base frame, and carried by the cuff, arm frame; shape
+        (N, 3), or (1, 3) for all poses, m.
     arm, gravity : ndarray
         Mass and centre of mass of the arm, shape (4,), kg and m; shape (3,), m/s².
     F, M : ndarray
@@ -103,12 +108,17 @@ def holding_stack(
     length, reach, arms = np.empty(n), np.empty(n), np.empty((n, 3))
     N, G, z, none = np.empty((n, m)), np.empty((3, m)), np.empty(m), np.empty(0, dtype=np.int64)
     direction, relief_low, relief_high = np.empty(3), np.empty(n), np.empty(n)
+    A, B = np.empty((n, 3)), np.empty((n, 3))
     radius = largest_radius(platform)
-    fixed, same = low.shape[0] == 1, F.shape[0] == 1
+    fixed, same, still = low.shape[0] == 1, F.shape[0] == 1, base_offset.shape[0] == 1
     centre, g, moment = (arm[1], arm[2], arm[3]), (gravity[0], gravity[1], gravity[2]), np.empty(3)
     for k in range(R.shape[0]):
         row, load = 0 if fixed else k, 0 if same else k
-        limb_vectors(R[k], base, platform, b, s, X, length, reach)
+        shift = 0 if still else k
+        for i in range(n):
+            for j in range(3):
+                A[i, j], B[i, j] = base[i, j] + base_offset[shift, j], platform[i, j] + cuff_offset[shift, j]
+        limb_vectors(R[k], A, B, b, s, X, length, reach)
         status, size = pose_status(X, reach, none, radius)
         if status >= SINGULAR or size < SINGULAR_MARGIN:
             margin[k], f[k, :], shoulder[k, :] = np.nan, np.nan, np.nan

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.vectors import limb, matrix, root, triple, turn, vector
+from ...numerics.vectors import add, limb, matrix, root, triple, turn, vector
 
 __all__ = ["independence", "kinematic_stack", "shoulder_stack"]
 
@@ -57,8 +57,8 @@ def independence(X: Any) -> float:
 
 @kernel(stack=True)
 def kinematic_stack(
-    R: Any, base: Any, platform: Any, base_frames: Any, platform_frames: Any, half: Any, length: Any, bend: Any,
-    independent: Any,
+    R: Any, base: Any, platform: Any, base_offset: Any, cuff_offset: Any, base_frames: Any, platform_frames: Any,
+    half: Any, length: Any, bend: Any, independent: Any,
 ) -> None:  # fmt: skip
     """Fill lengths, margins of the universal joints and independence of the limbs.
 
@@ -67,7 +67,10 @@ def kinematic_stack(
     R : ndarray
         Shape (N, 3, 3).
     base, platform : ndarray
-        A_i in the base frame and B_i in the arm frame, shape (n, 3), m.
+        A_i in the base frame and B_i in the arm frame, shape (n, 3), m, about the device's own centre.
+    base_offset, cuff_offset : ndarray
+        Where that centre lies, seen from O: held by the base, base frame, and carried by the cuff, arm frame; shape
+        (N, 3), or (1, 3) for all poses, m.
     base_frames, platform_frames : ndarray
         Shape (n, 3, 3): axes of the joints as rows, the third of them along the limb where the joint is straight.
     half : ndarray
@@ -80,12 +83,13 @@ def kinematic_stack(
     Source: thesis (C-2), Table 5-6.
     """
     n = base.shape[0]
-    X = np.empty((n, 3))
+    X, same = np.empty((n, 3)), base_offset.shape[0] == 1
     for k in range(R.shape[0]):
         pose, columns = matrix(R[k]), matrix(R[k].T)
+        held, carried = vector(base_offset, 0 if same else k), vector(cuff_offset, 0 if same else k)
         least = np.inf
         for i in range(n):
-            _, s, X_i, length[k, i], _, _ = limb(pose, vector(base, i), vector(platform, i))
+            _, s, X_i, length[k, i], _, _ = limb(pose, add(vector(base, i), held), add(vector(platform, i), carried))
             X[i, 0], X[i, 1], X[i, 2] = X_i
             if half[i] < np.inf:
                 back = turn(columns, (-s[0], -s[1], -s[2]))

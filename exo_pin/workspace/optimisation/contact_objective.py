@@ -24,9 +24,12 @@ from ...core.errors import MissingData
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ...design import Mechanism
+from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
+from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
 from ..evaluation import evaluate_poses, tension_limits
+from ..pose_offsets import PoseOffsets
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:
@@ -48,8 +51,8 @@ class ContactObjective(Record):
     poses : SearchPoses
         Of the search; those that the person can take and hold without the device count.
     contact : callable
-        Of a mechanism, poses, the person and limits of the limb forces (low, high): the magnitudes of the contact
-        force, N, NaN where there is none.
+        Of a mechanism, poses, the person, limits of the limb forces (low, high) and the offset of the device's centre:
+        the magnitudes of the contact force, N, NaN where there is none.
     criteria : Criteria
         Whose ``least_tension`` the limbs have.
 
@@ -65,7 +68,9 @@ class ContactObjective(Record):
         self,
         person: Person,
         poses: SearchPoses,
-        contact: Callable[[Mechanism, Rotation, Person, tuple[FloatArray, FloatArray]], FloatArray],
+        contact: Callable[
+            [Mechanism, Rotation, Person, tuple[FloatArray, FloatArray], CentreOffset | None], FloatArray
+        ],
         criteria: Criteria,
     ) -> None:
         self._person, self._contact = person, contact
@@ -79,19 +84,23 @@ class ContactObjective(Record):
             raise MissingData(["poses that the person can hold"], "the contact force of a search")
         self.orientations, self.bare = poses.orientations[chosen], bare[chosen]
         self._matrices = pose_matrices(self.orientations)[1]
+        self._offsets = PoseOffsets.none() if poses.offsets is None else poses.offsets.rows(chosen)
 
     def surrogate(self, mechanism: Mechanism) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""
-        values = evaluate_poses(mechanism, self._matrices, self.bare.shape, self._criteria, ("forces",))
+        values = evaluate_poses(
+            mechanism, self._matrices, self.bare.shape, self._criteria, ("forces",), offsets=self._offsets
+        )
         return float(np.fmin(np.sqrt((values.shoulder**2).sum(axis=1)), self.bare).mean())
 
     def exact(self, mechanism: Mechanism) -> float:
         """Mean of the least contact force, N; where no answer is found that without the device counts."""
         require_massless(mechanism)
-        ends = np.einsum("kij,nj->kni", self._matrices, mechanism.geometry.platform_points)
-        lengths = np.sqrt(((ends - mechanism.geometry.base_points) ** 2).sum(axis=-1))
+        offsets = self._offsets.spread(len(self._matrices))
+        lengths = limb_lengths(mechanism, self._matrices, offsets)
         bounds = tension_limits(mechanism, lengths, self._criteria.least_tension)
-        found = self._contact(mechanism, self.orientations, self._person, bounds)
+        moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
+        found = self._contact(mechanism, self.orientations, self._person, bounds, moved)
         return float(np.where(np.isfinite(found), found, self.bare).mean())
 
     def description(self) -> Any:

@@ -20,8 +20,10 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...load_case.pose_stacks import pose_matrices
+from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
 from ..evaluation import PoseValues, evaluate_poses
+from ..pose_offsets import PoseOffsets
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import SearchPoses
@@ -99,6 +101,7 @@ class Merit(Record):
         if not fit_strokes:
             variables.refuse_idle()
         self._matrices = pose_matrices(poses.orientations)[1]
+        self._offsets = PoseOffsets.none() if poses.offsets is None else poses.offsets
         self.names = self._names(self._built(variables.mechanism))
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.
         limbs = variables.mechanism.limbs
@@ -114,13 +117,12 @@ class Merit(Record):
         """The mechanism with strokes that fit the poses of the search."""
         if not self.fit_strokes:
             return mechanism
-        lengths = self._lengths(mechanism)
+        lengths = self.lengths(mechanism)
         return fitted_strokes(mechanism, lengths, self.poses.weights, options=options)
 
-    def _lengths(self, mechanism: Mechanism) -> FloatArray:
-        geometry = mechanism.geometry
-        ends = np.einsum("kij,nj->kni", self._matrices, geometry.platform_points)
-        return np.asarray(np.sqrt(((ends - geometry.base_points) ** 2).sum(axis=-1)))
+    def lengths(self, mechanism: Mechanism) -> FloatArray:
+        """l_i in the poses of the search, shape (N, n), m."""
+        return limb_lengths(mechanism, self._matrices, self._offsets.spread(len(self._matrices)))
 
     def generation(self, points: list[FloatArray], weights: dict[str, float]) -> list[float]:
         """Merits of several points.
@@ -156,7 +158,9 @@ class Merit(Record):
             if fit and self._by_length:
                 mechanism, fit = self._built(mechanism, options), False
             names = tuple(name for name in self.names if not (fit and name == "stroke"))
-            values = evaluate_poses(mechanism, self._matrices, (len(self._matrices),), self.criteria, names)
+            values = evaluate_poses(
+                mechanism, self._matrices, (len(self._matrices),), self.criteria, names, offsets=self._offsets
+            )
             contact = self._contact(mechanism, is_exact)
         except (ExoPinError, ValueError):
             return Evaluation(_WORST, dict.fromkeys(OBJECTIVES, np.nan))

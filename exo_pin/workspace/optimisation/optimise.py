@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
-from ...design.io.mechanism_writing import mechanism_table
+from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
+from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
+from ..pose_offsets import PoseOffsets
+from .centres import Centre, as_centres
 from .contact_objective import ContactObjective
 from .descent import Descent
 from .design_variables import DesignVariables
@@ -26,7 +29,7 @@ from .merit import OBJECTIVES, Merit, check_objectives
 from .optimised import Candidate, Optimised
 from .recheck import recheck
 from .search_poses import SearchPoses, lifting_poses
-from .stored_study import Run, StoredStudy
+from .stored_study import Run, StoredStudy, study_description
 from .stroke_fitting import FitOptions, fitted_strokes
 
 if TYPE_CHECKING:
@@ -51,6 +54,7 @@ def optimise(
     constraints: Criteria | Iterable[str] | None = None,
     *,
     person: Person | None = None,
+    centre_offset: Centre | ArrayLike | Sequence[Centre] = None,
     seed: int = 0,
     budget: int = 60_000,
     storage: str | PathLike[str] | None = None,
@@ -82,6 +86,10 @@ def optimise(
     person : Person, optional
         Who wears the designs: their arm is held instead of the design's own, and the objective "contact_force" is the
         force in their shoulder (:mod:`.contact_objective`; needs the extra ``person``).
+    centre_offset : CentreOffset, CentrePath, array_like or sequence of CentreOffset, CentrePath and None, optional
+        Where the device's centre lies, seen from the shoulder's, as in :meth:`exo_pin.ShoulderExo.workspace`: the same
+        for all poses, or a path. Of several, such as ``(None, person.centre_path())``, every pose counts once with
+        each.
     seed : int
         Of all random numbers: run k starts from (seed, k), whoever makes it.
     budget : int
@@ -105,7 +113,7 @@ def optimise(
     -------
     Optimised
         ``best``, ``front``, and the check of each: through Pinocchio, on the full grid and a finer one, with other
-        persons and off centre.
+        persons and further off centre, with every one of the offsets.
 
     Raises
     ------
@@ -130,11 +138,12 @@ def optimise(
     if person is not None:
         require_method("person", person, "joint_contact", "a Person")
         exo, person = exo.worn_by(person), person.on_side(exo.side)
-    chosen = lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)
+    centres = as_centres(centre_offset)
+    chosen = (lifting_poses(exo.side) if poses is None else SearchPoses.of(poses)).at_centres(centres)
     space = DesignVariables(exo.mechanism, variables)
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
-    study = StoredStudy(storage, name, wanted, _description(merit, wanted, seed, run_length, refine))
+    study = StoredStudy(storage, name, wanted, study_description(merit, wanted, seed, run_length, refine, centres))
     start = space.point(space.of_design()) if refine else None
     made = _made_runs(study, merit, wanted, seed, budget, run_length, start)
     for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
@@ -142,7 +151,7 @@ def optimise(
     runs = list(study.runs())
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
-    return _reported(exo, merit, runs, wanted, finer_step)
+    return _reported(exo, merit, runs, wanted, finer_step, centres)
 
 
 def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
@@ -159,48 +168,14 @@ def _least_contact(
     orientations: Rotation,
     wearer: Person,
     bounds: tuple[FloatArray, FloatArray],
+    offset: CentreOffset | None,
 ) -> FloatArray:
     """Magnitudes of the contact force, shape (N,), N, as :class:`ContactObjective` wants them."""
     design = kind.from_mechanism(mechanism)
-    found = design.joint_contact(orientations, wearer, "least_contact", actuator_bounds=bounds, outside="mark")
+    found = design.joint_contact(
+        orientations, wearer, "least_contact", actuator_bounds=bounds, centre_offset=offset, outside="mark"
+    )
     return np.asarray(found.magnitude)
-
-
-def _description(merit: Merit, objectives: tuple[str, ...], seed: int, run_length: int, refine: bool) -> dict[str, Any]:
-    """What a study searches, to tell it from others."""
-    space = merit.variables
-    # Its title and sources say where numbers are from; the search does not depend on them.
-    design = mechanism_table(space.mechanism.replace(title="", sources={}))
-    text = {
-        "objectives": objectives,
-        "fit_strokes": merit.fit_strokes,
-        "data of the design": _digest(design),
-        "data of the poses": _digest([merit.poses.orientations.as_matrix().tolist(), merit.poses.weights.tolist()]),
-        "design": space.mechanism.name,
-        "limbs": space.mechanism.limb_count,
-        "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),
-        "poses": len(merit.poses.weights),
-        "criteria": repr(merit.criteria),
-        "seed": seed,
-        "run_length": run_length,
-        "start": space.of_design() if refine else "random",
-    }
-    return text if merit.contact is None else {**text, "contact": merit.contact.description()}
-
-
-def _digest(data: Any) -> str:
-    """A short text that other data do not have."""
-    return hashlib.sha256(repr(_rounded(data)).encode()).hexdigest()[:12]
-
-
-def _rounded(data: Any) -> Any:
-    """The same to nine decimals, which computers agree on."""
-    if isinstance(data, Mapping):
-        return {key: _rounded(value) for key, value in data.items()}
-    if isinstance(data, list | tuple | np.ndarray):
-        return [_rounded(value) for value in data]
-    # + 0.0, so that no -0.0 differs from 0.0.
-    return round(float(data), 9) + 0.0 if isinstance(data, float) else data
 
 
 def _made_runs(
@@ -249,7 +224,12 @@ def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, f
 
 
 def _reported(
-    exo: ShoulderExo, merit: Merit, runs: list[Run], objectives: tuple[str, ...], finer_step: float
+    exo: ShoulderExo,
+    merit: Merit,
+    runs: list[Run],
+    objectives: tuple[str, ...],
+    finer_step: float,
+    centres: tuple[Centre, ...],
 ) -> Optimised:
     """The best run and the Pareto front of all, each with its check."""
     from ...study import non_dominated
@@ -264,33 +244,33 @@ def _reported(
         # Without a pose inside, forces and margins are NaN.
         rows = [max(range(len(runs)), key=lambda row: (runs[row].objectives["index"], -runs[row].merit))]
     return Optimised(
-        tuple(_candidate(exo, merit, runs[row], finer_step) for row in rows),
+        tuple(_candidate(exo, merit, runs[row], finer_step, centres) for row in rows),
         tuple(runs),
         objectives,
     )
 
 
-def _candidate(exo: ShoulderExo, merit: Merit, run: Run, finer_step: float) -> Candidate:
+def _candidate(exo: ShoulderExo, merit: Merit, run: Run, finer_step: float, centres: tuple[Centre, ...]) -> Candidate:
     values = merit.variables.values(np.array(run.point))
     mechanism = merit.variables.design(values)
     if merit.fit_strokes:
-        mechanism = _with_strokes(mechanism, merit, merit.variables.fit_options(values))
+        mechanism = _with_strokes(mechanism, merit, merit.variables.fit_options(values), centres)
     design = type(exo).from_mechanism(mechanism)
-    return Candidate(design, run, recheck(mechanism, design.reaction, merit.criteria, finer_step))
+    checks = [
+        recheck(mechanism, design.reaction, merit.criteria, finer_step, centre_offset=centre) for centre in centres
+    ]
+    return Candidate(design, run, tuple(checks))
 
 
-def _with_strokes(mechanism: Mechanism, merit: Merit, options: FitOptions) -> Mechanism:
+def _with_strokes(mechanism: Mechanism, merit: Merit, options: FitOptions, centres: tuple[Centre, ...]) -> Mechanism:
     """The design with strokes that fit the full grid of daily activities and the poses of the search."""
     from ...study import adl_box
 
-    matrices = np.concatenate(
-        [pose_matrices(adl_box(4.0, mechanism.side))[1], pose_matrices(merit.poses.orientations)[1]]
-    )
-    geometry = mechanism.geometry
-    ends = np.einsum("kij,nj->kni", matrices, geometry.platform_points)
-    lengths: FloatArray = np.sqrt(((ends - geometry.base_points) ** 2).sum(axis=-1))
+    full = adl_box(4.0, mechanism.side)
+    matrices = pose_matrices(full)[1]
+    each = [limb_lengths(mechanism, matrices, PoseOffsets.of(centre, full).spread(len(matrices))) for centre in centres]
+    lengths = np.concatenate([*each, merit.lengths(mechanism)])
     # The grid has many poses and the search few: both count alike.
-    search = len(merit.poses.weights)
-    grid = len(matrices) - search
+    grid = len(matrices) * len(centres)
     weights = np.concatenate([np.full(grid, 0.5 / grid), 0.5 * merit.poses.weights])
     return fitted_strokes(mechanism, lengths, weights, _SPARE, options)

@@ -25,13 +25,28 @@ class Candidate(Record):
         With fitted strokes.
     run : Run
         That found it; its objectives are those on the coarse poses of the search.
-    check : Recheck
-        On the full grid.
+    checks : tuple of Recheck
+        On the full grid: one for each offset of the device's centre that the search was given, in that order.
     """
 
     design: ShoulderExo
     run: Run
-    check: Recheck
+    checks: tuple[Recheck, ...]
+
+    @property
+    def check(self) -> Recheck:
+        """The first check; the only one of a search with one offset or none."""
+        return self.checks[0]
+
+    @property
+    def works(self) -> bool:
+        """Whether the design works (:attr:`Recheck.works`) by every check."""
+        return all(check.works for check in self.checks)
+
+    @property
+    def index(self) -> float:
+        """Φ on the full grid, the least of all checks."""
+        return min(check.workspace.index for check in self.checks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +70,13 @@ class Optimised(Record):
 
     @property
     def best(self) -> ShoulderExo:
-        """The design with the largest Φ on the full grid."""
+        """The design with the largest Φ on the full grid; with several offsets the largest least one."""
         return self.best_candidate.design
 
     @property
     def best_candidate(self) -> Candidate:
         """:attr:`best` with its run and its check."""
-        return max(self.front, key=lambda candidate: candidate.check.workspace.index)
+        return max(self.front, key=lambda candidate: candidate.index)
 
     @property
     def evaluations(self) -> int:
@@ -72,7 +87,7 @@ class Optimised(Record):
         lines = [f"{len(self.runs)} runs, {self.evaluations} designs evaluated, {len(self.front)} reported."]
         for candidate in self.front:
             found = ", ".join(f"{name} {candidate.run.objectives[name]:.4g}" for name in self.objectives)
-            works = ": the design works" if candidate.check.works else ""
+            works = ": the design works" if candidate.works else ""
             lines += ["", f"Run {candidate.run.number} ({found} on the poses of the search){works}."]
-            lines += [str(candidate.check)]
+            lines += ["\n\n".join(str(check) for check in candidate.checks)]
         return "\n".join(lines)

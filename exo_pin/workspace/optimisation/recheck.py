@@ -17,11 +17,13 @@ from ...core.conventions import shoulder_rotation
 from ...core.errors import SolverFailed
 from ...core.records import Record
 from ...design import Arm, Mechanism
+from ...load_case import CentreOffset
 from ..body_shape import BodyShape
 from ..criteria import Criteria
 from ..evaluation import tension_limits
 from ..query import workspace
 from ..result import Workspace
+from .centres import Centre, centre_text, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,7 +71,9 @@ class Recheck(Record):
     persons : dict of str to float
         Φ by person: with their arm and body.
     offsets : dict of str to float
-        Φ with the device's centre 10 mm off the shoulder's, by direction: base and cuff both.
+        Φ with the device's centre 10 mm further off the shoulder's, by direction: base and cuff both.
+    centre_offset : CentreOffset, CentrePath or None
+        Where the device's centre lies in all of this, seen from the shoulder's; of other persons, too.
     """
 
     workspace: Workspace
@@ -81,6 +85,7 @@ class Recheck(Record):
     pinocchio_difference: float
     persons: dict[str, float]
     offsets: dict[str, float]
+    centre_offset: Centre = None
 
     @property
     def works(self) -> bool:
@@ -94,6 +99,7 @@ class Recheck(Record):
 
     def __str__(self) -> str:
         lines = [
+            *([] if self.centre_offset is None else [centre_text(self.centre_offset)]),
             str(self.workspace),
             "",
             f"On the grid of {self.finer_step:g}°: {100 * self.finer_index:.1f} %.",
@@ -143,6 +149,7 @@ def recheck(
     criteria: Criteria,
     finer_step: float = 2.0,
     seed: int = 0,
+    centre_offset: Centre = None,
 ) -> Recheck:
     """Check a design on the full grid, and its forces through Pinocchio.
 
@@ -158,30 +165,33 @@ def recheck(
         Of the second grid, degrees.
     seed : int
         Of the sample of poses.
+    centre_offset : CentreOffset or CentrePath, optional
+        Where the device's centre lies, seen from the shoulder's: the same for all poses, or a path.
 
     Raises
     ------
     SolverFailed
         If Pinocchio and the closed form do not agree on which poses are held, or on |F_s|.
     """
-    full = workspace(mechanism, None, criteria)
+    full = workspace(mechanism, None, criteria, centre_offset=centre_offset)
     rows = criteria
     if criteria.names is not None:
         rows = criteria.replace(names=tuple(name for name in criteria.names if name != "connected"))
-    lines = [workspace(mechanism, poses, rows) for poses in lifting_lines(mechanism.side)]
+    lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in lifting_lines(mechanism.side)]
     checked, difference = 0, float("nan")
     if "forces" in full.margins:
         checked, difference = _through_pinocchio(mechanism, full, lines, reaction, criteria, seed)
     return Recheck(
         full,
-        workspace(mechanism, finer_step, criteria).index,
+        workspace(mechanism, finer_step, criteria, centre_offset=centre_offset).index,
         finer_step,
         lines[0],
         lines[1],
         checked,
         difference,
-        {} if mechanism.arm is None else _persons(mechanism, criteria),
-        _offsets(mechanism, criteria),
+        {} if mechanism.arm is None else _persons(mechanism, criteria, centre_offset),
+        _offsets(mechanism, criteria, centre_offset),
+        centre_offset,
     )
 
 
@@ -209,6 +219,7 @@ def _through_pinocchio(
             split="minimal",
             actuator_bounds=(low, high),
             constraint_bounds=(0.0, 0.0),
+            centre_offset=_offset_of(part, chosen),
         )
         gap = np.abs(answer.magnitude - part.magnitude.reshape(-1)[chosen])
         scale = max(1.0, float(np.nanmax(np.abs(part.tensions.reshape(flat, -1)[chosen]))))
@@ -221,7 +232,13 @@ def _through_pinocchio(
     return count, worst
 
 
-def _persons(mechanism: Mechanism, criteria: Criteria) -> dict[str, float]:
+def _offset_of(part: Workspace, chosen: np.ndarray) -> CentreOffset | None:
+    """Offset in some poses of a workspace, by their index."""
+    given = part.centre_offset
+    return None if given is None else CentreOffset(given.base.reshape(-1, 3)[chosen], given.cuff.reshape(-1, 3)[chosen])
+
+
+def _persons(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) -> dict[str, float]:
     """Φ by person, on the grid of 8°; the gap is there for such differences, so no gap is demanded besides."""
     shares = {}
     devices = [part for part in mechanism.require_arm("persons").parts if part.device]
@@ -232,12 +249,12 @@ def _persons(mechanism: Mechanism, criteria: Criteria) -> dict[str, float]:
             arm = arm + part
         body = None if criteria.body is None else BodyShape.from_height(height, mechanism.side)
         limits = criteria.replace(body=body, least_gap=min(criteria.least_gap, 0.0))
-        shares[name] = workspace(mechanism.replace(arm=arm), 8.0, limits).index
+        shares[name] = workspace(mechanism.replace(arm=arm), 8.0, limits, None, centre_offset).index
     return shares
 
 
-def _offsets(mechanism: Mechanism, criteria: Criteria) -> dict[str, float]:
-    """Φ with the device's centre off the shoulder's, on the grid of 8°: joints on torso and arm moved alike.
+def _offsets(mechanism: Mechanism, criteria: Criteria, centre_offset: Centre) -> dict[str, float]:
+    """Φ with the device's centre further off the shoulder's, on the grid of 8°: joints on torso and arm moved alike.
 
     As for other persons, no gap is demanded besides.
     """
@@ -246,10 +263,6 @@ def _offsets(mechanism: Mechanism, criteria: Criteria) -> dict[str, float]:
         for sign in (1.0, -1.0):
             shift = np.zeros(3)
             shift[axis] = sign * _OFFSET
-            geometry = mechanism.geometry.replace(
-                base_points=mechanism.geometry.base_points + shift,
-                platform_points=mechanism.geometry.platform_points + shift,
-            )
             label = f"centre {1e3 * sign * _OFFSET:+.0f} mm {name}"
-            shares[label] = workspace(mechanism.replace(geometry=geometry), 8.0, limits).index
+            shares[label] = workspace(mechanism, 8.0, limits, None, shifted(centre_offset, shift)).index
     return shares

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from ...core.conventions import shoulder_rotation
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, ReadOnly, as_finite
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
+from ..pose_offsets import PoseOffsets
+from .centres import Centre
 
 __all__ = ["SearchPoses", "lifting_poses"]
 
@@ -25,10 +28,13 @@ class SearchPoses(ReadOnly):
         Shape (N,).
     weights : ndarray
         Shape (N,).
+    offsets : PoseOffsets or None
+        Of the device's centre in these poses; None where it is the shoulder's.
     """
 
     orientations: Rotation
     weights: FloatArray
+    offsets: PoseOffsets | None = None
 
     def __post_init__(self) -> None:
         weights = as_finite("weights", self.weights, (None,))
@@ -47,6 +53,14 @@ class SearchPoses(ReadOnly):
             raise InvalidInput(f"expected poses as a stack of rotations or SearchPoses, got {type(value).__name__}")
         flat = Rotation.from_quat(value.as_quat().reshape(-1, 4))
         return cls(flat, np.full(len(flat), 1.0 / len(flat)))
+
+    def at_centres(self, centres: Sequence[Centre]) -> SearchPoses:
+        """These poses with every one of the offsets of the device's centre, one stack after the other."""
+        quaternions, count = self.orientations.as_quat(), len(self.weights)
+        offsets = PoseOffsets.joined([PoseOffsets.of(each, self.orientations) for each in centres], count)
+        return SearchPoses(
+            Rotation.from_quat(np.tile(quaternions, (len(centres), 1))), np.tile(self.weights, len(centres)), offsets
+        )
 
 
 def lifting_poses(

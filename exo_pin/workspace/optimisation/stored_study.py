@@ -12,19 +12,24 @@ Assumption: the clocks of the machines agree to some seconds.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from os import PathLike, fspath
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.records import OneProcess
-from .merit import OBJECTIVES
+from ...design.io.mechanism_writing import mechanism_table
+from .centres import Centre, described
+from .merit import OBJECTIVES, Merit
 
-__all__ = ["STALE", "Run", "StoredStudy"]
+__all__ = ["STALE", "Run", "StoredStudy", "study_description"]
 
 #: Seconds after which a silent run is taken for abandoned.
 STALE = 30.0
@@ -186,3 +191,44 @@ def _difference(before: str, now: str) -> str:
     old, new = json.loads(before), json.loads(now)
     changed = [key for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
     return ", ".join(f"{key} was {old.get(key)!r:.60} and is {new.get(key)!r:.60}" for key in changed)
+
+
+def study_description(
+    merit: Merit, objectives: tuple[str, ...], seed: int, run_length: int, refine: bool, centres: tuple[Centre, ...]
+) -> dict[str, Any]:
+    """What a study searches, to tell it from others."""
+    space = merit.variables
+    # Its title and sources say where numbers are from; the search does not depend on them.
+    design = mechanism_table(space.mechanism.replace(title="", sources={}))
+    text = {
+        "objectives": objectives,
+        "fit_strokes": merit.fit_strokes,
+        "data of the design": _digest(design),
+        "data of the poses": _digest([merit.poses.orientations.as_matrix().tolist(), merit.poses.weights.tolist()]),
+        "design": space.mechanism.name,
+        "limbs": space.mechanism.limb_count,
+        "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),
+        "poses": len(merit.poses.weights),
+        "criteria": repr(merit.criteria),
+        "seed": seed,
+        "run_length": run_length,
+        "start": space.of_design() if refine else "random",
+    }
+    if centres != (None,):
+        text["centre_offset"] = [described(centre) for centre in centres]
+    return text if merit.contact is None else {**text, "contact": merit.contact.description()}
+
+
+def _digest(data: Any) -> str:
+    """A short text that other data do not have."""
+    return hashlib.sha256(repr(_rounded(data)).encode()).hexdigest()[:12]
+
+
+def _rounded(data: Any) -> Any:
+    """The same to nine decimals, which computers agree on."""
+    if isinstance(data, Mapping):
+        return {key: _rounded(value) for key, value in data.items()}
+    if isinstance(data, list | tuple | np.ndarray):
+        return [_rounded(value) for value in data]
+    # + 0.0, so that no -0.0 differs from 0.0.
+    return round(float(data), 9) + 0.0 if isinstance(data, float) else data

@@ -24,7 +24,8 @@ _ANGLES = ("flexion", "abduction", "internal rotation")
 def tracking_figure(tracking: Tracking) -> Figure:
     """Six plots over time; see :meth:`exo_pin.control.Tracking.plot`.
 
-    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the muscles cannot hold.
+    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold. Limbs
+    with motors have motor forces in place of pressures.
     """
     figure = pyplot().figure(figsize=(10.4, 9.2), layout="constrained")
     axes = figure.subplots(3, 2, sharex=True)
@@ -36,7 +37,10 @@ def tracking_figure(tracking: Tracking) -> Figure:
     axes[0, 1].plot(t, np.degrees(tracking.error), color=BLACK, linewidth=2.0)
     axes[0, 1].set_ylabel("angle to the wanted pose, °")
     axes[0, 1].set_ylim(bottom=0.0)
-    _lines(axes[1, 1], t, run.pressures / 1e5, limbs, "pressure, bar")
+    if run.plant.motors.any():
+        _lines(axes[1, 1], t, run.motor_forces, limbs, "motor force along the limb, N")
+    else:
+        _lines(axes[1, 1], t, run.pressures / 1e5, limbs, "pressure, bar")
     _lines(axes[2, 0], t, run.tensions, limbs, "tension, N")
     force = tracking.shoulder_force
     _lines(axes[2, 1], t, force, ("F_s x forward", "F_s y left", "F_s z up"), "shoulder on the arm, N")
@@ -53,7 +57,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
     notes = "thin: wanted; thick: reached"
     if not tracking.reachable.all():
-        notes += "; grey: wanted poses that the muscles cannot hold at rest"
+        notes += "; grey: wanted poses that the drives cannot hold at rest"
     figure.supxlabel(notes, fontsize=9, color=GREY)
     return figure
 

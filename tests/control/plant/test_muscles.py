@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from exo_pin.control.plant.equations.plant_tables import plant_tables
 
 import exo_pin as ep
 from exo_pin.control.plant.equations.muscle_kernels import (
@@ -12,7 +13,6 @@ from exo_pin.control.plant.equations.muscle_kernels import (
     static_law,
     tension,
 )
-from exo_pin.control.plant.equations.plant_tables import plant_tables
 from exo_pin.muscle import ConstantFriction, Muscle, muscle_model, muscle_models, table
 
 

@@ -1,9 +1,10 @@
-"""The plant as the closed chain: Pinocchio's tree and loops, with the air integrated alongside.
+"""The plant as the closed chain: Pinocchio's tree and loops, with the drives integrated alongside.
 
-Over a short interval the motion is found by waveform relaxation: with pressures given in time, the chain moves under
-the muscles' tensions (:meth:`exo_pin.ClosedChain.simulate`); with the lengths of the limbs given in time, the air
-follows; and so on until the pressures do not change any more. The first pressures are those of the motion in minimal
-coordinates, but the result does not depend on them. An interval in which this does not converge is halved.
+Over a short interval the motion is found by waveform relaxation: with the states of the drives given in time, the chain
+moves under their tensions (:meth:`exo_pin.ClosedChain.simulate`); with the lengths of the limbs given in time, the
+drives follow; and so on until pressures and positions of the drives do not change any more. The first ones are those of
+the motion in minimal coordinates, but the result does not depend on them. An interval in which this does not converge
+is halved.
 
 The shoulder's friction is the chain's: viscous, and Coulomb's in each axis of the arm by itself, with true sticking.
 Limbs may have mass.
@@ -26,8 +27,9 @@ from scipy.spatial.transform import Rotation
 from ....core.errors import ExoPinError, SolverFailed
 from ....core.validation import FloatArray
 from ....wrist_chain.equilibrium import EquilibriumModel
+from ..equations.drive_kernels import drives_alone, tensions
 from ..equations.integrator import advance
-from ..equations.plant_kernels import SHOULDER, air_rates, arm_load, tensions
+from ..equations.plant_kernels import SHOULDER, arm_load
 
 if TYPE_CHECKING:
     from ..plant import Plant
@@ -38,8 +40,8 @@ __all__ = ["ChainMotion", "Piece"]
 _NODES, _SPACING = 3, 1.5e-3
 #: Iterations, and shortest interval, s.
 _ITERATIONS, _SHORTEST = 8, 1e-4
-#: Change of a pressure, over the relative tolerance, at which the iteration ends, Pa.
-_PRESSURE = 1e6
+#: Changes of a pressure and of a motor's position, over the relative tolerance, at which the iteration ends, Pa and m.
+_PRESSURE, _POSITION = 1e6, 1.0
 #: The root's own coordinates in v.
 _ROOT = slice(0, 3)
 
@@ -92,11 +94,13 @@ class ChainMotion:
         names = [f"limb_{i + 1}_slide" for i in range(n)]
         self._slides_q = np.array([tree.idx_qs[tree.getJointId(name)] for name in names])
         self._slides_v = np.array([tree.idx_vs[tree.getJointId(name)] for name in names])
-        #: Places of the state that belong to the air: all but the arm and the shoulder's friction.
+        #: Places of the state that belong to the drives: all but the arm and the shoulder's friction.
         self._air = np.r_[6 : 6 + 2 * n, 9 + 2 * n : len(y)]
         R = orientation.as_matrix()
         self.q = model.configuration(R, orientation.as_quat())
         lengths = np.linalg.norm(plant.tables.platform @ R.T - plant.tables.base, axis=1)
+        self._motors = plant.tables.motors[:, 0] > 0.0
+        self._change = np.where(self._motors, _POSITION, _PRESSURE) * rtol
         self._neutral = lengths - self.q[self._slides_q]
         rate = np.zeros(tree.nv)
         rate[_ROOT] = R.T @ angular_velocity
@@ -162,7 +166,7 @@ class ChainMotion:
             lengths = self._neutral + moved.q[:, self._slides_q]
             air = self._air_along(pieces, nodes, lengths, moved.v[:, self._slides_v])
             after = np.array([air.at(t)[:count] for t in nodes.tolist()])
-            if np.abs(after - before).max() <= _PRESSURE * self.rtol:
+            if (np.abs(after - before).max(axis=0) <= self._change).all():
                 self.q, self.v = moved.q[-1].copy(), moved.v[-1].copy()
                 self.y[self._air] = air.at(float(nodes[-1]))
                 self.work += float(moved.work[-1])
@@ -176,7 +180,7 @@ class ChainMotion:
         """Lengths of the limbs and their rates at the nodes, in minimal coordinates."""
         q, y = self.kinematics()
         tables, atol, step = self.tables, np.full(len(y), 1e-10), 1e-4
-        atol[6 : 6 + len(self._slides_q)] = 1e-4
+        atol[6 : 6 + len(self._slides_q)][~self._motors] = 1e-4
         found = [self._limbs(q, y)]
         for start, end in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True):
             flows = next(p.flows for p in pieces if p.start <= start < p.end)
@@ -198,13 +202,14 @@ class ChainMotion:
         y, out, air = self.y.copy(), np.zeros(len(self.y)), self._air
         scale = np.full(len(air), 1e-2)
         n = len(self._slides_q)
-        scale[:n] = scale[2 * n] = 1e3
+        scale[:n] = np.where(self._motors, 1e-3, 1e3)
+        scale[2 * n] = 1e3
         solutions, state = [], self.y[air].copy()
         for piece in pieces:
 
             def rate(t: float, x: FloatArray, flows: FloatArray = piece.flows) -> FloatArray:
                 y[air] = x
-                air_rates(self.tables, flows, curve(t), slope(t), y, out)
+                drives_alone(self.tables, flows, curve(t), slope(t), y, out)
                 return out[air]
 
             found = solve_ivp(
@@ -219,8 +224,9 @@ class ChainMotion:
 
     def _efforts(self, air: _Air, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
         """Efforts of the chain at a time: a tension pulls its slide back."""
-        pulls, tau = np.zeros(len(self._slides_q)), np.zeros(len(v))
-        tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], air.at(t), pulls)
+        pulls, tau, y = np.zeros(len(self._slides_q)), np.zeros(len(v)), self.y.copy()
+        y[self._air] = air.at(t)
+        tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], y, pulls)
         tau[self._slides_v] = -self.intact * pulls
         return tau
 

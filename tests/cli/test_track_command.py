@@ -54,7 +54,7 @@ def test_experiments_are_listed(capsys):
     [
         ([], "--list"), (["abductoin"], "abduction"), (["abduction", "--fault", "flood,1,2"], "burst"),
         (["abduction", "--fault", "burst,0,2"], "from 1"), (["abduction", "--lost-imu", "3"], "2 numbers"),
-        (["abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
+        (["held-abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_one_line(capsys, arguments, word):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Slerp
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 __all__ = ["record_run"]
 
+#: Most limbs whose forces a motion determines.
+DETERMINED = 3
+
 
 def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recording:
     """Record a run of the plant, in real time.
@@ -28,17 +31,24 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
     run : Run
         From :meth:`exo_pin.control.Plant.simulate`.
     frames_a_second : float
-        Frames lie between samples on the shortest turn.
+        Frames lie between samples on the shortest turn; with more than three limbs each is the nearest sample.
 
     Returns
     -------
     Recording
         Arm, pressures, and the forces that this motion takes: those of the reaction query with the run's own motion
-        and moments of friction and stops, which for three limbs are the run's tensions.
+        and moments of friction and stops. Forces of the limbs are the run's tensions: three are determined by the
+        motion, more are given to the query.
     """
     last = float(run.times[-1])
     count = max(int(last * as_positive("frames_a_second", frames_a_second)), 1)
     times = np.linspace(0.0, last, count + 1)
+    tensions: dict[str, Any] = {}
+    if run.plant.count > DETERMINED:
+        # Between samples tensions and motion do not balance each other to rounding.
+        rows = np.unique(np.abs(run.times[:, None] - times).argmin(axis=0))
+        times = run.times[rows]
+        tensions["actuator_bounds"] = (run.tensions[rows], run.tensions[rows])
 
     def between(values: FloatArray) -> FloatArray:
         return np.stack([np.interp(times, run.times, column) for column in values.T], axis=-1)
@@ -46,5 +56,6 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
     given = run.load()
     load = Load(given.force, between(np.asarray(given.moment)), given.at)
     motion = Motion(between(run.angular_velocity), between(run.angular_acceleration))
-    pressures = np.maximum(between(run.pressures), 0.0)
-    return scene.record(Slerp(run.times, run.rotations)(times), times, pressures, motion=motion, load=load)
+    pressures = None if run.plant.motors.all() else np.maximum(between(run.pressures), 0.0)
+    poses = Slerp(run.times, run.rotations)(times)
+    return scene.record(poses, times, pressures, motion=motion, load=load, **tensions)

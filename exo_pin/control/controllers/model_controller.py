@@ -11,13 +11,13 @@ an arm has so little inertia about its own axis that any friction there would be
 The tensions for it are those nearest to the moment within what the drives can do at their lengths, and among these the
 ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). Cables are kept taut. Motors get the
 forces of :mod:`exo_pin.control.controllers.motor_loop`. For muscles the static law turns tensions into pressures, a
-muscle that shall not pull into the pressure at which it would begin to. The valve is then pulsed with the share of time
-that holds the wanted pressure, from the flows of its two paths, plus a share proportional to the pressure's error.
+muscle that shall not pull into the pressure at which it would begin to, and
+:mod:`exo_pin.control.controllers.valve_loop` turns these into duties.
 
 Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
 integral alone.
 
-Assumptions: the controller's own plant is true; muscle friction and the lag of the air are left to the feedback; limbs
+Assumptions: the controller's own plant is true; muscle friction is left to the feedback; limbs
 carry no side force.
 """
 
@@ -34,17 +34,18 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ...muscle.valve.flow import ATMOSPHERE, mass_flow
-from ...muscle.valve.supply import ValveUnit
 from .contraction import Contractions
 from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion
+from .valve_loop import ValveLoop
 
 if TYPE_CHECKING:
     from ..plant.plant import Plant
 
 __all__ = ["FeedbackGains", "ModelController", "gains_for"]
 
+#: How far the feed-forward of the air looks ahead, s: a period of the pulses.
+_AHEAD = 0.05
 #: Moment of the weight, N m, up to which the standard gains hold, and damping ratio beyond it.
 _STANDARD_WEIGHT, _DAMPING_RATIO = 1.5, 0.25
 
@@ -67,6 +68,8 @@ class FeedbackGains:
         Ω of the length loop of motor drives, rad/s.
     axial_share : float
         Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there.
+    air_ahead : bool
+        Whether valves also pass the air that the reference is going to need.
     """
 
     stiffness: float = 1.5
@@ -75,6 +78,7 @@ class FeedbackGains:
     pressure: float = 1.0
     bandwidth: float = 35.0
     axial_share: float = 1.0
+    air_ahead: bool = False
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "damping", "pressure", "bandwidth", "axial_share"):
@@ -99,7 +103,8 @@ def gains_for(mechanism: Mechanism) -> FeedbackGains:
     greatest = float(np.linalg.eigvalsh(inertia).max())
     stiffness = standard.stiffness * weight / _STANDARD_WEIGHT
     damping = 2.0 * _DAMPING_RATIO * float(np.sqrt(stiffness * greatest))
-    return replace(standard, stiffness=stiffness, damping=damping, axial_share=float(np.sqrt(inertia[2, 2] / greatest)))
+    share = float(np.sqrt(inertia[2, 2] / greatest))
+    return replace(standard, stiffness=stiffness, damping=damping, axial_share=share, air_ahead=True)
 
 
 class ModelController:
@@ -131,7 +136,7 @@ class ModelController:
         self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)
         self._contractions = Contractions(plant.mechanism)
-        self._units, self._supply = plant.units, plant.supply
+        self._valves = ValveLoop(plant, self.gains.pressure)
         self._motors = MotorLoop(plant.drives, self.gains.bandwidth)
         self.reset()
 
@@ -153,7 +158,8 @@ class ModelController:
         g = self.gains
         spring = g.stiffness * self._shared(error, pose)
         self._integral += self._interval / g.integral_time * (spring + self.planned.missing_moment)
-        commands = self._valves(self.planned.tensions, lengths, measurement.pressures)
+        flows = self._needed_flows(t)
+        commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
         if self._motors.motors:
             motion = length_motion(self.plant.mechanism.geometry, wanted)
             commands[self._motors.motors] = self._motors.commands(self.planned.tensions, motion, measurement)
@@ -176,25 +182,15 @@ class ModelController:
         load = Load(np.zeros(3), -feedback)
         return tensions_for_motion(self.plant.mechanism, pose, motion, greatest, least, load)
 
-    def _valves(self, tensions: FloatArray, lengths: FloatArray, measured: FloatArray) -> FloatArray:
-        """Valve commands that hold the pressures of wanted tensions and correct the measured ones; zero for motors."""
-        commands = np.zeros(len(lengths))
-        if self._supply is None:
-            return commands
-        wanted = self.plant.drive_states(lengths, tensions).pressures
-        for i, valves in enumerate(self._units):
-            if not isinstance(valves, ValveUnit):
-                continue
-            commands[i] = self.gains.pressure * (wanted[i] - measured[i]) / 1e5
-            if valves.layout == "3/2":
-                commands[i] = 2.0 * (commands[i] + self._holding_duty(valves, wanted[i] + ATMOSPHERE)) - 1.0
-        return commands
-
-    def _holding_duty(self, valves: ValveUnit, p: float) -> float:
-        """Share of time for which a 3/2-way valve has to fill to hold an absolute pressure in Pa."""
-        assert self._supply is not None
-        fill, vent = valves.paths
-        inflow = mass_flow(self._supply.absolute, p, fill.conductance, fill.critical_ratio)
-        outflow = mass_flow(p, ATMOSPHERE, vent.conductance, vent.critical_ratio)
-        total = inflow + outflow
-        return float(outflow / total) if total > 0.0 else 0.0
+    def _needed_flows(self, t: float) -> FloatArray | None:
+        """Flow that each muscle is going to need for the reference's own motion, kg/s; None without feed-forward."""
+        if not self.gains.air_ahead or self.plant.supply is None:
+            return None
+        masses = []
+        for state in (self.reference(t), self.reference(t + _AHEAD)):
+            lengths = self._contractions.lengths(state.orientation)
+            least, greatest = self.plant.force_limits(lengths)
+            motion = Motion(state.angular_velocity, state.angular_acceleration)
+            found = tensions_for_motion(self.plant.mechanism, state.orientation, motion, greatest, least)
+            masses.append(self._valves.air(found.tensions, lengths))
+        return np.asarray((masses[1] - masses[0]) / _AHEAD)

@@ -29,6 +29,7 @@ from ....core.validation import FloatArray
 from ....wrist_chain.equilibrium import EquilibriumModel
 from ..equations.drive_kernels import drives_alone, tensions
 from ..equations.integrator import advance
+from ..equations.motor_kernels import MOTOR_COLUMNS
 from ..equations.plant_kernels import SHOULDER, arm_load
 
 if TYPE_CHECKING:
@@ -36,8 +37,9 @@ if TYPE_CHECKING:
 
 __all__ = ["ChainMotion", "Piece"]
 
-#: Least intervals of a piece at whose ends lengths are passed on, longest of them, s.
-_NODES, _SPACING = 3, 1.5e-3
+#: Least intervals of a piece at whose ends lengths are passed on, longest of them, s, and their share of the shortest
+#: vibration's 1/ω: lengths between them are cubic, and stiff drives answer to micrometres.
+_NODES, _SPACING, _SHARE = 3, 1.5e-3, 0.1
 #: Iterations, and shortest interval, s.
 _ITERATIONS, _SHORTEST = 8, 1e-4
 #: Changes of a pressure and of a motor's position, over the relative tolerance, at which the iteration ends, Pa and m.
@@ -101,6 +103,7 @@ class ChainMotion:
         lengths = np.linalg.norm(plant.tables.platform @ R.T - plant.tables.base, axis=1)
         self._motors = plant.tables.motors[:, 0] > 0.0
         self._change = np.where(self._motors, _POSITION, _PRESSURE) * rtol
+        self._spacing = self._node_spacing(R)
         self._neutral = lengths - self.q[self._slides_q]
         rate = np.zeros(tree.nv)
         rate[_ROOT] = R.T @ angular_velocity
@@ -108,6 +111,17 @@ class ChainMotion:
         self.y, self.work, self.dissipated, self.opening = y.copy(), 0.0, 0.0, 0.0
         #: Which muscles are whole, 1 or 0 each.
         self.intact = np.ones(n)
+
+    def _node_spacing(self, R: FloatArray) -> float:
+        """Longest interval between nodes, s, from the frequencies of arm and drives on the stretch of each limb."""
+        tables, row = self.tables, dict(zip(MOTOR_COLUMNS, self.tables.motors.T, strict=True))
+        if not self._motors.any():
+            return _SPACING
+        b = tables.platform @ R.T
+        span = b - tables.base
+        levers = np.cross(b, span) / np.linalg.norm(span, axis=1)[:, None] @ R
+        mobility = np.einsum("ij,jk,ik->i", levers, tables.inverse, levers) + row["inverse_mass"]
+        return min(_SPACING, _SHARE / float(np.sqrt((row["stiffness"] * mobility).max())))
 
     @property
     def rotation(self) -> FloatArray:
@@ -154,7 +168,7 @@ class ChainMotion:
 
     def _converged(self, pieces: list[Piece]) -> bool:
         """Move on through an interval and return True, or return False and stay."""
-        nodes = _nodes(pieces)
+        nodes = _nodes(pieces, self._spacing)
         count = len(self._slides_q)
         air = self._air_along(pieces, nodes, *self._guess(pieces, nodes))
         before = np.array([air.at(t)[:count] for t in nodes.tolist()])
@@ -253,10 +267,10 @@ class _Air:
         return np.asarray(self._solutions[max(bisect_right(self._starts, t) - 1, 0)](t))
 
 
-def _nodes(pieces: list[Piece]) -> FloatArray:
+def _nodes(pieces: list[Piece], spacing: float) -> FloatArray:
     """Times at which lengths are passed on: the ends of the pieces, and some between."""
     parts = []
     for piece in pieces:
-        count = max(_NODES, int(np.ceil((piece.end - piece.start) / _SPACING)))
+        count = max(_NODES, int(np.ceil((piece.end - piece.start) / spacing)))
         parts.append(np.linspace(piece.start, piece.end, count + 1)[:-1])
     return np.append(np.concatenate(parts), pieces[-1].end)

@@ -42,7 +42,7 @@ class LengthGains:
     """
 
     bandwidth: float = 35.0
-    integral_time: float = 0.2
+    integral_time: float = 0.3
     tension: float = 20.0
 
     def __post_init__(self) -> None:

@@ -56,15 +56,16 @@ def test_both_controllers_follow_with_friction(name, kind):
 
 
 def test_the_integral_removes_what_the_weight_does():
-    plant, _, start = held("four-linear-actuators")
+    free = ep.PlantOptions(linear_actuator=control.LinearActuator(viscous=0.0, coulomb=0.0, load_friction=0.0))
+    plant, _, start = held("three-linear-actuators", free)
     pose = start.orientation
     constant = control.Sequence((control.Turn(pose, [0.0, 0.0, 1e-9], duration=1.0),))
     controller = control.LengthController(plant, constant)
-    heavier = ep.Plant(plant.mechanism.replace(arm=replace(plant.mechanism.arm, mass=5.5)))
-    run = heavier.simulate(controller, 3.0, start)
+    heavier = ep.Plant(plant.mechanism.replace(arm=replace(plant.mechanism.arm, mass=5.5)), free)
+    run = heavier.simulate(controller, 5.0, start)
     off = np.abs(run.drive_positions - control.Contractions(plant.mechanism).lengths(pose)).max(axis=1)
     assert off.max() > 5e-5
-    assert off[-1] < 0.01 * off.max()
+    assert off[-100:].max() < 0.02 * off.max()
 
 
 def test_a_reset_controller_repeats_itself():

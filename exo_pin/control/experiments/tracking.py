@@ -204,7 +204,7 @@ class Tracking(Record):
                 table[f"{prefix}{name.replace(' ', '_')}_deg"] = values
         table["error_deg"] = np.degrees(self.error)
         run = self.run
-        series = (
+        series: tuple[tuple[str, FloatArray], ...] = (
             ("length_{}_m", run.lengths), ("wanted_ratio_{}", self.wanted_ratios), ("ratio_{}", self.ratios),
             ("command_{}", run.commands), ("tension_{}_N", run.tensions),
         )  # fmt: skip

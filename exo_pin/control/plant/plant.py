@@ -127,7 +127,7 @@ class Plant(Record):
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
         """Every parameter that the source does not print, with its value and basis."""
-        return assumptions_of(self.mechanism, self.options)
+        return assumptions_of(self.mechanism, self.drives, self.options)
 
     def state(
         self,

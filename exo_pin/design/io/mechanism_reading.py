@@ -217,11 +217,12 @@ def _read_tackle(table: Table | None, sources: dict[str, str]) -> Tackle | None:
     if table is None:
         return None
     _note_source(table, sources)
-    count = table.quantity("number", "count", required=False)
+    count, law = table.quantity("number", "count", required=False), table.text("force_law")
+    assert law is not None
     tackle = Tackle(
         table.quantity("number", "ratio"),
         table.quantity("length", "muscle"),
-        table.text("force_law"),
+        law,
         table.quantity("pressure", "supply"),
         1 if count is None else count,
     )

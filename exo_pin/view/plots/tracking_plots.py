@@ -70,7 +70,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
 def _with_meaning(angles: FloatArray) -> FloatArray:
     """Angles in degrees without flexion and internal rotation near 90° of abduction, where only their sum has one."""
     shown = angles.copy()
-    shown[np.ix_(np.abs(np.cos(np.radians(angles[:, 1]))) < _LOCK, [0, 2])] = np.nan
+    shown[np.abs(np.cos(np.radians(angles[:, 1]))) < _LOCK, ::2] = np.nan
     return shown
 
 

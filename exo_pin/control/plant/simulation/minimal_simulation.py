@@ -83,8 +83,8 @@ def first_state(plant: Plant, start: PlantState) -> FloatArray:
     n, y = plant.count, np.zeros(state_size(plant.count))
     motors = plant.tables.motors[:, 0] > 0.0
     y[3:6], y[9 + 2 * n] = start.angular_velocity, plant.tables.air[1]
-    y[6 : 6 + n] = np.where(motors, start.drive_positions, start.pressures + ATMOSPHERE)
-    y[13 + 5 * n : 13 + 6 * n] = np.where(motors, start.drive_speeds, 0.0)
+    y[6 : 6 + n] = np.where(motors, np.asarray(start.drive_positions), start.pressures + ATMOSPHERE)
+    y[13 + 5 * n : 13 + 6 * n] = np.where(motors, np.asarray(start.drive_speeds), 0.0)
     return y
 
 

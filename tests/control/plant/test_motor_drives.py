@@ -1,6 +1,6 @@
 """Winches and linear actuators: motion against two other engines, energy, static ends, motor, stops, faults."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -232,3 +232,14 @@ def test_a_cable_without_a_force_limit_is_missing_data():
     limbs = [replace(limb, actuator=ep.Actuator("cable")) for limb in mechanism.limbs]
     with pytest.raises(MissingData, match=r"limbs\[3\].actuator.pull_limit"):
         ep.Plant(mechanism.replace(limbs=limbs))
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("four-cables", control.Winch), ("three-linear-actuators", control.LinearActuator)]
+)
+def test_every_estimate_of_a_drive_is_listed_with_its_basis(name, kind):
+    listed = {each.name.partition(".")[2]: each for each in ep.Plant(ep.load(name)).assumptions}
+    for item in fields(kind):
+        assert listed[item.name].basis.startswith("estimate: ")
+        assert f"{getattr(kind(), item.name):g}" in listed[item.name].value
+    assert not any("air" in each.basis for each in listed.values())

@@ -8,6 +8,7 @@ the limb, a rotor of inertia J that turns by N/r a metre has the mass J (N/r)².
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ __all__ = ["LinearActuator", "MotorParameters", "Winch"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotorParameters:
+class MotorParameters(ABC):
     """What winch and linear actuator have in common, all along the limb; every default is an estimate.
 
     Parameters
@@ -74,13 +75,13 @@ class MotorParameters:
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
 
     @property
+    @abstractmethod
     def mass(self) -> float:
         """Inertia of the drive carried over to the limb, kg."""
-        raise NotImplementedError
 
+    @abstractmethod
     def series_stiffness(self, longest: float) -> float:
         """Stiffness in N/m of the limb between drive and arm, for its longest length in m."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -150,10 +150,10 @@ class Tracking(Record):
         return float(np.sqrt((chosen**2).mean())) if chosen.size else float("nan")
 
     def summary(self) -> dict[str, float]:
-        """The run in numbers, with units in the keys."""
+        """The run in numbers, with units in the keys; air, electricity and pushes only where there are such drives."""
         main, wanted = self.angles()[:, self.main_angle], self.angles(wanted=True)[:, self.main_angle]
-        force = np.linalg.norm(self.shoulder_force, axis=1)
-        return {
+        force, run = np.linalg.norm(self.shoulder_force, axis=1), self.run
+        numbers = {
             "start_deg": float(main[0]),
             "end_deg": float(main[-1]),
             "wanted_end_deg": float(wanted[-1]) + 0.0,
@@ -164,15 +164,19 @@ class Tracking(Record):
             "peak_F_s_N": float(force.max()),
             "mean_F_s_N": float(force.mean()),
             "end_F_s_N": float(force[-1]),
-            "peak_tension_N": float(self.run.tensions.max()),
-            "peak_push_N": float(np.maximum(-self.run.tensions, 0.0).max()),
-            "tension_work_J": float(self.run.tension_work[-1].sum()),
-            "air_energy_J": float(self.air_energy[-1]),
-            "air_used_g": float(1e3 * self.run.air_used[-1]),
-            "electric_energy_J": float(self.run.electric_energy[-1].sum()),
-            "peak_electric_W": float(self.run.electric_power.sum(axis=1).max()),
-            "mean_power_W": float(self.energy_in[-1] / max(self.times[-1], 1e-12)),
+            "peak_tension_N": float(run.tensions.max()),
         }
+        if any(drive.word == "actuator" for drive in run.plant.drives):
+            numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
+        numbers["tension_work_J"] = float(run.tension_work[-1].sum())
+        if run.plant.supply is not None:
+            numbers["air_energy_J"] = float(self.air_energy[-1])
+            numbers["air_used_g"] = float(1e3 * run.air_used[-1])
+        if run.plant.motors.any():
+            numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
+            numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
+        span = float(self.times[-1] - self.times[0])
+        return numbers | {"mean_power_W": float(self.energy_in[-1]) / span if span > 0.0 else 0.0}
 
     @property
     def verdict(self) -> str:

@@ -70,7 +70,7 @@ def test_muscles_over_tackles_carry_it_too_when_air_comes_ahead():
     assert numbers["end_deg"] == pytest.approx(90.0, abs=3.0)
     late = tracking.experiment.replace(feedback=control.FeedbackGains(stiffness=12.0, damping=1.2)).run()
     assert late.rms_error() > 3.0 * tracking.rms_error()
-    assert numbers["electric_energy_J"] == 0.0
+    assert "electric_energy_J" not in numbers
     assert numbers["air_energy_J"] > 20.0 * numbers["tension_work_J"]
 
 

@@ -29,9 +29,10 @@ def row(name: str, controller: str) -> str:
     tracking = experiment(name, controller).run()
     spent = time.process_time() - start
     numbers = tracking.summary()
+    push = numbers.get("peak_push_N", 0.0)
     return (
         f"| `{name}` | {controller} | {numbers['rms_error_deg']:.1f}° | {numbers['mean_F_s_N']:.0f} N | "
-        f"{numbers['peak_F_s_N']:.0f} N | {numbers['peak_tension_N']:.0f} N | {numbers.get('peak_push_N', 0.0):.0f} N | "
+        f"{numbers['peak_F_s_N']:.0f} N | {numbers['peak_tension_N']:.0f} N | {push:.0f} N | "
         f"{numbers['mean_power_W']:.0f} W | {tracking.times[-1]:.0f} s | {spent:.1f} s |"
     )
 

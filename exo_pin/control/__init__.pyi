@@ -7,6 +7,8 @@ from .calibration.result import Calibration as Calibration
 from .calibration.undetermined import Undetermined as Undetermined
 from .controllers.contraction import Contractions as Contractions
 from .controllers.controller import Controller as Controller
+from .controllers.length_controller import LengthController as LengthController
+from .controllers.length_controller import LengthGains as LengthGains
 from .controllers.model_controller import FeedbackGains as FeedbackGains
 from .controllers.model_controller import ModelController as ModelController
 from .controllers.proportional_integral import PIGains as PIGains
@@ -18,6 +20,7 @@ from .controllers.thesis_controller import ContractionController as ContractionC
 from .experiments.catalogue import experiment as experiment
 from .experiments.catalogue import experiments as experiments
 from .experiments.catalogue import hung_outward as hung_outward
+from .experiments.catalogue import options_for as options_for
 from .experiments.catalogue import prototype_options as prototype_options
 from .experiments.catalogue import reference_of as reference_of
 from .experiments.designs import fourth_muscle_holes as fourth_muscle_holes
@@ -30,6 +33,8 @@ from .experiments.tracking import Tracking as Tracking
 from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
+from .plant.drives.motor_parameters import LinearActuator as LinearActuator
+from .plant.drives.motor_parameters import Winch as Winch
 from .plant.faults import Fault as Fault
 from .plant.options import PlantOptions as PlantOptions
 from .plant.plant import Plant as Plant

@@ -18,3 +18,4 @@ from .limb import LimbBody as LimbBody
 from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
 from .shoulder import Shoulder as Shoulder
+from .tackle import Tackle as Tackle

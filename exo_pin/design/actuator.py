@@ -7,6 +7,7 @@ from typing import Literal
 
 from ..core.errors import InvalidInput
 from ..core.validation import as_choice, as_positive
+from .tackle import Tackle
 
 __all__ = ["ACTUATOR_FAMILIES", "Actuator", "ActuatorFamily"]
 
@@ -41,6 +42,8 @@ class Actuator:
         Greatest difference between the longest and the shortest length of the limb, m, for the fit of a stroke; None if
         only the family limits it. Of a cable that a pneumatic muscle pulls over a pulley: a quarter of the muscle's
         nominal length, times the ratio of its tackle.
+    tackle : Tackle or None
+        Of a cable that pneumatic muscles pull over pulleys: these muscles; None for a cable on a winch.
 
     Raises
     ------
@@ -56,6 +59,7 @@ class Actuator:
     speed_limit: float | None = None
     power_limit: float | None = None
     travel_limit: float | None = None
+    tackle: Tackle | None = None
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
@@ -76,6 +80,8 @@ class Actuator:
             object.__setattr__(self, "supply_pressure", as_positive("supply_pressure", self.supply_pressure))
         if (self.force_law is None) != (self.supply_pressure is None):
             raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
+        if self.tackle is not None and (self.family != "cable" or not isinstance(self.tackle, Tackle)):
+            raise InvalidInput(f'expected a Tackle with the family "cable" only, got {self.tackle!r:.60}')
         if self.force_law is not None and self.family != "pneumatic muscle":
             raise InvalidInput(
                 f'expected a force_law for the family "pneumatic muscle" only, got one for {self.family!r}'

@@ -40,17 +40,18 @@ class ControlQuestions(Subject):
             A trajectory (:mod:`exo_pin.control`); "abduction" or "flexion", the tests of Section 5.4.1; or a CSV file
             of orientations, as :func:`exo_pin.read_movement` reads it.
         controller : {"pi", "model"} or callable
-            "pi": the thesis's, contraction ratios with the gains of Table 5-5. "model": tensions of least shoulder
-            force and their pressures, with feedback. Or any function ``(t, measurement) -> commands``, see
+            "pi": of muscles the thesis's, contraction ratios with the gains of Table 5-5; of winches and linear
+            actuators their lengths. "model": tensions of least shoulder force and their pressures or motor forces,
+            with feedback. Or any function ``(t, measurement) -> commands``, see
             :mod:`exo_pin.control.controllers.controller`.
         options : PlantOptions, optional
-            Air, valves, friction, shoulder unit; the prototype's estimates if left out.
+            Air, valves, motors, friction, shoulder unit; estimates if left out.
         duration : float, optional
             s; that of the reference if left out.
         imu : Imu, optional
             The inertial sensor with its errors; exact measurements if left out.
         faults : Fault or sequence of Fault
-            Of muscles and valves.
+            Of muscles, valves and motors.
         feedback : FeedbackGains, optional
             Of the controller "model".
         rate : float
@@ -68,18 +69,18 @@ class ControlQuestions(Subject):
         Raises
         ------
         MissingData
-            If arm, muscles, strokes or end fittings are not known.
+            If arm, actuators, strokes or end fittings are not known.
         InvalidInput
             If an argument does not fit.
         """
-        from ..control import Experiment, prototype_options, reference_of  # here, because few queries need them
+        from ..control import Experiment, options_for, reference_of  # here, because few queries need them
 
         wanted = reference_of(reference, self.side)
         name = title or getattr(wanted, "title", "") or "tracking"
         if feedback is not None and controller != "model":
             raise InvalidInput('feedback gains are for the controller "model"')
+        chosen = options_for(self.mechanism) if options is None else options
         experiment = Experiment(
-            "track", name, self.mechanism, wanted, controller, prototype_options() if options is None else options,
-            duration, imu, faults, rate, feedback,  # type: ignore[arg-type]
+            "track", name, self.mechanism, wanted, controller, chosen, duration, imu, faults, rate, feedback,  # type: ignore[arg-type]
         )  # fmt: skip
         return experiment.run(progress)

@@ -54,11 +54,14 @@ def test_experiments_are_listed(capsys):
     [
         ([], "--list"), (["abductoin"], "abduction"), (["abduction", "--fault", "flood,1,2"], "burst"),
         (["abduction", "--fault", "burst,0,2"], "from 1"), (["abduction", "--lost-imu", "3"], "2 numbers"),
-        (["abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
+        (["held-abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
         (["abduction", "--fault", "burst,nan,2"], "1 to 3"), (["abduction", "--fault", "burst,4,2"], "1 to 3"),
         (["abduction", "--fault", "burst,inf,2"], "from 1 to 3"), (["abduction", "--html", "run.png"], ".html"),
         (["abduction", "--supply", "400000"], "bar"), (["abduction", "--supply", "nan"], "bar"),
         (["abduction", "--sensitivity", "--plot", "x.png", "--json"], "--plot, --json"),
+        (["abduction", "--fault", "no-current,1,2"], "pneumatic muscles"),
+        (["four-cables-abduction", "--fault", "burst,1,2"], "a motor"),
+        (["four-cables-abduction", "--fault", "torn,5,2"], "1 to 4"),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_one_line(capsys, arguments, word):

@@ -5,6 +5,7 @@ import numpy as np
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.controllers.contraction import WantedByLengths, WantedByOrientation
+from exo_pin.control.controllers.motor_loop import length_motion
 from exo_pin.control.sensors.imu import ImuSignal
 
 
@@ -33,5 +34,28 @@ def control_examples():
     feedback = control.FeedbackGains()
     return (
         imu, signal, sensor, reading, seen, contractions, by_length, by_pose, thesis, model, model.planned,
-        tracking, tracking.experiment, gains, pi, feedback,
+        tracking, tracking.experiment, gains, pi, feedback, *_motor_examples(reference),
+    )  # fmt: skip
+
+
+def _motor_examples(reference):
+    """Winches, linear actuators, muscles over tackles, and their controllers, after a sample."""
+    cables, rods, tackles = (
+        ep.Plant(ep.load(name)) for name in ("four-cables", "three-linear-actuators", "four-muscle-cables")
+    )
+    pose = reference(0.0).orientation
+    start = cables.held(pose, np.full(4, 10.0))
+    lengths = cables.held(pose, np.zeros(4)).drive_positions
+    seen = control.Measurement(
+        pose, np.zeros(3), np.zeros(4), 0.0, lengths, np.zeros(4), start.drive_positions, np.zeros(4)
+    )
+    length, model = control.LengthController(cables, reference), control.ModelController(cables, reference)
+    for controller in (length, model):
+        controller(0.0, seen)
+    motion = length_motion(cables.mechanism.geometry, reference(0.5))
+    states = tackles.drive_states(lengths, np.full(4, 10.0))
+    return (
+        cables, start, seen, length, length.gains, model, motion, states, *cables.drives, *cables.units, *rods.drives,
+        *tackles.drives, cables.options.winch, cables.options.linear_actuator,
+        tackles.mechanism.limbs[0].actuator.tackle,
     )  # fmt: skip

@@ -132,3 +132,6 @@ def _controllers(folder):
     control.missing_moments(plant, Rotation.from_quat(pose.as_quat()[None]))
     controller = control.ModelController(plant, control.abduction())
     controller(0.0, control.Measurement(pose, still, still, 4e5, still, still))
+    winches = ep.Plant(ep.load("four-cables"))
+    start = winches.held(pose, np.full(4, 10.0))
+    winches.simulate(lambda t, measured: np.full(4, 0.02), 0.002, start, faults=ep.Fault("no current", 0), rtol=1e-4)

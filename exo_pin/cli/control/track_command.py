@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["add_commands"]
 
+#: Movements for any design.
+MOVEMENTS = ("abduction", "flexion")
 #: Samples a second of the wearer's contact force; each takes some milliseconds.
 _CONTACT_RATE = 5.0
 #: Highest supply pressure, bar.
@@ -31,12 +33,14 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--list", action="store_true", help="list the experiments")
     parser.add_argument(
-        "--design", metavar="PRESET|FILE", help="design for the movement of a FILE (default: prototype)"
+        "--design",
+        metavar="PRESET|FILE",
+        help="design for abduction, flexion or the movement of a FILE (default: prototype)",
     )
     parser.add_argument(
         "--controller",
         choices=("pi", "model"),
-        help="pi: that of the thesis; model: the one that knows the plant (default: as in the experiment)",
+        help="pi: each limb by itself; model: the one that knows the plant (default: as in the experiment)",
     )
     parser.add_argument("--flange", action="store_true", help="with the second flange bearing of Section 5.4.3")
     parser.add_argument(
@@ -50,8 +54,8 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--delay", type=float, metavar="S", help="delay of the inertial sensor, s (default 0)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise (default 0)")
     parser.add_argument(
-        "--fault", action="append", default=[], metavar="KIND,MUSCLE,START",
-        help="burst, torn, stuck-open or stuck-shut, number of the muscle from 1, time in s; may be repeated",
+        "--fault", action="append", default=[], metavar="KIND,LIMB,START",
+        help="torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
     )  # fmt: skip
     parser.add_argument(
         "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"
@@ -70,7 +74,7 @@ def _track(options: argparse.Namespace) -> int:
 
     if options.list:
         for name in experiments():
-            print(f"{name:28} {experiment(name).title}")
+            print(f"{name:38} {experiment(name).title}")
         return 0
     if options.study is None:
         raise InvalidInput("expected an experiment or a file: exo-pin track --list names the experiments")
@@ -130,19 +134,24 @@ def _deliver(options: argparse.Namespace, tracking: Tracking) -> int:
 
 def _experiment(options: argparse.Namespace) -> Experiment:
     """The experiment that the options describe."""
-    from ...control import Experiment, experiment, experiments, prototype_options
+    from ...control import Experiment, experiment, experiments, options_for, reference_of
     from ...control.trajectories.orientation_spline import read_reference
     from ...exo.shoulder_exo import load
 
-    if options.study in experiments():
+    if options.study in MOVEMENTS and options.design is not None:
+        exo = load(options.design)
+        reference = reference_of(options.study, exo.side)
+        title = f"{options.study}, {exo.mechanism.name}"
+        chosen = Experiment(options.study, title, exo.mechanism, reference, options=options_for(exo.mechanism))
+    elif options.study in experiments():
         if options.design is not None:
-            raise InvalidInput("--design is for a file's movement: an experiment has its own")
+            raise InvalidInput("--design is for abduction, flexion or a file's movement: an experiment has its own")
         chosen = experiment(options.study)
     elif Path(options.study).suffix.lower() == ".csv":
         exo = load(options.design or "prototype")
         reference = read_reference(options.study, exo.side)
         name = Path(options.study).stem
-        chosen = Experiment(name, name, exo.mechanism, reference, options=prototype_options())
+        chosen = Experiment(name, name, exo.mechanism, reference, options=options_for(exo.mechanism))
     else:
         raise UnknownName("experiment", options.study, experiments())
     changes: dict[str, Any] = {}
@@ -179,21 +188,21 @@ def _imu(options: argparse.Namespace) -> Any:
     return Imu(seed=options.seed, **given) if given else None
 
 
-def _fault(text: str, muscles: int) -> Fault:
+def _fault(text: str, limbs: int) -> Fault:
     from ...control import Fault
 
     kinds = {
         "burst": ("burst", -1.0), "torn": ("torn", -1.0), "stuck-open": ("stuck valve", 1.0),
-        "stuck-shut": ("stuck valve", -1.0),
+        "stuck-shut": ("stuck valve", -1.0), "no-current": ("no current", -1.0),
     }  # fmt: skip
     kind, _, rest = text.partition(",")
     if kind not in kinds:
         raise UnknownName("fault", kind, kinds)
-    muscle, start = _numbers("--fault KIND", rest, 2)
-    if muscle not in range(1, muscles + 1):
-        raise InvalidInput(f"expected a muscle from 1 to {muscles} in --fault, got {muscle:g}")
+    limb, start = _numbers("--fault KIND", rest, 2)
+    if limb not in range(1, limbs + 1):
+        raise InvalidInput(f"expected a limb from 1 to {limbs} in --fault, got {limb:g}")
     name, command = kinds[kind]
-    return Fault(name, int(muscle) - 1, start, command=command)  # type: ignore[arg-type]
+    return Fault(name, int(limb) - 1, start, command=command)  # type: ignore[arg-type]
 
 
 def _numbers(option: str, text: str, count: int) -> list[float]:

@@ -3,7 +3,9 @@
     ratio_i = (l_0i - (l_i - e_i)) / l_0i
 
 with l_0i the nominal length of the muscle and e_i its end fittings, which (5-4) leaves out: it is only right if l_i
-there means the muscle and not the limb.
+there means the muscle and not the limb. For a cable that muscles pull over a tackle l_0i is the ratio of the tackle
+times the nominal length of the muscle, and l_0i + e_i the longest length of the limb; for winches and linear actuators
+l_0i is the nominal length of the stroke.
 
 Source: thesis (5-4).
 """
@@ -20,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.validation import FloatArray, as_finite, as_rotation
-from ...design import Mechanism
+from ...design import Limb, Mechanism
 
 __all__ = ["Contractions", "WantedByLengths", "WantedByOrientation"]
 
@@ -54,8 +56,9 @@ class Contractions:
             raise MissingData(names, "a contraction ratio", mechanism.name)
         self._base = np.array(mechanism.geometry.base_points)
         self._platform = np.array(mechanism.geometry.platform_points)
-        self.nominal = np.array([stroke.nominal_length for stroke in strokes if stroke is not None])
-        self.fittings = np.array([stroke.end_fitting for stroke in strokes if stroke is not None], dtype=float)
+        spans = [_span(limb) for limb in mechanism.limbs]
+        self.nominal = np.array([span for _, span in spans])
+        self.fittings = np.array([start - span for start, span in spans])
 
     def lengths(self, orientation: Rotation) -> FloatArray:
         """Limb lengths, shape (..., n), m, of poses of shape (...)."""
@@ -67,6 +70,16 @@ class Contractions:
         """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched."""
         l = as_finite("lengths", lengths, (len(self.nominal),), stack=True)  # noqa: E741
         return np.asarray((self.nominal + self.fittings - l) / self.nominal)
+
+
+def _span(limb: Limb) -> tuple[float, float]:
+    """Length of a limb at which its ratio is zero, and the length that counts as 1, m."""
+    stroke, tackle = limb.stroke, None if limb.actuator is None else limb.actuator.tackle
+    assert stroke is not None
+    assert stroke.end_fitting is not None
+    if tackle is not None:
+        return stroke.nominal_length * stroke.longest + stroke.end_fitting, tackle.ratio * tackle.muscle_length
+    return stroke.nominal_length + stroke.end_fitting, stroke.nominal_length
 
 
 @dataclass(frozen=True)

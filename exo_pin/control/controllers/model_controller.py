@@ -1,31 +1,31 @@
-"""A controller that knows arm, muscles and valves: wanted motion -> moment -> tensions -> pressures -> duties.
+"""A controller that knows arm and drives: wanted motion -> moment -> tensions -> pressures and duties, or motor forces.
 
 With the error e = log(R_r Rᵀ), a rotation vector in the base frame, the limbs shall put on the arm the moment
 
     M = I η_r + ω × I ω - C × m g - M_load + K e + D (ω_r - ω) + i         i' = K e / T_i - (M - M_given) / T_t
 
 feed-forward of the reference's motion, of the weight and of the plant's constant load, and feedback by a spring K, a
-damper D and an integral, which the moment that the muscles cannot give draws back (back-calculation with T_t = T_i).
+damper D and an integral, which the moment that the drives cannot give draws back (back-calculation with T_t = T_i).
 Why moments and not accelerations: an arm has so little inertia about its own axis that any friction there would beat a
 wanted acceleration.
 
-The tensions for it are those nearest to the moment within what the muscles can pull at their lengths, and among these
-the ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). The static muscle law turns them
-into pressures, a muscle that shall not pull into the pressure at which it would begin to. The valve is then pulsed with
-the share of time that holds the wanted pressure, from the flows of its two paths, plus a share proportional to the
-pressure's error.
+The tensions for it are those nearest to the moment within what the drives can do at their lengths, and among these the
+ones of least shoulder force (:mod:`exo_pin.control.controllers.tension_program`). Cables are kept taut. Motors get the
+forces of :mod:`exo_pin.control.controllers.motor_loop`. For muscles the static law turns tensions into pressures, a
+muscle that shall not pull into the pressure at which it would begin to, and
+:mod:`exo_pin.control.controllers.valve_loop` turns these into duties.
 
 Without a reading of the inertial sensor the arm is taken to be where the reference is: feed-forward and the last
 integral alone.
 
-Assumptions: the controller's own plant is true; muscle friction and the lag of the air are left to the feedback; limbs
+Assumptions: the controller's own plant is true; muscle friction is left to the feedback; limbs
 carry no side force.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,15 +33,20 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive
+from ...design import Mechanism
 from ...load_case import Load, Motion
-from ...muscle.valve.flow import ATMOSPHERE, mass_flow
-from ..plant.equations.plant_tables import supply_of
 from ..plant.plant import Plant
 from .contraction import Contractions
-from .pressure_kernels import pressures_for, static_tensions
+from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion
+from .valve_loop import ValveLoop
 
-__all__ = ["FeedbackGains", "ModelController"]
+__all__ = ["FeedbackGains", "ModelController", "gains_for"]
+
+#: How far the feed-forward of the air looks ahead, s: a period of the pulses.
+_AHEAD = 0.05
+#: Moment of the weight, N m, up to which the standard gains hold, and damping ratio beyond it.
+_STANDARD_WEIGHT, _DAMPING_RATIO = 1.5, 0.25
 
 
 @dataclass(frozen=True)
@@ -58,18 +63,58 @@ class FeedbackGains:
         T_i, s; infinite for none.
     pressure : float
         Share of time by which a valve is opened or closed more for a pressure that is 1 bar off.
+    bandwidth : float
+        Ω of the length loop of motor drives, rad/s.
+    axial_share : float
+        Share of K and D about the arm's own axis, the z axis of {O_B}: an arm has little inertia there.
+    air_ahead : bool
+        Whether valves also pass the air that the reference is going to need.
     """
 
     stiffness: float = 1.5
     damping: float = 0.1
     integral_time: float = 2.0
     pressure: float = 1.0
+    bandwidth: float = 35.0
+    axial_share: float = 1.0
+    air_ahead: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("stiffness", "damping", "pressure"):
+        for name in ("stiffness", "damping", "pressure", "bandwidth", "axial_share"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
         if self.integral_time != np.inf:
             object.__setattr__(self, "integral_time", as_positive("integral_time", self.integral_time))
+        if not isinstance(self.air_ahead, bool | np.bool_):
+            raise InvalidInput(f"expected air_ahead as True or False, got {self.air_ahead!r:.40}")
+
+
+def gains_for(mechanism: Mechanism) -> FeedbackGains:
+    """Gains for an arm of another size than the prototype's.
+
+    The spring grows with the moment of the weight on the outstretched arm, and the damper with the root of spring and
+    inertia, so that the arm turns as well damped. The prototype's arm, 1.2 N m, has those of :class:`FeedbackGains`.
+
+    Raises
+    ------
+    MissingData
+        If the arm or its inertia is not known.
+    InvalidInput
+        If it is no mechanism.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    arm, standard = mechanism.require_arm("a model-based controller", inertia=True), FeedbackGains()
+    assert arm.inertia is not None
+    c = arm.centre_of_mass
+    weight = arm.mass * float(np.linalg.norm(mechanism.gravity) * np.linalg.norm(c))
+    if weight <= _STANDARD_WEIGHT:
+        return standard
+    inertia = arm.inertia + arm.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    greatest = float(np.linalg.eigvalsh(inertia).max())
+    stiffness = standard.stiffness * weight / _STANDARD_WEIGHT
+    damping = 2.0 * _DAMPING_RATIO * float(np.sqrt(stiffness * greatest))
+    share = float(np.sqrt(inertia[2, 2] / greatest))
+    return replace(standard, stiffness=stiffness, damping=damping, axial_share=share, air_ahead=True)
 
 
 class ModelController:
@@ -82,7 +127,7 @@ class ModelController:
     reference : callable
         ``reference(t)`` has ``orientation``, ``angular_velocity`` and ``angular_acceleration``.
     gains : FeedbackGains, optional
-        Of the feedback.
+        Of the feedback; :func:`gains_for` the arm if left out.
     rate : float
         Samples a second, Hz.
 
@@ -102,10 +147,11 @@ class ModelController:
         if not callable(reference):
             raise InvalidInput(f"expected a reference that can be called, got {type(reference).__name__}")
         self.plant, self.reference = plant, reference
-        self.gains = FeedbackGains() if gains is None else gains
+        self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)
         self._contractions = Contractions(plant.mechanism)
-        self._units, self._supply = plant.units, supply_of(plant.mechanism, plant.options)
+        self._valves = ValveLoop(plant, self.gains.pressure)
+        self._motors = MotorLoop(plant.drives, self.gains.bandwidth)
         self.reset()
 
     def reset(self) -> None:
@@ -124,39 +170,44 @@ class ModelController:
         lengths = self._contractions.lengths(pose)
         self.planned = self._tensions(wanted, pose, velocity, error, lengths)
         g = self.gains
-        self._integral += self._interval / g.integral_time * (g.stiffness * error + self.planned.missing_moment)
-        return self._commands(self._pressures(self.planned.tensions, lengths), measurement.pressures)
+        spring = g.stiffness * self._shared(error, pose)
+        self._integral += self._interval / g.integral_time * (spring + self.planned.missing_moment)
+        flows = self._needed_flows(t)
+        commands = self._valves.commands(self.planned.tensions, lengths, measurement.pressures, flows)
+        if self._motors.motors:
+            motion = length_motion(self.plant.mechanism.geometry, wanted)
+            commands[self._motors.motors] = self._motors.commands(self.planned.tensions, motion, measurement)
+        return np.clip(commands, -1.0, 1.0)
+
+    def _shared(self, vector: FloatArray, pose: Rotation) -> FloatArray:
+        """A vector in the base frame with its part along the arm's own axis reduced."""
+        axis = pose.as_matrix()[:, 2]
+        return np.asarray(vector - (1.0 - self.gains.axial_share) * (axis @ vector) * axis)
 
     def _tensions(
         self, wanted: Any, pose: Rotation, velocity: FloatArray, error: FloatArray, lengths: FloatArray
     ) -> Tensions:
         g = self.gains
-        feedback = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity) + self._integral
-        tables = self.plant.tables
-        least, greatest = np.empty(len(lengths)), np.empty(len(lengths))
-        static_tensions(tables.law, tables.muscles, lengths, 0.0, least)
-        static_tensions(tables.law, tables.muscles, lengths, self._supply.pressure, greatest)
+        turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
+        feedback = self._shared(turned, pose) + self._integral
+        least, greatest = self.plant.force_limits(lengths)
         motion = Motion(velocity, wanted.angular_acceleration)
+        tables = self.plant.tables
         # The limbs carry what a load of the opposite moment would be, beside the plant's own.
         load = Load(tables.force, -feedback, tables.point)
-        return tensions_for_motion(self.plant.mechanism, pose, motion, np.maximum(greatest, least), least, load)
+        return tensions_for_motion(self.plant.mechanism, pose, motion, greatest, least, load)
 
-    def _pressures(self, tensions: FloatArray, lengths: FloatArray) -> FloatArray:
-        tables, pressures = self.plant.tables, np.empty(len(lengths))
-        pressures_for(tables.law, tables.muscles, lengths, tensions, self._supply.pressure, pressures)
-        return pressures
-
-    def _commands(self, wanted: FloatArray, measured: FloatArray) -> FloatArray:
-        """Valve commands that hold the wanted pressures and correct the measured ones."""
-        commands = np.empty(len(wanted))
-        for i, valves in enumerate(self._units):
-            correction = self.gains.pressure * (wanted[i] - measured[i]) / 1e5
-            if valves.layout == "3/2":
-                fill, vent = valves.paths
-                p = wanted[i] + ATMOSPHERE
-                inflow = mass_flow(self._supply.absolute, p, fill.conductance, fill.critical_ratio)
-                outflow = mass_flow(p, ATMOSPHERE, vent.conductance, vent.critical_ratio)
-                total = inflow + outflow
-                correction = 2.0 * (correction + (outflow / total if total > 0.0 else 0.0)) - 1.0
-            commands[i] = min(max(correction, -1.0), 1.0)
-        return commands
+    def _needed_flows(self, t: float) -> FloatArray | None:
+        """Flow that each muscle is going to need for the reference's own motion, kg/s; None without feed-forward."""
+        if not self.gains.air_ahead or self.plant.supply is None:
+            return None
+        masses = []
+        for state in (self.reference(t), self.reference(t + _AHEAD)):
+            lengths = self._contractions.lengths(state.orientation)
+            least, greatest = self.plant.force_limits(lengths)
+            motion = Motion(state.angular_velocity, state.angular_acceleration)
+            found = tensions_for_motion(
+                self.plant.mechanism, state.orientation, motion, greatest, least, self.plant.load
+            )
+            masses.append(self._valves.air(found.tensions, lengths))
+        return np.asarray((masses[1] - masses[0]) / _AHEAD)

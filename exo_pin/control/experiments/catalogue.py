@@ -1,4 +1,4 @@
-"""Experiments by name: those of Section 5.4, and what Sections 5.4.3 and 6.2 and the other rooms suggest."""
+"""Experiments by name: those of Section 5.4, what Sections 5.4.3 and 6.2 suggest, and the designs of the search."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from ..trajectories.reference import Reference, Trajectory
 from ..trajectories.tasks import abduction, daily_task, flexion
 from .designs import with_fourth_muscle, with_longer_muscles
 from .experiment import Experiment
+from .found_designs import FOUND_MAKERS
 
-__all__ = ["experiment", "experiments", "hung_outward", "prototype_options", "reference_of"]
+__all__ = ["experiment", "experiments", "hung_outward", "options_for", "prototype_options", "reference_of"]
 
 #: Friction of the dummy's shoulder unit, N m s/rad and N m: not printed. Estimates: a tenth of critical damping for an
 #: arm that swings at 6.6 rad/s, and two per cent of the moment of the horizontal arm.
@@ -55,6 +56,17 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
 def prototype_options(second_flange: bool = False) -> PlantOptions:
     """Air as :class:`PlantOptions` estimates it, and friction of the shoulder unit."""
     return PlantOptions(shoulder_viscous=VISCOUS, shoulder_coulomb=COULOMB, second_flange=second_flange)
+
+
+def options_for(mechanism: Mechanism) -> PlantOptions:
+    """Options of a design that comes without: :func:`prototype_options` where muscles turn the dummy's shoulder unit.
+
+    A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}
+    return PlantOptions() if families & {"cable", "linear"} else prototype_options()
 
 
 def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
@@ -191,6 +203,7 @@ _MAKERS: dict[str, Callable[[str], Experiment]] = {
         n, "abduction through held poses, valve 3 stuck open", _outward(), _held_path(), _BEYOND,
         faults=(Fault("stuck valve", 2, start=3.0, command=1.0),),
     ),
+    **FOUND_MAKERS,
 }  # fmt: skip
 
 
@@ -207,7 +220,7 @@ def experiment(name: str, controller: object = None) -> Experiment:
     name : str
         One of :func:`experiments`.
     controller : {"pi", "model"} or callable, optional
-        Another controller than the thesis's.
+        Another controller than the experiment's own.
 
     Returns
     -------

@@ -10,12 +10,19 @@ from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
 from ...core.validation import as_choice, as_positive
 from ...design import Mechanism
+from ...muscle.valve.supply import ValveUnit
+from ..controllers.contraction import Contractions
 from ..controllers.controller import as_controller
+from ..controllers.length_controller import LengthController
 from ..controllers.model_controller import FeedbackGains, ModelController
+from ..controllers.tension_program import tensions_for_motion
 from ..controllers.thesis_controller import ContractionController
+from ..plant.drives.drives import has_motor
+from ..plant.drives.muscle_drive import MuscleDrive
 from ..plant.faults import Fault, as_faults
 from ..plant.options import PlantOptions
 from ..plant.plant import Plant
+from ..plant.state import PlantState
 from ..sensors.imu import Imu
 from ..sensors.imu_sensor import ImuSensor
 from ..trajectories.reference import Reference
@@ -23,8 +30,10 @@ from .tracking import Tracking
 
 __all__ = ["CONTROLLERS", "Experiment"]
 
-#: Controllers by name: the thesis's, and the one that knows the plant.
+#: Controllers by name: PI of each limb by itself, and the one that knows the plant.
 CONTROLLERS = ("pi", "model")
+#: By how much a length may be beyond a stroke, m.
+_ROUND = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,20 +45,21 @@ class Experiment(Record):
     name, title : str
         Short name, and what it is.
     mechanism : Mechanism
-        The design, with an arm and muscles.
+        The design, with an arm and drives.
     reference : Reference
         Where the arm shall be.
     controller : {"pi", "model"} or callable
-        The thesis's (:class:`exo_pin.control.ContractionController`), the one that knows the plant
-        (:class:`exo_pin.control.ModelController`), or any function ``(t, measurement) -> commands``.
+        "pi": of muscles the thesis's (:class:`exo_pin.control.ContractionController`), of motors
+        :class:`exo_pin.control.LengthController`; "model": the one that knows the plant
+        (:class:`exo_pin.control.ModelController`); or any function ``(t, measurement) -> commands``.
     options : PlantOptions
-        Air, friction, shoulder unit.
+        Air, motors, friction, shoulder unit.
     duration : float or None
         s; that of the reference if None.
     imu : Imu or None
         The inertial sensor with its errors; None for exact measurements.
     faults : tuple of Fault
-        Of muscles and valves.
+        Of muscles, valves and motors.
     rate : float
         Of the controller, Hz.
     feedback : FeedbackGains or None
@@ -88,7 +98,7 @@ class Experiment(Record):
         if self.duration is not None:
             object.__setattr__(self, "duration", as_positive("duration", self.duration))
         object.__setattr__(self, "rate", as_positive("rate", self.rate))
-        object.__setattr__(self, "faults", as_faults(self.faults, self.mechanism.limb_count))
+        object.__setattr__(self, "faults", as_faults(self.faults, [has_motor(limb) for limb in self.mechanism.limbs]))
 
     def replace(self, **changes: Any) -> Experiment:
         """A copy with some fields changed; fields of :class:`PlantOptions` may be named, too.
@@ -114,11 +124,13 @@ class Experiment(Record):
 
     def made_controller(self, plant: Plant) -> Any:
         """The controller for a plant, reset."""
-        if self.controller == "pi":
-            layouts = {unit.layout for unit in plant.units}
+        if self.controller == "pi" and plant.motors.any():
+            made: Any = LengthController(plant, self.reference, rate=self.rate)
+        elif self.controller == "pi":
+            layouts = {unit.layout for unit in plant.units if isinstance(unit, ValveUnit)}
             if len(layouts) > 1:
                 raise InvalidInput("the controller 'pi' needs one layout for all valves: give one of your own")
-            made: Any = ContractionController(self.mechanism, self.reference, rate=self.rate, layout=layouts.pop())
+            made = ContractionController(self.mechanism, self.reference, rate=self.rate, layout=layouts.pop())
         elif self.controller == "model":
             made = ModelController(plant, self.reference, self.feedback, self.rate)
         else:
@@ -126,8 +138,33 @@ class Experiment(Record):
         made.reset()
         return made
 
+    def start(self, plant: Plant) -> PlantState:
+        """The state that a run starts from.
+
+        A design whose muscles are in line with their limbs starts at rest with vented muscles. Cables would hang loose
+        there: a design with cables or linear actuators starts in the first pose of the reference, held by the tensions
+        of least shoulder force.
+
+        Raises
+        ------
+        InvalidInput
+            If that pose is beyond the stroke of a limb.
+        """
+        if all(isinstance(drive, MuscleDrive) and not drive.over_tackle for drive in plant.drives):
+            return plant.rest()
+        pose = self.reference(0.0).orientation
+        lengths = Contractions(self.mechanism).lengths(pose)
+        for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
+            if not drive.shortest - _ROUND <= length <= drive.longest + _ROUND:
+                raise InvalidInput(
+                    f"limb {i} would have to be {1e3 * length:.0f} mm long at the start of the reference; its "
+                    f"{drive.word} spans {1e3 * drive.shortest:.0f} to {1e3 * drive.longest:.0f} mm. Start elsewhere"
+                )
+        least, greatest = plant.force_limits(lengths)
+        return plant.held(pose, tensions_for_motion(self.mechanism, pose, None, greatest, least, plant.load).tensions)
+
     def run(self, progress: bool = False) -> Tracking:
-        """Run it from rest with vented muscles.
+        """Run it from its :meth:`start`.
 
         Parameters
         ----------
@@ -143,7 +180,7 @@ class Experiment(Record):
         duration = self.reference.duration if self.duration is None else self.duration
         sensor: Any = None if self.imu is None else ImuSensor(self.imu, self.mechanism)
         run = plant.simulate(
-            self.made_controller(plant), duration, plant.rest(), self.rate, self.faults,
+            self.made_controller(plant), duration, self.start(plant), self.rate, self.faults,
             sensor=sensor, progress=progress,
         )  # fmt: skip
         return Tracking.of(self, run)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..plant.equations.motor_kernels import MOTOR_COLUMNS
 from ..plant.equations.muscle_kernels import free_contraction
-from ..plant.equations.plant_tables import supply_of
 
 if TYPE_CHECKING:
     from .tracking import Tracking
@@ -30,26 +30,38 @@ _FILLED = 0.5e5
 
 
 def greatest_ratios(tracking: Tracking) -> np.ndarray:
-    """Contraction ratio at which each muscle pulls with nothing at the supply's pressure, shape (n,)."""
-    tables = tracking.run.plant.tables
-    bar = supply_of(tracking.experiment.mechanism, tracking.run.plant.options).pressure / _BAR
-    return np.array([free_contraction(tables.law, i, bar)[0] for i in range(len(tables.muscles))])
+    """Contraction ratio of the shortest limb, shape (n,).
+
+    A muscle is there where it pulls with nothing at the supply's pressure, a motor drive at the end of its stroke.
+    """
+    plant = tracking.run.plant
+    shortest = plant.contraction_ratios(np.array([drive.shortest for drive in plant.drives]))
+    if plant.supply is not None:
+        bar = plant.supply.pressure / _BAR
+        for i in np.flatnonzero(~plant.motors):
+            shortest[i] = free_contraction(plant.tables.law, int(i), bar)[0]
+    return shortest
 
 
 def out_of_stroke(tracking: Tracking) -> list[float]:
-    """When each muscle, filled, first is as short as its supply can make it, s; NaN if it never is. List of n."""
-    limits, found = greatest_ratios(tracking), []
-    for ratio, pressure, limit in zip(tracking.ratios.T, tracking.run.pressures.T, limits, strict=True):
-        at = np.flatnonzero((ratio >= limit - _NEAR_END) & (pressure >= _FILLED))
+    """When each limb first is as short as its drive can make it, s; NaN if it never is. List of n.
+
+    Of muscles only those that are filled count.
+    """
+    limits, found, run = greatest_ratios(tracking), [], tracking.run
+    for i, drive in enumerate(run.plant.drives):
+        if drive.is_motor:
+            short = run.drive_positions[:, i] <= drive.shortest
+        else:
+            short = (tracking.ratios[:, i] >= limits[i] - _NEAR_END) & (run.pressures[:, i] >= _FILLED)
+        at = np.flatnonzero(short)
         found.append(float(tracking.times[at[0]]) if at.size else float("nan"))
     return found
 
 
 def findings(tracking: Tracking) -> tuple[str, ...]:
     """Sentences, in the order of time."""
-    return tuple(
-        text for part in (_rest, _stretched, _beyond, _ends, _stall, _slack, _sensor) for text in part(tracking)
-    )
+    return tuple(text for part in _PARTS for text in part(tracking))
 
 
 def _rest(tracking: Tracking) -> list[str]:
@@ -63,7 +75,7 @@ def _rest(tracking: Tracking) -> list[str]:
     text = f"at rest the arm hangs {off:.1f}° from the wanted start, at θ = ({', '.join(f'{a:.1f}' for a in angles)})°"
     wanted = tracking.wanted_ratios[0]
     short = [
-        f"muscle {i} would have to be {-100.0 * value:.0f} % longer than nominal"
+        f"{_name(tracking, i)} would have to be {-100.0 * value:.0f} % longer than nominal"
         for i, value in enumerate(wanted, 1)
         if value < 0.0
     ]
@@ -77,7 +89,7 @@ def _stretched(tracking: Tracking) -> list[str]:
         share = float((wanted < 0.0).mean())
         if share > _SELDOM:
             texts.append(
-                f"muscle {i} is wanted longer than its nominal length for {100.0 * share:.0f} % of the time, "
+                f"{_name(tracking, i)} is wanted longer than its nominal length for {100.0 * share:.0f} % of the time, "
                 "and cannot be stretched"
             )
     return texts
@@ -96,7 +108,8 @@ def _beyond(tracking: Tracking) -> list[str]:
             share = 100.0 * beyond.size / len(wanted)
             when = f"from {start} on" if lasting else f"for {share:.0f} % of the time, first at {start}"
             texts.append(
-                f"muscle {i} is wanted shorter than its {100.0 * limit:.0f} % {when} ({name} {angle:.0f}° wanted)"
+                f"{_name(tracking, i)} is wanted shorter than its {100.0 * limit:.0f} % {when} "
+                f"({name} {angle:.0f}° wanted)"
             )
     return texts
 
@@ -107,7 +120,7 @@ def _ends(tracking: Tracking) -> list[str]:
         if np.isfinite(time):
             index = int(np.searchsorted(tracking.times, time))
             angle, name = _main(tracking, index)
-            texts.append(f"muscle {i} runs out of stroke at {time:.2f} s, at {name} {angle:.0f}°")
+            texts.append(f"{_name(tracking, i)} runs out of stroke at {time:.2f} s, at {name} {angle:.0f}°")
     return texts
 
 
@@ -134,8 +147,33 @@ def _slack(tracking: Tracking) -> list[str]:
     texts = []
     for i, slack in enumerate(tracking.run.slack.T, 1):
         share = float(slack.mean())
-        if share > 0.5:
-            texts.append(f"muscle {i} is slack for {100.0 * share:.0f} % of the time")
+        if share > (_SELDOM if _name(tracking, i).startswith("cable") else 0.5):
+            texts.append(f"{_name(tracking, i)} is slack for {100.0 * share:.0f} % of the time")
+    return texts
+
+
+def _force_limits(tracking: Tracking) -> list[str]:
+    texts = []
+    for i in np.flatnonzero(tracking.run.plant.motors):
+        limit = tracking.run.plant.tables.motors[i, MOTOR_COLUMNS.index("force_limit")]
+        share = float((np.abs(tracking.run.motor_forces[:, i]) >= limit).mean())
+        if share > 0.0:
+            drive = _name(tracking, int(i) + 1)
+            texts.append(f"the motor of {drive} is at its force limit for {100.0 * share:.1f} % of the time")
+    return texts
+
+
+def _faults(tracking: Tracking) -> list[str]:
+    """What the shoulder gets after a fault."""
+    texts, force = [], np.linalg.norm(tracking.shoulder_force, axis=1)
+    for fault in tracking.experiment.faults:
+        after = tracking.times >= fault.start
+        if after.any():
+            off = float(np.degrees(tracking.error[after].max()))
+            texts.append(
+                f"{_name(tracking, fault.limb + 1)}: {fault.kind} from {fault.start:g} s on; |F_s| reaches "
+                f"{force[after].max():.0f} N and the arm is up to {off:.0f}° off"
+            )
     return texts
 
 
@@ -154,3 +192,11 @@ def _sensor(tracking: Tracking) -> list[str]:
 
 def _main(tracking: Tracking, index: int, wanted: bool = False) -> tuple[float, str]:
     return float(tracking.angles(wanted)[index, tracking.main_angle]), ANGLES[tracking.main_angle]
+
+
+def _name(tracking: Tracking, number: int) -> str:
+    """What the drive of a limb is called: "muscle 1"."""
+    return f"{tracking.run.plant.drives[number - 1].word} {number}"
+
+
+_PARTS = (_rest, _stretched, _beyond, _ends, _stall, _slack, _force_limits, _faults, _sensor)

@@ -16,7 +16,6 @@ from ...muscle.valve.supply import ValveUnit
 from ...study import StudyTable
 from ..controllers.proportional_integral import PIGains
 from ..controllers.thesis_controller import ContractionController, table_5_5_gains
-from ..plant.equations.plant_tables import supply_of
 from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
@@ -64,9 +63,10 @@ def _air_paths(factor: float) -> Change:
 
 def _supply(pressure: float) -> Change:
     def changed(experiment: Experiment) -> Experiment:
-        return experiment.replace(
-            supply=replace(supply_of(experiment.mechanism, experiment.options), pressure=pressure)
-        )
+        now = experiment.plant.supply
+        if now is None or now.pressure == pressure:
+            raise InvalidInput(f"no limb has muscles, or their supply has {pressure / 1e5:g} bar already")
+        return experiment.replace(supply=replace(now, pressure=pressure))
 
     return "supply", f"{pressure / 1e5:g} bar", changed
 
@@ -95,11 +95,14 @@ def _gains(words: str, factor: float, times: float) -> Change:
     def changed(experiment: Experiment) -> Experiment:
         if experiment.controller != "pi":
             raise InvalidInput("the gains of Table 5-5 are those of the controller 'pi'")
+        layouts = [unit.layout for unit in experiment.plant.units if isinstance(unit, ValveUnit)]
+        if len(layouts) < experiment.mechanism.limb_count:
+            raise InvalidInput("the gains of Table 5-5 are those of muscles")
         nominal = [limb.stroke.nominal_length for limb in experiment.mechanism.limbs if limb.stroke is not None]
         gains = [PIGains(factor * g.K_c, times * g.T_i) for g in table_5_5_gains(nominal)]
         made = ContractionController(
             experiment.mechanism, experiment.reference, gains=gains, rate=experiment.rate,
-            layout=experiment.plant.units[0].layout,
+            layout=layouts[0],
         )  # fmt: skip
         return experiment.replace(controller=made)
 

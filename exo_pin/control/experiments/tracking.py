@@ -17,7 +17,6 @@ from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
 from ..controllers.contraction import Contractions
-from ..plant.equations.plant_tables import supply_of
 from ..plant.run import Run
 from .continuous_angles import continuous_angles
 from .findings import ANGLES, findings
@@ -28,10 +27,13 @@ if TYPE_CHECKING:
 
 __all__ = ["Tracking"]
 
+#: By how much a length may be beyond a stroke, m.
+_ROUND = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 class Tracking(Record):
-    """An arm that followed a reference, at N instants, with n muscles.
+    """An arm that followed a reference, at N instants, with n limbs.
 
     Attributes
     ----------
@@ -44,7 +46,7 @@ class Tracking(Record):
     wanted_ratios, ratios : ndarray
         Contraction ratios (5-4), wanted and reached, shape (N, n).
     missing_moment : ndarray
-        Shape (N,), N m: what the muscles lack to hold the wanted pose at rest.
+        Shape (N,), N m: what the drives lack to hold the wanted pose at rest.
     """
 
     experiment: Experiment
@@ -85,8 +87,14 @@ class Tracking(Record):
 
     @property
     def reachable(self) -> np.ndarray:
-        """Shape (N,), bool: whether the muscles can hold the wanted pose at rest."""
-        return self.missing_moment <= HELD
+        """Shape (N,), bool: whether the drives can hold the wanted pose at rest, within the strokes of motor drives."""
+        plant = self.run.plant
+        lengths = Contractions(plant.mechanism).lengths(self.wanted)
+        held = self.missing_moment <= HELD
+        for drive, length in zip(plant.drives, lengths.T, strict=True):
+            if drive.is_motor:
+                held &= (length >= drive.shortest - _ROUND) & (length <= drive.longest + _ROUND)
+        return np.asarray(held)
 
     def angles(self, wanted: bool = False, convention: str = "shoulder", degrees: bool = True) -> FloatArray:
         """Angles of the arm, or of the reference, over time.
@@ -128,8 +136,13 @@ class Tracking(Record):
     @property
     def air_energy(self) -> FloatArray:
         """Energy of the compressed air that was drawn, shape (N,), J: isothermal, m R T ln(p_supply/p_atmosphere)."""
-        supply = supply_of(self.experiment.mechanism, self.run.plant.options).absolute
+        supply = ATMOSPHERE if self.run.plant.supply is None else self.run.plant.supply.absolute
         return np.asarray(self.run.air_used * GAS_CONSTANT * REFERENCE_TEMPERATURE * np.log(supply / ATMOSPHERE))
+
+    @property
+    def energy_in(self) -> FloatArray:
+        """Energy that the drives took, shape (N,), J: compressed air and electric energy."""
+        return np.asarray(self.air_energy + self.run.electric_energy.sum(axis=1))
 
     def rms_error(self, where: Any = None) -> float:
         """Root of the mean square of the error over the samples, rad; NaN without samples.
@@ -143,12 +156,12 @@ class Tracking(Record):
         return float(np.sqrt((chosen**2).mean())) if chosen.size else float("nan")
 
     def summary(self) -> dict[str, float]:
-        """The run in numbers, with units in the keys."""
+        """The run in numbers, with units in the keys; air, electricity and pushes only where there are such drives."""
         main, wanted = self.angles()[:, self.main_angle], self.angles(wanted=True)[:, self.main_angle]
-        force, ahead = np.linalg.norm(self.shoulder_force, axis=1), wanted - wanted[0]
+        force, run, ahead = np.linalg.norm(self.shoulder_force, axis=1), self.run, wanted - wanted[0]
         # Backward, too: an extension, or an arm that is lowered.
         way = -1.0 if ahead[np.abs(ahead).argmax()] < 0.0 else 1.0
-        return {
+        numbers = {
             "start_deg": float(main[0]),
             "end_deg": float(main[-1]),
             "wanted_end_deg": float(wanted[-1]) + 0.0,
@@ -159,11 +172,19 @@ class Tracking(Record):
             "peak_F_s_N": float(force.max()),
             "mean_F_s_N": float(force.mean()),
             "end_F_s_N": float(force[-1]),
-            "peak_tension_N": float(self.run.tensions.max()),
-            "muscle_work_J": float(self.run.muscle_work[-1].sum()),
-            "air_energy_J": float(self.air_energy[-1]),
-            "air_used_g": float(1e3 * self.run.air_used[-1]),
+            "peak_tension_N": float(run.tensions.max()),
         }
+        if any(drive.word == "actuator" for drive in run.plant.drives):
+            numbers["peak_push_N"] = float(np.maximum(-run.tensions, 0.0).max())
+        numbers["tension_work_J"] = float(run.tension_work[-1].sum())
+        if run.plant.supply is not None:
+            numbers["air_energy_J"] = float(self.air_energy[-1])
+            numbers["air_used_g"] = float(1e3 * run.air_used[-1])
+        if run.plant.motors.any():
+            numbers["electric_energy_J"] = float(run.electric_energy[-1].sum())
+            numbers["peak_electric_W"] = float(run.electric_power.sum(axis=1).max())
+        span = float(self.times[-1] - self.times[0])
+        return numbers | {"mean_power_W": float(self.energy_in[-1]) / span if span > 0.0 else 0.0}
 
     @property
     def verdict(self) -> str:
@@ -199,10 +220,17 @@ class Tracking(Record):
                 table[f"{prefix}{name.replace(' ', '_')}_deg"] = values
         table["error_deg"] = np.degrees(self.error)
         run = self.run
-        series = (
+        series: tuple[tuple[str, FloatArray], ...] = (
             ("length_{}_m", run.lengths), ("wanted_ratio_{}", self.wanted_ratios), ("ratio_{}", self.ratios),
-            ("command_{}", run.commands), ("pressure_{}_Pa", run.pressures), ("tension_{}_N", run.tensions),
+            ("command_{}", run.commands), ("tension_{}_N", run.tensions),
         )  # fmt: skip
+        if not run.plant.motors.all():
+            series += (("pressure_{}_Pa", run.pressures),)
+        if run.plant.motors.any():
+            series += (
+                ("drive_position_{}_m", run.drive_positions), ("motor_force_{}_N", run.motor_forces),
+                ("electric_power_{}_W", run.electric_power),
+            )  # fmt: skip
         for name, values in series:
             table |= {name.format(i): column for i, column in enumerate(values.T, 1)}
         table |= {f"F_s_{axis}_N": part for axis, part in zip("xyz", self.shoulder_force.T, strict=True)}
@@ -210,8 +238,8 @@ class Tracking(Record):
             "F_s_N": np.linalg.norm(self.shoulder_force, axis=1),
             "kinetic_energy_J": run.kinetic_energy,
             "potential_energy_J": run.potential_energy,
-            "muscle_work_J": run.muscle_work.sum(axis=1),
-            "air_energy_J": self.air_energy,
+            "tension_work_J": run.tension_work.sum(axis=1),
+            "energy_in_J": self.energy_in,
         }
         return table
 
@@ -222,7 +250,7 @@ class Tracking(Record):
         write_text(path, csv_text(table, rows, [self.verdict, *self.findings]))
 
     def plot(self) -> Any:
-        """A page of plots: angles, contraction ratios, pressures, tensions, shoulder force.
+        """A page of plots: angles, contractions, pressures or motor forces, tensions, shoulder force.
 
         Returns
         -------

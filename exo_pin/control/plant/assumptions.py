@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
+from .drives.drive import Drive
+from .drives.motor_drive import MotorDrive
+from .drives.muscle_drive import MuscleDrive
 from .options import PlantOptions
 
 __all__ = ["Assumption", "assumptions_of"]
+
+#: Units of the parameters of motor drives, and what each is an estimate for.
+_MOTOR = {
+    "rotor_inertia": ("kg m²", "a brushless motor of about 100 W"),
+    "no_load_speed": ("m/s", "the same motor at 7,000 to 8,000 turns a minute"),
+    "stall_ratio": ("", "such motors stall far above the torque that they can give for long"),
+    "viscous": ("N s/m", "drag of bearings and grease: 6 to 9 N at 0.3 m/s"),
+    "coulomb": ("N", "two to four per cent of the force limit"),
+    "load_friction": ("", "efficiency of about 0.9 of planetary gear and pulleys, or of a ball screw"),
+    "presliding": ("m", "below a tenth of a turn of the motor"),
+    "damping_time": ("s", "some per cent of critical damping where arm and drive vibrate"),
+    "brake_force": ("N", "a brake on the motor's shaft, somewhat above the force limit"),
+    "stop_stiffness": ("N/m", "a rubber buffer: 4 mm at the force limit"),
+    "stop_damping": ("N s/m", "the same buffer, well damped"),
+    "least_tension": ("N", "that of the search which found the designs"),
+    "drum_radius": ("m", "a drum of 27 diameters of the cable"),
+    "gear_ratio": ("", "400 N from a motor of that size, 0.31 N m for a short time"),
+    "drum_inertia": ("kg m²", "an aluminium disc of 20 mm in radius and width"),
+    "axial_stiffness": ("N", "wire rope of 1.5 mm, 55 % metal, modulus 60 GPa"),
+    "routing_length": ("m", "motors on the back plate or behind the wearer"),
+    "lead": ("m", "a small ball screw, driven without a gear"),
+    "screw_inertia": ("kg m²", "a steel screw of 10 mm in diameter and 0.3 m in length"),
+    "stiffness": ("N/m", "screw, rod ends and mounts in series; 0.4 mm at the force limit"),
+}
 
 
 @dataclass(frozen=True)
@@ -35,7 +63,7 @@ class Assumption:
         return f"{self.name} = {self.value}: {self.basis}"
 
 
-def assumptions_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Assumption, ...]:
+def assumptions_of(mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions) -> tuple[Assumption, ...]:
     """Every estimated parameter of a plant, those of the design first."""
     design = [
         Assumption(f"limbs[{i}].stroke.end_fitting", f"{1e3 * limb.stroke.end_fitting:g} mm",
@@ -46,23 +74,31 @@ def assumptions_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Assumpt
         if limb.stroke.end_fitting is not None
         if f"limbs[{i}].stroke.end_fitting" in mechanism.estimated
     ]  # fmt: skip
-    return (
-        *design,
-        *(_as_given(each, options) for each in (*_air(mechanism, options), *_mechanics(mechanism, options))),
-    )
+    found = [*design]
+    if any(isinstance(drive, MuscleDrive) for drive in drives):
+        found += [*_air(drives, options), *_muscles(mechanism, options)]
+    if any(isinstance(drive, MuscleDrive) and drive.over_tackle for drive in drives):
+        found.append(
+            Assumption("pulley_friction", f"{options.pulley_friction:g} of the muscle's pull",
+                       "estimate: the tackle and an exit pulley, two to three sheaves on ball bearings")
+        )  # fmt: skip
+    for word, name in (("cable", "winch"), ("actuator", "linear_actuator")):
+        if any(isinstance(drive, MotorDrive) and drive.word == word for drive in drives):
+            found += _motor(name, options)
+    return tuple(_as_given(each, options) for each in (*found, *_shoulder(mechanism, options)))
 
 
 def _as_given(assumption: Assumption, options: PlantOptions) -> Assumption:
-    """The basis of an option that is not the default is that somebody gave it."""
-    usual, names = PlantOptions(), assumption.name.split(".")[0].split(", ")
-    if all(getattr(options, name, None) == getattr(usual, name, None) for name in names):
-        return assumption
-    return replace(assumption, basis="given")
+    """The basis of an option that is not the default is that somebody gave it; of motor drives by each number."""
+    usual, (first, *part) = PlantOptions(), assumption.name.split(".")
+    now, before = ([getattr(each, name, None) for name in first.split(", ")] for each in (options, usual))
+    if first in ("winch", "linear_actuator"):
+        now, before = ([getattr(value, part[0]) for value in values] for values in (now, before))
+    return assumption if now == before else replace(assumption, basis="given")
 
 
-def _air(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
-    pressures = [limb.actuator.supply_pressure for limb in mechanism.limbs if limb.actuator is not None]
-    greatest = max((p for p in pressures if p is not None), default=0.0)
+def _air(drives: Sequence[Drive], options: PlantOptions) -> list[Assumption]:
+    greatest = max(drive.supply_pressure for drive in drives if isinstance(drive, MuscleDrive))
     supply = greatest if options.supply is None else options.supply.pressure
     source = "the highest safe pressure of the muscles (Appendix A); the prototype's supply is not printed"
     given = (options.valves,) if isinstance(options.valves, ValveUnit) else options.valves
@@ -91,10 +127,11 @@ def _paths(unit: ValveUnit) -> str:
     )
 
 
-def _mechanics(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
+def _muscles(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
     friction = "none" if options.muscle_friction is None else repr(options.muscle_friction)
     spring = "none" if options.series_spring is None else f"{options.series_spring:g} N/m"
-    laws = [limb.actuator.force_law or "" for limb in mechanism.limbs if limb.actuator is not None]
+    pulled = [limb.actuator for limb in mechanism.limbs if limb.actuator is not None]
+    laws = [law for a in pulled if (law := a.force_law if a.tackle is None else a.tackle.force_law) is not None]
     damping = "none" if options.muscle_damping is None else repr(options.muscle_damping)
     found = [
         Assumption("force law", f"that of the 300 mm muscle at equal strain ({', '.join(dict.fromkeys(laws))})",
@@ -103,19 +140,35 @@ def _mechanics(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
                    "least squares through zero of the six stretched states of Table A-1, without air"),
         Assumption("muscle_damping", damping, "(3-30), of the 300 mm muscle: no scaling with length is known"),
         Assumption("muscle_friction", friction, "(3-16) is for a hung weight and a 300 mm muscle; off unless given"),
-        Assumption("shoulder_viscous", f"{options.shoulder_viscous:g} N m s/rad", "not printed; off unless given"),
-        Assumption("shoulder_coulomb", f"{options.shoulder_coulomb:g} N m", "not printed; off unless given"),
         Assumption("series_spring", spring, "Section 6.2 proposes one without a figure"),
     ]  # fmt: skip
     if options.muscle_friction is not None:
         found.append(
             Assumption("presliding", f"{1e3 * options.presliding:g} mm", "estimate, below 0.1 % of the length")
         )
+    return found
+
+
+def _motor(name: str, options: PlantOptions) -> list[Assumption]:
+    """The parameters of winches or linear actuators, each with what it is an estimate for."""
+    given = getattr(options, name)
+    return [
+        Assumption(f"{name}.{item.name}", f"{getattr(given, item.name):g} {_MOTOR[item.name][0]}".rstrip(),
+                   f"estimate: {_MOTOR[item.name][1]}")
+        for item in fields(given)
+    ]  # fmt: skip
+
+
+def _shoulder(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
+    found = [
+        Assumption("shoulder_viscous", f"{options.shoulder_viscous:g} N m s/rad", "not printed; off unless given"),
+        Assumption("shoulder_coulomb", f"{options.shoulder_coulomb:g} N m", "not printed; off unless given"),
+    ]
     if options.shoulder_coulomb > 0.0:
         found.append(
             Assumption("shoulder_presliding", f"{options.shoulder_presliding:g} rad", "estimate, a tenth of a degree")
         )
-    if not options.second_flange:
+    if mechanism.shoulder.half_diagonal is not None and not options.second_flange:
         arm = mechanism.require_arm("a plant")
         weight = arm.mass * float(np.linalg.norm(mechanism.gravity) * np.linalg.norm(arm.centre_of_mass))
         found.append(

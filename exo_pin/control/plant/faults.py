@@ -1,4 +1,4 @@
-"""What can fail in the plant: leaks, bursts, torn muscles, stuck valves."""
+"""What can fail in the plant: air that leaks, valves that stick, limbs that break, motors without current."""
 
 from __future__ import annotations
 
@@ -12,25 +12,29 @@ from ...muscle.valve.flow import Valve
 
 __all__ = ["FAULTS", "Fault", "as_faults"]
 
-FaultKind = Literal["leak", "burst", "torn", "stuck valve"]
+FaultKind = Literal["leak", "burst", "torn", "stuck valve", "no current", "slipping brake"]
 
 #: Kinds of faults.
-FAULTS = ("leak", "burst", "torn", "stuck valve")
+FAULTS = ("leak", "burst", "torn", "stuck valve", "no current", "slipping brake")
+#: Those of muscles and valves, and those of motors; "torn" is of any limb.
+_OF_MUSCLES, _OF_MOTORS = ("leak", "burst", "stuck valve"), ("no current", "slipping brake")
 #: A hole of 4 mm: C = 0.8 · 0.685 A/(ρ_0 sqrt(R T_0)), the choked flow of a nozzle with a discharge coefficient of 0.8.
 _BURST = Valve(2e-8, 0.5)
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of one muscle or its valve, from a time on.
+    """A fault of one limb's drive, from a time on.
 
     Parameters
     ----------
-    kind : {"leak", "burst", "torn", "stuck valve"}
-        "leak": air escapes through ``leak``. "burst": through a hole of 4 mm; the braid still holds the
-        arm. "torn": the muscle has come off, and its limb carries nothing. "stuck valve": whatever the command, the
-        valve does what ``command`` would make it do.
-    muscle : int
+    kind : {"leak", "burst", "torn", "stuck valve", "no current", "slipping brake"}
+        Of muscles: "leak": air escapes through ``leak``; "burst": through a hole of 4 mm, and the braid still holds the
+        arm; "stuck valve": whatever the command, the valve does what ``command`` would make it do. Of motors: "no
+        current": the motor does nothing, and the brake of the drive, if it has one, closes; "slipping brake": the same
+        with a brake that holds only ``brake_force``. Of any limb: "torn": muscle, cable or rod has come off, and the
+        limb carries nothing.
+    limb : int
         From 0.
     start, end : float
         When it begins and ends, s.
@@ -38,6 +42,8 @@ class Fault:
         Of a leak.
     command : float
         Of a stuck valve, -1 to 1.
+    brake_force : float or None
+        Of a slipping brake, along the limb, N.
 
     Raises
     ------
@@ -46,22 +52,27 @@ class Fault:
     """
 
     kind: FaultKind
-    muscle: int
+    limb: int
     start: float = 0.0
     end: float = float("inf")
     leak: Valve | None = None
     command: float = -1.0
+    brake_force: float | None = None
 
     def __post_init__(self) -> None:
         as_choice("kind", self.kind, FAULTS)
-        if isinstance(self.muscle, bool) or not isinstance(self.muscle, int) or self.muscle < 0:
-            raise InvalidInput(f"expected muscle as an index from 0, got {self.muscle!r}")
+        if isinstance(self.limb, bool) or not isinstance(self.limb, int) or self.limb < 0:
+            raise InvalidInput(f"expected limb as an index from 0, got {self.limb!r}")
         as_positive("start", self.start, zero=True)
         end = as_real("end", self.end)
         if end.shape != () or not end > self.start:
             raise InvalidInput(f"expected end after start, got {self.end!r} and {self.start!r}")
         if (self.kind == "leak") != isinstance(self.leak, Valve):
             raise InvalidInput('expected leak as a Valve with kind "leak", and with no other kind')
+        if (self.kind == "slipping brake") != (self.brake_force is not None):
+            raise InvalidInput('expected brake_force with kind "slipping brake", and with no other kind')
+        if self.brake_force is not None:
+            object.__setattr__(self, "brake_force", as_positive("brake_force", self.brake_force, zero=True))
         if not -1.0 <= float(as_finite("command", self.command, ())) <= 1.0:
             raise InvalidInput(f"expected command from -1 to 1, got {self.command!r}")
 
@@ -75,13 +86,13 @@ class Fault:
         return self.start <= time < self.end
 
 
-def as_faults(faults: Fault | Sequence[Fault], count: int) -> tuple[Fault, ...]:
-    """Faults of a plant with ``count`` muscles.
+def as_faults(faults: Fault | Sequence[Fault], motors: Sequence[bool]) -> tuple[Fault, ...]:
+    """Faults of a plant whose limbs have motors or not.
 
     Raises
     ------
     InvalidInput
-        If something is no fault, or of a muscle that is not there.
+        If something is no fault, of a limb that is not there, or one that its drive cannot have.
     """
     if not isinstance(faults, Fault | Iterable):
         raise InvalidInput(f"expected faults as Fault records, got {type(faults).__name__}")
@@ -89,6 +100,9 @@ def as_faults(faults: Fault | Sequence[Fault], count: int) -> tuple[Fault, ...]:
     for fault in every:
         if not isinstance(fault, Fault):
             raise InvalidInput(f"expected faults as Fault records, got {type(fault).__name__}")
-        if fault.muscle >= count:
-            raise InvalidInput(f"expected a fault of muscle 0 to {count - 1}, got muscle {fault.muscle}")
+        if fault.limb >= len(motors):
+            raise InvalidInput(f"expected a fault of limb 0 to {len(motors) - 1}, got limb {fault.limb}")
+        if fault.kind in (_OF_MUSCLES if motors[fault.limb] else _OF_MOTORS):
+            drive = "a motor" if motors[fault.limb] else "pneumatic muscles"
+            raise InvalidInput(f"limb {fault.limb} has {drive}, and no fault {fault.kind!r}")
     return every

@@ -11,6 +11,7 @@ from ...core.validation import as_finite, as_positive
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
+from .drives.motor_parameters import LinearActuator, Winch
 
 __all__ = ["PlantOptions"]
 
@@ -21,7 +22,7 @@ def _unit() -> ValveUnit:
 
 @dataclass(frozen=True, kw_only=True)
 class PlantOptions:
-    """Air, friction and shoulder unit of a plant.
+    """Air, motors, friction and shoulder unit of a plant.
 
     Every default that the thesis does not print is an estimate, and :attr:`Plant.assumptions` lists it.
 
@@ -57,6 +58,12 @@ class PlantOptions:
         Of the ends of the shoulder unit's range, N m/rad and N m s/rad.
     series_spring : float or None
         Stiffness of a spring in series with each muscle (Section 6.2), N/m; None for none.
+    pulley_friction : float
+        Dry friction of the pulleys between a muscle and its cable over the pull of the muscle.
+    winch : Winch
+        Of every cable without a tackle.
+    linear_actuator : LinearActuator
+        Of every linear actuator.
 
     Raises
     ------
@@ -85,6 +92,9 @@ class PlantOptions:
     stop_stiffness: float = 100.0
     stop_damping: float = 1.0
     series_spring: float | None = None
+    pulley_friction: float = 0.05
+    winch: Winch = field(default_factory=Winch)
+    linear_actuator: LinearActuator = field(default_factory=LinearActuator)
 
     def __post_init__(self) -> None:
         if self.supply is not None and not isinstance(self.supply, Supply):
@@ -100,12 +110,15 @@ class PlantOptions:
             raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")
         for name in ("dead_volume", "braid_stiffness", "presliding", "shoulder_presliding", "stop_stiffness"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        for name in ("shoulder_viscous", "shoulder_coulomb", "stop_damping"):
+        for name in ("shoulder_viscous", "shoulder_coulomb", "stop_damping", "pulley_friction"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
         if self.series_spring is not None:
             object.__setattr__(self, "series_spring", as_positive("series_spring", self.series_spring))
         if self.muscle_damping is not None and not isinstance(self.muscle_damping, Damping):
             raise InvalidInput(f"expected muscle_damping to be a Damping, got {type(self.muscle_damping).__name__}")
+        for name, kind in (("winch", Winch), ("linear_actuator", LinearActuator)):
+            if not isinstance(getattr(self, name), kind):
+                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(getattr(self, name)).__name__}")
         known = (ConstantFriction, LoadDependentFriction)
         if self.muscle_friction is not None and not isinstance(self.muscle_friction, known):
             raise InvalidInput(

@@ -11,17 +11,21 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import as_choice, as_finite, as_positive
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
 from .assumptions import Assumption, assumptions_of
-from .equations.plant_tables import plant_tables
+from .drives.drives import drives_of
+from .drives.motor_drive import MotorDrive
+from .drives.statics import DriveStates, drive_states, force_limits
 from .faults import Fault, as_faults
 from .options import PlantOptions
+from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.chain_simulation import simulate_chain
-from .simulation.minimal_simulation import Clock, simulate_minimal
+from .simulation.drive_schedule import MotorUnit
+from .simulation.minimal_simulation import Clock, first_state, simulate_minimal
 from .simulation.settling import settled
 from .state import Controller, PlantState, Sensor
 
@@ -37,18 +41,19 @@ _LOOSEST = 1e-3
 
 
 class Plant(Record):
-    """Arm, shoulder unit, muscles, air and valves.
+    """Arm, shoulder unit, and the drives of the limbs: muscles with air and valves, winches, linear actuators.
 
     Assumptions: the arm is one rigid body that turns about O; limbs are massless in minimal coordinates, and have the
-    masses of the design in the method "chain"; muscles are those of the design's
-    actuators, through their end fittings, and never push; the rest are :class:`PlantOptions`.
+    masses of the design in the method "chain"; drives are those of the design's actuators, muscles through their end
+    fittings; muscles and cables never push; the rest are :class:`PlantOptions`.
 
     Parameters
     ----------
     exo : ShoulderExo or Mechanism
-        The design, with an arm, and with muscles whose force law and end fitting are known.
+        The design, with an arm, and with actuators: muscles whose force law and end fitting are known, or cables and
+        linear actuators whose strokes and force limits are.
     options : PlantOptions, optional
-        Air, friction, shoulder unit.
+        Air, motors, friction, shoulder unit.
     load : Load, optional
         One constant force on the arm, base frame.
 
@@ -79,33 +84,85 @@ class Plant(Record):
         if not isinstance(self.options, PlantOptions):
             raise InvalidInput(f"expected options to be PlantOptions, got {type(options).__name__}")
         if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
-            raise InvalidInput(f"expected {self.count} valve units, one a muscle, got {len(self.options.valves)}")
+            raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
         self.load = load
-        self.tables = plant_tables(mechanism, self.options, load)
+        self.drives = drives_of(mechanism, self.options)
+        self.tables = plant_tables(mechanism, self.drives, self.options, load)
+        self.supply = supply_of(self.drives, self.options)
+        starts, spans = zip(*(drive.contraction_ratio() for drive in self.drives), strict=True)
+        self._starts, self._spans = np.array(starts), np.array(spans)
 
     @property
     def count(self) -> int:
-        """Number of muscles n."""
+        """Number of limbs n."""
         return self.mechanism.limb_count
 
     @property
-    def units(self) -> tuple[ValveUnit, ...]:
-        """Valves, one unit a muscle."""
+    def motors(self) -> np.ndarray:
+        """Whether a limb has a motor, shape (n,), bool; the others have pneumatic muscles."""
+        return np.array([drive.is_motor for drive in self.drives])
+
+    @property
+    def units(self) -> tuple[ValveUnit | MotorUnit, ...]:
+        """What a command does, one a limb: valves of muscles, motors."""
         given = self.options.valves
-        return (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
+        valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
+        return tuple(
+            MotorUnit(drive.force_limit, drive.parameters.brake_force) if isinstance(drive, MotorDrive) else unit
+            for drive, unit in zip(self.drives, valves, strict=True)
+        )
+
+    def contraction_ratios(self, lengths: ArrayLike) -> FloatArray:
+        """Contraction ratios (5-4), shape (..., n), of limb lengths in m, as :class:`Measurement` has them.
+
+        Raises
+        ------
+        InvalidInput
+            If lengths are not finite, or not one a limb.
+        """
+        given = as_finite("lengths", lengths, (self.count,), stack=True)
+        return np.asarray((self._starts - given) / self._spans)
+
+    def force_limits(self, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest tension at rest at limb lengths in m, shape (n,) each, N; strokes do not count.
+
+        Cables are kept taut by the least tension of their drives, unless ``slack`` allows them to be without.
+
+        Raises
+        ------
+        InvalidInput
+            If lengths are not finite, or not one a limb.
+        """
+        return force_limits(self.drives, self.tables, self.supply, self._each("lengths", lengths), slack)
+
+    def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
+        """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
+
+        Raises
+        ------
+        InvalidInput
+            If lengths or tensions are not finite, or not one a limb.
+        """
+        given, held = self._each("lengths", lengths), self._each("tensions", tensions)
+        return drive_states(self.drives, self.tables, self.supply, given, held)
+
+    def _each(self, name: str, values: ArrayLike) -> FloatArray:
+        """One finite number a limb, as the kernels take them."""
+        return np.array(as_finite(name, values, (self.count,)))
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
         """Every parameter that the source does not print, with its value and basis."""
-        return assumptions_of(self.mechanism, self.options)
+        return assumptions_of(self.mechanism, self.drives, self.options)
 
     def state(
         self,
         orientation: Rotation | None = None,
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         pressures: ArrayLike | None = None,
+        drive_positions: ArrayLike | None = None,
     ) -> PlantState:
-        """A state to start from.
+        """A state to start from, with motors at rest.
 
         Parameters
         ----------
@@ -115,6 +172,8 @@ class Plant(Record):
             Shape (3,), rad/s, base frame.
         pressures : array_like, optional
             Gauge pressures, shape (n,), Pa; a number is for all muscles. Zero if left out.
+        drive_positions : array_like, optional
+            Lengths that the motor drives let out, shape (n,), m; those of the limbs without tension if left out.
 
         Raises
         ------
@@ -123,19 +182,32 @@ class Plant(Record):
         """
         given = as_finite("pressures", 0.0 if pressures is None else pressures, (), stack=True)
         if given.shape not in ((), (self.count,)):
-            raise InvalidInput(f"expected {self.count} pressures, one a muscle, got shape {given.shape}")
-        pose = Rotation.identity() if orientation is None else orientation
-        return PlantState(pose, angular_velocity, np.broadcast_to(given, self.count))  # type: ignore[arg-type]
+            raise InvalidInput(f"expected {self.count} pressures, one a limb, got shape {given.shape}")
+        pose = as_rotation("orientation", Rotation.identity() if orientation is None else orientation)
+        if pose.shape != ():
+            raise InvalidInput(f"expected a single orientation, got a stack of shape {pose.shape}")
+        motors = self.motors
+        out = self._lengths(pose) if drive_positions is None else self._each("drive_positions", drive_positions)
+        held, out = np.where(motors, 0.0, given), np.where(motors, out, 0.0)
+        return PlantState(pose, angular_velocity, held, out)  # type: ignore[arg-type]
 
-    def rest(self, pressures: ArrayLike = 0.0, near: Rotation | None = None) -> PlantState:
-        """The state of rest at constant pressures: the stable equilibrium that a damped motion from ``near`` leads to.
+    def _lengths(self, pose: Rotation) -> FloatArray:
+        return np.asarray(np.linalg.norm(pose.apply(self.tables.platform) - self.tables.base, axis=1))
 
-        Friction is left out, so with friction the plant may rest elsewhere, too. The weight of limbs counts.
+    def rest(
+        self, pressures: ArrayLike = 0.0, near: Rotation | None = None, drive_positions: ArrayLike | None = None
+    ) -> PlantState:
+        """The state of rest at constant pressures and with motors that stand still.
+
+        It is the stable equilibrium that a damped motion from ``near`` leads to. Friction is left out, so with friction
+        the plant may rest elsewhere, too. The weight of limbs counts.
 
         Parameters
         ----------
         pressures : array_like
             Gauge pressures, shape (n,), Pa; a number is for all muscles.
+        drive_positions : array_like, optional
+            As for :meth:`state`.
         near : Rotation, optional
             Where the motion starts; the arm hanging if left out.
 
@@ -146,9 +218,28 @@ class Plant(Record):
         SolverFailed
             If the motion does not end.
         """
-        start = self.state(near, pressures=pressures)
-        pose = settled(self.tables, np.array(start.pressures), start.orientation, self.mechanism.limbs)
-        return self.state(pose, pressures=start.pressures)
+        start = self.state(near, pressures=pressures, drive_positions=drive_positions)
+        pose = settled(self.tables, first_state(self, start), start.orientation, self.mechanism.limbs)
+        return self.state(pose, pressures=start.pressures, drive_positions=start.drive_positions)
+
+    def held(self, orientation: Rotation, tensions: ArrayLike) -> PlantState:
+        """The state of rest in a pose, with the drives where they hold tensions.
+
+        Parameters
+        ----------
+        orientation : Rotation
+            Single, {O_B} to {O_A}.
+        tensions : array_like
+            Shape (n,), N. Whether they balance the arm is not checked.
+
+        Raises
+        ------
+        InvalidInput
+            If something is not usable.
+        """
+        pose = self.state(orientation).orientation
+        found = self.drive_states(self._lengths(pose), tensions)
+        return self.state(pose, pressures=found.pressures, drive_positions=found.positions)
 
     def simulate(
         self,
@@ -169,17 +260,18 @@ class Plant(Record):
         Parameters
         ----------
         controller : callable
-            From time in s and :class:`Measurement` to a command a muscle, -1 to 1, whose meaning is that of the
-            :class:`ValveUnit`. Called at the control rate; the command is held until the next call, and the pulses
-            take it over at the start of each of their periods. Commands beyond ±1 are cut.
+            From time in s and :class:`Measurement` to a command a limb, -1 to 1. For a muscle its meaning is that of
+            the :class:`ValveUnit`; for a motor it is the force over the motor's limit, 1 pulls in. Called at the
+            control rate; the command is held until the next call, and pulses of valves take it over at the start of
+            each of their periods. Commands beyond ±1 are cut.
         duration : float
             s.
         state0 : PlantState, optional
-            The start; :meth:`rest` if left out: the arm at rest, muscles empty.
+            The start; :meth:`rest` if left out: the arm at rest, muscles empty, motors as long as an arm that hangs.
         control_rate : float
             Hz.
         faults : Fault or sequence of Fault
-            Of muscles and valves.
+            Of muscles, valves and motors.
         sensor : callable, optional
             From time and exact measurement to the one that the controller gets.
         sample_rate : float, optional
@@ -205,7 +297,7 @@ class Plant(Record):
         """
         start = self.rest() if state0 is None else state0
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
-            raise InvalidInput(f"expected state0 to be a PlantState of {self.count} muscles, got {start!r:.60}")
+            raise InvalidInput(f"expected state0 to be a PlantState of {self.count} limbs, got {start!r:.60}")
         if not callable(controller):
             raise InvalidInput(
                 f"expected a controller, a function (t, measurement) -> commands, got {controller!r:.60}"
@@ -216,7 +308,9 @@ class Plant(Record):
             raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
         simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
-        return simulation(self, controller, clock, start, as_faults(faults, self.count), sensor, rtol, progress)
+        return simulation(
+            self, controller, clock, start, as_faults(faults, self.motors.tolist()), sensor, rtol, progress
+        )
 
     def __repr__(self) -> str:
-        return f"<Plant {self.mechanism.name!r}: {self.count} muscles>"
+        return f"<Plant {self.mechanism.name!r}: {self.count} limbs>"

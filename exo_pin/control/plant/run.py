@@ -15,8 +15,9 @@ from ...muscle.valve.flow import ATMOSPHERE
 from ...reaction.query import as_split, reaction
 from ...reaction.result import Reaction
 from ...wrist_chain.equilibrium import EquilibriumModel
+from .drives.muscle_drive import MuscleDrive
+from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
-from .equations.plant_tables import muscles_of
 
 if TYPE_CHECKING:
     from .plant import Plant
@@ -29,7 +30,7 @@ _DETERMINED = 3
 
 @dataclass(frozen=True, eq=False)
 class Run(Record):
-    """A motion of the plant, at N instants, with n muscles.
+    """A motion of the plant, at N instants, with n limbs.
 
     Attributes
     ----------
@@ -41,30 +42,41 @@ class Run(Record):
     angular_velocity, angular_acceleration : ndarray
         Shape (N, 3), base frame, rad/s and rad/s².
     pressures : ndarray
-        Shape (N, n), gauge, Pa.
+        Shape (N, n), gauge, Pa; zero for motors.
+    drive_positions, drive_speeds : ndarray
+        Shape (N, n), length that each motor drive lets out, m, and its rate, m/s; zero for muscles.
+    motor_forces : ndarray
+        Shape (N, n), force of each motor along its limb, positive if it pulls in, N; zero for muscles.
     supply_pressure : ndarray
         Shape (N,), of the manifold, gauge, Pa.
     commands : ndarray
-        Shape (N, n), last command of the controller to each valve, -1 to 1.
+        Shape (N, n), last command of the controller to each drive, -1 to 1.
     lengths, length_rates : ndarray
         Shape (N, n), of the limbs between joint centres, m and m/s.
     tensions : ndarray
-        Shape (N, n), N, zero or more.
+        Shape (N, n), N; below zero where a linear actuator pushes.
     bladder_contractions : ndarray
         Shape (N, n), m: how much shorter than nominal each muscle is; that of a slack muscle, which hangs in a bow,
-        is less than its limb's.
+        is less than its limb's. Zero for motors.
     friction_moment, stop_moment : ndarray
         Shape (N, 3), N m, of the shoulder's friction and of the ends of its range on the arm, base frame.
     kinetic_energy, potential_energy : ndarray
         Shape (N,), J; the potential is that of weight, load and stops, zero at O.
-    muscle_work : ndarray
+    tension_work : ndarray
         Shape (N, n), work of the tensions on the arm since the start, J.
-    expansion_work : ndarray
-        Shape (N, n), work of the air (above the atmosphere) on the bladders since the start, J. What the tensions did
-        not get went into bladder and braid, and is the difference between the law of forces and that of volumes.
-    muscle_loss : ndarray
-        Shape (N, n), energy that damping and friction within the muscles took since the start, J; it is no part of
-        ``muscle_work``.
+    source_work : ndarray
+        Shape (N, n), work of the source on the drive since the start, J: of the air (above the atmosphere) on the
+        bladders, of the motor on its transmission. Of the air's work the tensions do not get what goes into bladder and
+        braid, the difference between the law of forces and that of volumes.
+    drive_loss : ndarray
+        Shape (N, n), energy that damping and friction within the drives took since the start, J; it is no part of
+        ``tension_work``.
+    stored_energy : ndarray
+        Shape (N, n), energy of moving motor drives, of the stretched limb and of the ends of its stroke, J; zero for
+        muscles.
+    electric_energy : ndarray
+        Shape (N, n), electric energy that each motor took since the start, J. What a motor that brakes gives back is
+        not counted: it goes into a resistor.
     shoulder_loss : ndarray
         Shape (N,), energy that friction and stops of the shoulder took since the start, J.
     air_used, air_vented : ndarray
@@ -83,6 +95,9 @@ class Run(Record):
     angular_velocity: FloatArray
     angular_acceleration: FloatArray
     pressures: FloatArray
+    drive_positions: FloatArray
+    drive_speeds: FloatArray
+    motor_forces: FloatArray
     supply_pressure: FloatArray
     commands: FloatArray
     lengths: FloatArray
@@ -93,9 +108,11 @@ class Run(Record):
     stop_moment: FloatArray
     kinetic_energy: FloatArray
     potential_energy: FloatArray
-    muscle_work: FloatArray
-    expansion_work: FloatArray
-    muscle_loss: FloatArray
+    tension_work: FloatArray
+    source_work: FloatArray
+    drive_loss: FloatArray
+    stored_energy: FloatArray
+    electric_energy: FloatArray
     shoulder_loss: FloatArray
     air_used: FloatArray
     air_vented: FloatArray
@@ -105,29 +122,49 @@ class Run(Record):
 
     @property
     def contraction_ratios(self) -> FloatArray:
-        """(L_0 - muscle length)/L_0 from the limbs' lengths, (5-4), shape (N, n)."""
-        nominal, fitting = self.plant.tables.muscles[:, 0], self.plant.tables.muscles[:, 1]
-        return np.asarray((nominal + fitting - self.lengths) / nominal)
+        """From the limbs' lengths, (5-4), shape (N, n); see :class:`Measurement`."""
+        return self.plant.contraction_ratios(self.lengths)
 
     @property
     def in_range(self) -> np.ndarray:
         """Whether each muscle's law was identified in its state, shape (N, n), bool; elsewhere it is extrapolated."""
         inside = np.ones(self.pressures.shape, dtype=bool)
-        for i, model in enumerate(muscles_of(self.plant.mechanism)):
-            strain, pressure = self.bladder_contractions[:, i] / model.length, self.pressures[:, i]
-            inside[:, i] = model.validity.contains(strain, pressure, None)
+        for i, drive in enumerate(self.plant.drives):
+            if isinstance(drive, MuscleDrive):
+                strain, pressure = self.bladder_contractions[:, i] / drive.model.length, self.pressures[:, i]
+                inside[:, i] = drive.model.validity.contains(strain, pressure, None)
         return inside
 
     @property
+    def electric_power(self) -> FloatArray:
+        """What each motor takes, shape (N, n), W; below zero where it brakes and gives back. Zero for muscles.
+
+        Source: mechanical power, and the loss in the copper, F² v_0/F_0 (:mod:`.equations.motor_kernels`).
+        """
+        rows, names = self.plant.tables.motors, MOTOR_COLUMNS
+        stall, speed = rows[:, names.index("stall_force")], rows[:, names.index("no_load_speed")]
+        copper = np.divide(speed, stall, out=np.zeros(len(rows)), where=stall > 0.0)
+        return np.asarray(copper * self.motor_forces**2 - self.motor_forces * self.drive_speeds)
+
+    @property
     def slack(self) -> np.ndarray:
-        """Whether a limb carries nothing, shape (N, n), bool."""
-        return self.tensions <= 0.0
+        """Whether a limb that only pulls carries nothing, shape (N, n), bool."""
+        return (self.tensions <= 0.0) & np.array([drive.word != "actuator" for drive in self.plant.drives])
 
     @property
     def energy_residual(self) -> FloatArray:
         """Gain of energy less work and loss since the start, shape (N,), J: the integration's own error."""
         energy = self.kinetic_energy + self.potential_energy
-        return np.asarray(energy - energy[0] - self.muscle_work.sum(axis=1) + self.shoulder_loss)
+        return np.asarray(energy - energy[0] - self.tension_work.sum(axis=1) + self.shoulder_loss)
+
+    @property
+    def drive_energy_residual(self) -> FloatArray:
+        """Gain of energy of each motor drive less work and loss since the start, shape (N, n), J; zero for muscles.
+
+        It is the integration's own error; when a limb breaks, the energy of its stretch is lost besides.
+        """
+        gain = self.stored_energy - self.stored_energy[0] + self.tension_work + self.drive_loss - self.source_work
+        return np.asarray(np.where(self.plant.motors, gain, 0.0))
 
     @property
     def motion(self) -> Motion:
@@ -182,22 +219,25 @@ class Run(Record):
 
 
 def recorded(plant: Plant, rows: FloatArray, status: str, steps: int) -> Run:
-    """The record of a motion from rows of time, quaternion, state, commands and which muscles are whole."""
-    n = plant.count
-    count, size = len(rows), rows.shape[1] - 5 - 2 * n
+    """The record of a motion from rows of time, quaternion, state, commands and the last columns of the flows."""
+    n, motors = plant.count, plant.motors
+    count, size = len(rows), rows.shape[1] - 5 - 5 * n
     Q, Y = rows[:, 1:5].copy(), rows[:, 5 : 5 + size].copy()
-    motion, limbs, energy = np.zeros((count, 9)), np.zeros((count, n, 4)), np.zeros((count, 2))
-    observe(Q, Y, rows[:, -n:].copy(), plant.tables, motion, limbs, energy)
+    motion, limbs, energy = np.zeros((count, 9)), np.zeros((count, n, 6)), np.zeros((count, 2))
+    observe(Q, Y, rows[:, -4 * n :].reshape(count, n, 4).copy(), plant.tables, motion, limbs, energy)
+    drives = Y[:, 6 : 6 + n]
     own = {
         "angular_velocity": Y[:, 3:6], "angular_acceleration": motion[:, :3],
-        "pressures": Y[:, 6 : 6 + n] - ATMOSPHERE, "supply_pressure": Y[:, 9 + 2 * n] - ATMOSPHERE,
-        "commands": rows[:, -2 * n : -n], "lengths": limbs[..., 0], "length_rates": limbs[..., 1],
-        "tensions": limbs[..., 2], "bladder_contractions": limbs[..., 3], "friction_moment": motion[:, 3:6],
+        "pressures": np.where(motors, 0.0, drives - ATMOSPHERE), "supply_pressure": Y[:, 9 + 2 * n] - ATMOSPHERE,
+        "drive_positions": np.where(motors, drives, 0.0), "drive_speeds": Y[:, 13 + 5 * n : 13 + 6 * n],
+        "commands": rows[:, -5 * n : -4 * n], "lengths": limbs[..., 0], "length_rates": limbs[..., 1],
+        "tensions": limbs[..., 2], "bladder_contractions": limbs[..., 3], "motor_forces": limbs[..., 4],
+        "stored_energy": limbs[..., 5], "friction_moment": motion[:, 3:6],
         "stop_moment": motion[:, 6:9], "kinetic_energy": energy[:, 0], "potential_energy": energy[:, 1],
-        "loop_residual": np.zeros(count),
+        "electric_energy": Y[:, 13 + 6 * n :], "loop_residual": np.zeros(count),
     }  # fmt: skip
     sums = Y[:, 10 + 2 * n :]
-    own |= {"muscle_work": sums[:, :n], "expansion_work": sums[:, n : 2 * n], "muscle_loss": sums[:, 2 * n : 3 * n]}
+    own |= {"tension_work": sums[:, :n], "source_work": sums[:, n : 2 * n], "drive_loss": sums[:, 2 * n : 3 * n]}
     own |= {name: sums[:, 3 * n + k] for k, name in enumerate(("shoulder_loss", "air_used", "air_vented"))}
     kept = {name: frozen(np.array(values)) for name, values in own.items()}
     turns = Rotation.from_quat(Q)

@@ -35,6 +35,8 @@ class SensedPose(NamedTuple):
         Shape (n,), m: by inverse kinematics from the pose that was read, as in Figure 5-8.
     contraction_ratios : ndarray
         Shape (n,), (5-4), of these lengths.
+    drive_positions, drive_speeds : ndarray or None
+        Shape (n,), m and m/s, of motor drives, from their own encoders: as in the exact measurement.
     lost : bool
         Whether there is no reading and the pose is an old one.
     """
@@ -45,6 +47,8 @@ class SensedPose(NamedTuple):
     supply_pressure: float
     lengths: FloatArray
     contraction_ratios: FloatArray
+    drive_positions: FloatArray | None
+    drive_speeds: FloatArray | None
     lost: bool
 
 
@@ -77,5 +81,7 @@ class ImuSensor:
             measurement.supply_pressure,
             lengths,
             self._contractions.ratios(lengths),
+            measurement.drive_positions,
+            measurement.drive_speeds,
             reading.lost,
         )

@@ -14,6 +14,7 @@ from ..interface import Interface, Interfaces
 from ..limb import Limb, LimbBody, Stroke
 from ..mechanism import Mechanism
 from ..shoulder import Shoulder
+from ..tackle import Tackle
 
 __all__ = ["read_root"]
 
@@ -206,9 +207,27 @@ def _read_actuator(table: Table | None, sources: dict[str, str]) -> Actuator | N
         table.quantity("speed", "speed_limit", required=False),
         table.quantity("power", "power_limit", required=False),
         table.quantity("length", "travel_limit", required=False),
+        _read_tackle(table.table("tackle"), sources),
     )
     table.finish()
     return actuator
+
+
+def _read_tackle(table: Table | None, sources: dict[str, str]) -> Tackle | None:
+    if table is None:
+        return None
+    _note_source(table, sources)
+    count, law = table.quantity("number", "count", required=False), table.text("force_law")
+    assert law is not None
+    tackle = Tackle(
+        table.quantity("number", "ratio"),
+        table.quantity("length", "muscle"),
+        law,
+        table.quantity("pressure", "supply"),
+        1 if count is None else count,
+    )
+    table.finish()
+    return tackle
 
 
 def _read_guide(table: Table | None, sources: dict[str, str]) -> LimbGuide | None:

@@ -15,6 +15,7 @@ from ..guide import LimbGuide
 from ..interface import Interface
 from ..limb import Limb, LimbBody
 from ..mechanism import Mechanism
+from ..tackle import Tackle
 
 __all__ = ["SCHEMA", "mechanism_table"]
 
@@ -180,7 +181,18 @@ def _actuator_table(actuator: Actuator) -> dict[str, Any]:
         speed_limit_m_s=actuator.speed_limit,
         power_limit_W=actuator.power_limit,
         travel_limit_m=actuator.travel_limit,
+        tackle=None if actuator.tackle is None else _tackle_table(actuator.tackle),
     )
+
+
+def _tackle_table(tackle: Tackle) -> dict[str, Any]:
+    return {
+        "ratio": tackle.ratio,
+        "muscle_m": tackle.muscle_length,
+        "force_law": tackle.force_law,
+        "supply_Pa": tackle.supply_pressure,
+        "count": tackle.count,
+    }
 
 
 def _interface_table(interface: Interface) -> dict[str, Any]:

@@ -38,7 +38,7 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
     Recording
         Arm, pressures, and the forces that this motion takes: those of the reaction query with the run's own motion
         and moments of friction and stops. Limb forces are the run's tensions, as in
-        :meth:`exo_pin.control.plant.run.Run.reaction`.
+        :meth:`exo_pin.control.plant.run.Run.reaction`. Without pressures if all limbs have motors.
 
     Raises
     ------
@@ -61,5 +61,5 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
     }
     if run.plant.count > _DETERMINED:
         query["actuator_bounds"] = (run.tensions[rows], run.tensions[rows])
-    pressures = np.maximum(run.pressures[rows], 0.0)
+    pressures = None if run.plant.motors.all() else np.maximum(run.pressures[rows], 0.0)
     return scene.record(run.rotations[rows], run.times[rows], pressures, **query)

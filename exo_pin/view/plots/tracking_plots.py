@@ -18,25 +18,32 @@ if TYPE_CHECKING:
 __all__ = ["tracking_figure"]
 
 _TIME = "time, s"
+#: Cosine of the abduction below which flexion and internal rotation are not drawn.
+_LOCK = 0.1
 _ANGLES = ("flexion", "abduction", "internal rotation")
 
 
 def tracking_figure(tracking: Tracking) -> Figure:
     """Six plots over time; see :meth:`exo_pin.control.Tracking.plot`.
 
-    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the muscles cannot hold.
+    Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold. Limbs
+    with motors have motor forces in place of pressures.
     """
     figure = pyplot().figure(figsize=(10.4, 9.2), layout="constrained")
     axes = figure.subplots(3, 2, sharex=True)
     run, t = tracking.run, tracking.times
     limbs = [f"limb {i}" for i in range(1, run.tensions.shape[1] + 1)]
-    _pairs(axes[0, 0], t, tracking.angles(), tracking.angles(wanted=True), _ANGLES, "angle, °")
+    reached, wanted = (_with_meaning(tracking.angles(wanted=which)) for which in (False, True))
+    _pairs(axes[0, 0], t, reached, wanted, _ANGLES, "angle, °")
     _pairs(axes[1, 0], t, 100.0 * tracking.ratios, 100.0 * tracking.wanted_ratios, limbs, "contraction, %")
     axes[1, 0].axhline(0.0, color="0.6", linewidth=0.8)
     axes[0, 1].plot(t, np.degrees(tracking.error), color=BLACK, linewidth=2.0)
     axes[0, 1].set_ylabel("angle to the wanted pose, °")
     axes[0, 1].set_ylim(bottom=0.0)
-    _lines(axes[1, 1], t, run.pressures / 1e5, limbs, "pressure, bar")
+    if run.plant.motors.any():
+        _lines(axes[1, 1], t, run.motor_forces, limbs, "motor force along the limb, N")
+    else:
+        _lines(axes[1, 1], t, run.pressures / 1e5, limbs, "pressure, bar")
     _lines(axes[2, 0], t, run.tensions, limbs, "tension, N")
     force = tracking.shoulder_force
     _lines(axes[2, 1], t, force, ("F_s x forward", "F_s y left", "F_s z up"), "shoulder on the arm, N")
@@ -53,9 +60,18 @@ def tracking_figure(tracking: Tracking) -> Figure:
     figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
     notes = "thin: wanted; thick: reached"
     if not tracking.reachable.all():
-        notes += "; grey: wanted poses that the muscles cannot hold at rest"
+        notes += "; grey: wanted poses that the drives cannot hold at rest"
+    if (np.abs(np.cos(np.radians(tracking.angles()[:, 1]))) < _LOCK).any():
+        notes += "; near 90° of abduction flexion and internal rotation are not separate angles"
     figure.supxlabel(notes, fontsize=9, color=GREY)
     return figure
+
+
+def _with_meaning(angles: FloatArray) -> FloatArray:
+    """Angles in degrees without flexion and internal rotation near 90° of abduction, where only their sum has one."""
+    shown = angles.copy()
+    shown[np.abs(np.cos(np.radians(angles[:, 1]))) < _LOCK, ::2] = np.nan
+    return shown
 
 
 def _lines(ax: Any, t: FloatArray, values: FloatArray, names: Any, label: str) -> None:

@@ -29,7 +29,7 @@ def seen(pose, pressures, velocity=(0.0, 0.0, 0.0), **more):
 
 def pressures_of(controller):
     """Pressures that were planned at the last sample."""
-    return controller._pressures(controller.planned.tensions, controller._contractions.lengths(POSE))
+    return controller.plant.drive_states(controller._contractions.lengths(POSE), controller.planned.tensions).pressures
 
 
 def test_plan_at_the_wanted_pose_is_that_of_statics():

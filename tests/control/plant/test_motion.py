@@ -39,7 +39,7 @@ def test_the_energy_s_balance_closes(swing, prototype, abducted):
     assert (swing.tensions > 1.0).any(axis=0).sum() >= 2
     assert np.abs(swing.energy_residual).max() < 1e-6 * swing.kinetic_energy.max()
     assert not swing.shoulder_loss.any()
-    assert not swing.muscle_loss.any()
+    assert not swing.drive_loss.any()
     rubbing = ep.PlantOptions(
         shoulder_viscous=0.02, shoulder_coulomb=0.1, muscle_friction=ConstantFriction(1.0), series_spring=4e3
     )
@@ -51,7 +51,7 @@ def test_the_energy_s_balance_closes(swing, prototype, abducted):
     # Before it slips, friction is elastic, and gives back what it stored: up to moment times presliding over two.
     assert np.diff(run.shoulder_loss).min() > -0.1 * 2e-3
     assert run.shoulder_loss[-1] > 0.1
-    assert run.muscle_loss[-1].sum() > 1e-4
+    assert run.drive_loss[-1].sum() > 1e-4
     assert np.abs(run.energy_residual).max() < 3e-6 * run.kinetic_energy.max()
 
 
@@ -176,7 +176,7 @@ def test_the_closed_chain_moves_as_the_minimal_coordinates(prototype, abducted):
     assert apart < 1e-8
     np.testing.assert_allclose(other.kinetic_energy, own.kinetic_energy, atol=1e-9)
     np.testing.assert_allclose(other.potential_energy, own.potential_energy, atol=1e-9)
-    np.testing.assert_allclose(other.muscle_work, own.muscle_work, atol=2e-8)
+    np.testing.assert_allclose(other.tension_work, own.tension_work, atol=2e-8)
     np.testing.assert_allclose(other.shoulder_force, own.shoulder_force, atol=1e-3)
 
 

@@ -12,14 +12,13 @@ from exo_pin.control.plant.equations.muscle_kernels import (
     static_law,
     tension,
 )
-from exo_pin.control.plant.equations.plant_tables import plant_tables
 from exo_pin.muscle import ConstantFriction, Muscle, muscle_model, muscle_models, table
 
 
 def tables_of(exo, law="tang-optimised", **options):
     actuator = ep.Actuator("pneumatic muscle", force_law=law, supply_pressure=4e5)
     limbs = [ep.Limb(limb.kind, stroke=limb.stroke, actuator=actuator) for limb in exo.limbs]
-    return plant_tables(exo.mechanism.replace(limbs=limbs), ep.PlantOptions(**options), None)
+    return ep.Plant(exo.mechanism.replace(limbs=limbs), ep.PlantOptions(**options)).tables
 
 
 def limb_tension(t, i, contraction, pressure, shortening=0.0, bristle=0.0):

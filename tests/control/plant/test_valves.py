@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import exo_pin as ep
-from exo_pin.control.plant.simulation.valve_schedule import Valves
+from exo_pin.control.plant.simulation.drive_schedule import DriveSchedule
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.muscle import ConstantFriction, Supply, Valve, ValveUnit
 from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
@@ -35,7 +35,7 @@ def open_times(valves, duration):
 def test_valves_are_open_for_their_share_to_rounding(layout):
     shares = np.array([-1.0, -0.37, 0.0, 0.123456789, 0.9, 1.0])
     units = tuple(unit(layout=layout) for _ in shares)
-    valves = Valves(units)
+    valves = DriveSchedule(units)
     valves.commands = shares
     total, instants = open_times(valves, 1.0)
     np.testing.assert_allclose(total, [each.shares(u) for each, u in zip(units, shares, strict=True)], atol=1e-8)
@@ -44,7 +44,7 @@ def test_valves_are_open_for_their_share_to_rounding(layout):
 
 
 def test_a_command_is_taken_over_at_the_start_of_a_period():
-    valves = Valves((unit(), unit(modulation="averaged")))
+    valves = DriveSchedule((unit(), unit(modulation="averaged")))
     valves.commands = np.array([0.0, 0.0])
     valves.start(0.0)
     valves.commands = np.array([1.0, 1.0])

@@ -1,6 +1,8 @@
 """One muscle of the plant: pull, length and volume of its air, compiled.
 
-With the limb's length l the muscle's contraction is x = L_0 + e - l (5-4), e its end fitting. Its pull is
+With the limb's length l the muscle's contraction is x = (L_0 + e - l)/r, e its end fitting and r = 1 for a muscle in
+line with its limb (5-4). A muscle that pulls a cable over a tackle of ratio r : 1 takes up r times its contraction;
+L_0 + e is then the length of the limb at which the muscle is as long as at rest. Its pull is
 
     S(x, P) = min(F(x, P), capability line)     0 <= x <= x_free, F the static law, P gauge
     S(x, P) = 0                                 x > x_free, the first x >= 0 with F = 0: the muscle hangs in a bow
@@ -8,7 +10,8 @@ With the limb's length l the muscle's contraction is x = L_0 + e - l (5-4), e it
 
 A muscle never pushes. With a spring of stiffness k in series (Section 6.2) the muscle is shorter by the spring's
 extension d: k d = S(x + d, P). Damping (3-21) and friction (3-12) oppose the motion by at most S, so that both fade
-where the muscle goes slack and the tension stays between 0 and 2 S.
+where the muscle goes slack and the tension stays between 0 and 2 S. Pulleys add a friction in proportion to S. A limb
+of N muscles side by side pulls with N/r of that.
 
 The air's volume is that of a cylinder in an inextensible braid, (3-2) to (3-4), V = L (b² - L²)/(4 π n²), and the
 volume of the tube. A slack muscle has its own free length, not the limb's.
@@ -27,11 +30,11 @@ __all__ = ["COLUMNS", "air_volume", "free_contraction", "friction_bound", "muscl
 COLUMNS = (
     "nominal_length", "end_fitting", "capability_slope", "capability_intercept", "braid_stiffness", "damping_1",
     "damping_2", "friction", "friction_2", "friction_1", "friction_0", "friction_load", "presliding",
-    "spring_stiffness", "thread", "turns", "dead_volume",
+    "spring_stiffness", "thread", "turns", "dead_volume", "ratio", "count", "pulley_friction",
 )  # fmt: skip
 (
     _LENGTH, _FITTING, _SLOPE, _INTERCEPT, _BRAID, _D1, _D2, _CONSTANT, _N2, _N1, _N0, _LOAD, _PRESLIDING, _SPRING,
-    _THREAD, _TURNS, _DEAD,
+    _THREAD, _TURNS, _DEAD, _RATIO, _COUNT, _PULLEYS,
 ) = range(len(COLUMNS))  # fmt: skip
 #: Strain at which the search for the free contraction ends, and its steps.
 _LARGEST_STRAIN, _STEPS = 0.5, 50
@@ -155,21 +158,22 @@ def tension(law: Any, row: Any, i: int, length: float, speed: float, pressure: f
     """Tension of a limb, and what its muscle is doing.
 
     ``length`` in m and ``speed``, the rate of the limb's length, in m/s; ``pressure`` gauge, Pa; ``bristle`` from -1 to
-    1, the state of the friction. Returns tension N, loss W, contraction of the bladder m, and its slopes by the limb's
-    contraction and by pressure, m/Pa.
+    1, the state of the friction. Returns tension N, loss W, contraction of the bladder m, and its slopes by minus the
+    limb's length and by pressure, m/Pa.
 
     Source: thesis (3-21), (5-4).
     """
     bar = max(pressure, 0.0) / _BAR
-    x, shortening = row[_LENGTH] + row[_FITTING] - length, -speed
+    ratio, count = row[_RATIO], row[_COUNT]
+    x, shortening = (row[_LENGTH] + row[_FITTING] - length) / ratio, -speed / ratio
     pull, bladder, by_x, by_bar = _with_spring(law, row, i, x, bar)
     by_pressure = by_bar / _BAR if pressure > 0.0 else 0.0
     if pull <= 0.0:
-        return 0.0, 0.0, bladder, by_x, by_pressure
+        return 0.0, 0.0, bladder, by_x / ratio, by_pressure
     opposing = bar * max(row[_D1] * shortening + row[_D2], 0.0) * shortening
-    opposing += friction_bound(row, bladder, bar, pull) * bristle
+    opposing += (friction_bound(row, bladder, bar, pull) + row[_PULLEYS] * pull) * bristle
     opposing = min(max(opposing, -pull), pull)
-    return pull - opposing, opposing * shortening, bladder, by_x, by_pressure
+    return count * (pull - opposing) / ratio, count * opposing * shortening, bladder, by_x / ratio, by_pressure
 
 
 @kernel

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ....core.compiled import kernel
-from ....muscle.valve.flow import ATMOSPHERE
 from ....numerics.vectors import cross, dot, limb, matrix, turn, vector
-from .muscle_kernels import tension
+from .drive_kernels import limb_tension
+from .motor_kernels import is_motor, motor_energy, motor_force
 from .plant_kernels import rates, rows_of
 from .stop_kernels import stop_moment
 
@@ -17,19 +17,19 @@ __all__ = ["observe"]
 
 
 @kernel(stack=True)
-def observe(Q: Any, Y: Any, intact: Any, t: Any, motion: Any, limbs: Any, energy: Any) -> None:
+def observe(Q: Any, Y: Any, acts: Any, t: Any, motion: Any, limbs: Any, energy: Any) -> None:
     """Fill what a run reports at N instants.
 
-    ``Q`` (N, 4) quaternions, ``Y`` (N, size) states with ξ = 0, ``intact`` (N, n). ``motion`` (N, 9): angular
-    acceleration, and the moments of friction and stops on the arm. ``limbs`` (N, n, 4): length, its rate, tension, and
-    the bladder's contraction. ``energy`` (N, 2): kinetic, potential of weight, load and stops.
+    ``Q`` (N, 4) quaternions, ``Y`` (N, size) states with ξ = 0, ``acts`` (N, n, 4) the last columns of :data:`FLOWS`.
+    ``motion`` (N, 9): angular acceleration, and the moments of friction and stops on the arm. ``limbs`` (N, n, 6):
+    length, its rate, tension, the bladder's contraction, force of the motor, and energy stored in the drive.
+    ``energy`` (N, 2): kinetic, potential of weight, load and stops.
     """
     n = t.base.shape[0]
-    flows = np.zeros((n, 7))
+    flows = np.zeros((n, 10))
     out = np.zeros(Y.shape[1])
     for k in range(len(Q)):
-        for i in range(n):
-            flows[i, 6] = intact[k, i]
+        flows[:, 6:] = acts[k]
         rates(t, flows, Q[k], Y[k], out)
         R, w = rows_of(Q[k], Y[k]), vector(Y[:, 3:6], k)
         joint = t.shoulder
@@ -43,10 +43,13 @@ def observe(Q: Any, Y: Any, intact: Any, t: Any, motion: Any, limbs: Any, energy
         for i in range(n):
             b, s, _, length, _, _ = limb(R, vector(t.base, i), vector(t.platform, i))
             speed = dot(cross(b, s), w)
-            gauge = Y[k, 6 + i] - ATMOSPHERE
-            pull, _, bladder, _, _ = tension(t.law, t.muscles[i], i, length, speed, gauge, Y[k, 6 + n + i])
+            pull, bladder = limb_tension(t, i, Y[k], speed, length)
             limbs[k, i, 0], limbs[k, i, 1] = length, speed
-            limbs[k, i, 2], limbs[k, i, 3] = intact[k, i] * pull, bladder
+            limbs[k, i, 2], limbs[k, i, 3] = flows[i, 6] * pull, bladder
+            if is_motor(t.motors[i]):
+                rate = Y[k, 13 + 5 * n + i]
+                limbs[k, i, 4] = flows[i, 8] * motor_force(t.motors[i], flows[i, 7], -rate)
+                limbs[k, i, 5] = motor_energy(t.motors[i], length, Y[k, 6 + i], rate, flows[i, 6])
         own = turn(((R[0][0], R[1][0], R[2][0]), (R[0][1], R[1][1], R[2][1]), (R[0][2], R[1][2], R[2][2])), w)
         energy[k, 0] = 0.5 * dot(own, turn(matrix(t.inertia), own))
         C, point = turn(R, t.centre), turn(R, t.point)

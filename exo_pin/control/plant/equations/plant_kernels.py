@@ -5,15 +5,8 @@ The arm turns about O: I ω' + ω × I ω = M, with I about O in the base frame,
     M = Σ T_i (s_i × b_i) + C × m g + load + stops - c ω - μ z_s
 
 (a limb pulls with -T_i s_i at b_i). The orientation is R = exp(ξ) R_0 with R_0 that at the start of a step, so that
-ξ' = ω - ξ × ω/2 + c(|ξ|) ξ × (ξ × ω) and no chart is ever left. The air of muscle i, of absolute pressure p and volume
-V, with polytropic exponent κ:
-
-    V p' = κ (R T ṁ - p V')        V' = (dV/dx) (x_l l-rate + x_p p')
-
-Friction is force or moment (bound) z, elastoplastic: z' = (v - α |v| z)/δ with the presliding displacement δ. α is 0
-while |z| < 0.7 or the motion unloads, so that the joint sticks elastically and without creep, and rises to 1 at
-|z| = 1, where it slides (P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, Single state elastoplastic friction models,
-IEEE Trans. Automatic Control 47 (2002) 787).
+ξ' = ω - ξ × ω/2 + c(|ξ|) ξ × (ξ × ω) and no chart is ever left. The tensions T_i are those of the drives
+(:mod:`.drive_kernels`), the friction z of the shoulder is that of :mod:`.friction_kernels`.
 """
 
 from __future__ import annotations
@@ -23,35 +16,26 @@ from typing import Any, NamedTuple
 
 from ....core.compiled import kernel
 from ....core.validation import FloatArray
-from ....muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 from ....numerics.vectors import cross, dot, limb, matrix, rotation_matrix, turn, vector
-from .muscle_kernels import COLUMNS, air_volume, tension
+from .drive_kernels import drive_rates, manifold_rates
+from .friction_kernels import slip
 from .stop_kernels import stop_moment
 
 __all__ = [
-    "AIR",
-    "FLOWS",
     "SHOULDER",
     "Tables",
-    "air_rates",
     "arm_load",
     "moved_quaternion",
     "rates",
     "rows_of",
     "state_size",
-    "tensions",
     "turned",
 ]
 
-#: Columns of :attr:`Tables.shoulder`, :attr:`Tables.air` and of the flows of a muscle.
+#: Columns of :attr:`Tables.shoulder`.
 SHOULDER = (
     "viscous", "coulomb", "presliding", "stops", "stop_centre", "stop_half", "side", "stop_stiffness", "stop_damping",
 )  # fmt: skip
-AIR = ("exponent", "supply", "regulator", "regulator_ratio", "manifold")
-FLOWS = ("fill", "fill_ratio", "vent", "vent_ratio", "leak", "leak_ratio", "intact")
-_PRESLIDING = COLUMNS.index("presliding")
-#: |z| of the friction below which it is elastic.
-_ELASTIC = 0.7
 #: Moment of a stop that only a trial step has, N m.
 _STRONGEST = 1e6
 
@@ -73,8 +57,8 @@ class Tables(NamedTuple):
         Shape (3,): a constant force in the base frame, N, and where it acts, arm's axes, m.
     law : ndarray
         Shape (n, I, J), N, coefficients of the static laws by powers of strain and bar.
-    muscles : ndarray
-        Shape (n, len(COLUMNS)).
+    muscles, motors : ndarray
+        Shapes (n, len(COLUMNS)) and (n, len(MOTOR_COLUMNS)): the drive of each limb in the one or the other.
     shoulder, air : ndarray
         Shapes (len(SHOULDER),) and (len(AIR),).
     """
@@ -90,6 +74,7 @@ class Tables(NamedTuple):
     point: FloatArray
     law: FloatArray
     muscles: FloatArray
+    motors: FloatArray
     shoulder: FloatArray
     air: FloatArray
 
@@ -97,11 +82,12 @@ class Tables(NamedTuple):
 def state_size(n: int) -> int:
     """Length of the state of a plant with n limbs.
 
-    ξ, ω (3 each), absolute pressures (n), friction of the muscles (n) and of the shoulder (3), pressure of the
-    manifold; then integrals: work of the tensions (n), of the air on the bladders (n), loss in the muscles (n), in the
-    shoulder, air from the supply and air to the atmosphere, kg.
+    ξ, ω (3 each), state of the drives (n: absolute pressure of a muscle, length that a motor drive lets out), friction
+    of the drives (n) and of the shoulder (3), pressure of the manifold; then integrals: work of the tensions (n), of
+    air and motors (n), loss in the drives (n), in the shoulder, air from the supply and air to the atmosphere, kg;
+    then speed of the motor drives (n), and the integral of their electric power (n).
     """
-    return 13 + 5 * n
+    return 13 + 7 * n
 
 
 @kernel
@@ -149,41 +135,6 @@ def _chart_rate(y: Any, w: Any, out: Any) -> None:
 
 
 @kernel
-def _slip(loaded: float, size: float) -> float:
-    """α of the friction, for z · v and |z|."""
-    if loaded <= 0.0 or size <= _ELASTIC:
-        return 0.0
-    if size >= 1.0:
-        return 1.0
-    return 0.5 - 0.5 * math.cos(math.pi * (size - _ELASTIC) / (1.0 - _ELASTIC))
-
-
-@kernel
-def _muscle_rates(t: Any, flows: Any, i: int, y: Any, speed: float, length: float, out: Any) -> Any:
-    """Air and friction of one muscle: fill its rates and return its tension."""
-    n = t.base.shape[0]
-    row = t.muscles[i]
-    p, z = y[6 + i], y[6 + n + i]
-    pull, loss, bladder, by_x, by_p = tension(t.law, row, i, length, speed, p - ATMOSPHERE, z)
-    volume, area = air_volume(row, bladder)
-    supply = y[9 + 2 * n]
-    filled = mass_flow(supply, p, flows[i, 0], flows[i, 1])
-    vented = mass_flow(p, ATMOSPHERE, flows[i, 2], flows[i, 3]) + mass_flow(p, ATMOSPHERE, flows[i, 4], flows[i, 5])
-    inflow = GAS_CONSTANT * REFERENCE_TEMPERATURE * (filled - vented)
-    exponent = t.air[0]
-    swept = area * by_x * -speed
-    rate = exponent * (inflow - p * swept) / (volume + exponent * p * area * by_p)
-    out[6 + i] = rate
-    out[6 + n + i] = (-speed - _slip(-speed * z, abs(z)) * abs(speed) * z) / row[_PRESLIDING]
-    intact = flows[i, 6]
-    pull, loss = intact * pull, intact * loss
-    out[10 + 2 * n + i] = -pull * speed
-    out[10 + 3 * n + i] = (p - ATMOSPHERE) * (swept + area * by_p * rate)
-    out[10 + 4 * n + i] = loss
-    return pull, filled, vented
-
-
-@kernel
 def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     """Fill the rates of the state ``y`` relative to the orientation of the quaternion ``q`` (x, y, z, w).
 
@@ -201,7 +152,7 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     for i in range(n):
         b, s, _, length, _, _ = limb(R, vector(t.base, i), vector(t.platform, i))
         speed = dot(cross(b, s), w)
-        pull, filled, vented = _muscle_rates(t, flows, i, y, speed, length, out)
+        pull, filled, vented = drive_rates(t, flows, i, y, speed, length, out)
         moment = cross(s, b)
         Mx += pull * moment[0]
         My += pull * moment[1]
@@ -214,7 +165,7 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
         stop, loss, _ = stop_moment(R, w, joint[4], joint[5], joint[6], joint[7], joint[8])
         Mx, My, Mz = Mx + stop[0], My + stop[1], Mz + stop[2]
     z = (y[6 + 2 * n], y[7 + 2 * n], y[8 + 2 * n])
-    slipping = _slip(dot(w, z), math.sqrt(dot(z, z))) * math.sqrt(dot(w, w))
+    slipping = slip(dot(w, z), math.sqrt(dot(z, z))) * math.sqrt(dot(w, w))
     for j in range(3):
         out[6 + 2 * n + j] = (w[j] - slipping * z[j]) / joint[2]
     Mx -= joint[0] * w[0] + joint[1] * z[0]
@@ -222,42 +173,7 @@ def rates(t: Any, flows: Any, q: Any, y: Any, out: Any) -> None:
     Mz -= joint[0] * w[2] + joint[1] * z[2]
     out[10 + 5 * n] = loss + joint[0] * dot(w, w) + joint[1] * dot(z, w)
     _turn_arm(t, R, w, (Mx, My, Mz), out)
-    _manifold(t, y, drawn, let_out, out)
-
-
-@kernel
-def _manifold(t: Any, y: Any, drawn: float, let_out: float, out: Any) -> None:
-    """Pressure of the manifold, if it is not held by its regulator, and the air that comes and goes."""
-    n = t.base.shape[0]
-    fresh = drawn
-    out[9 + 2 * n] = 0.0
-    if t.air[4] > 0.0:
-        fresh = mass_flow(t.air[1], y[9 + 2 * n], t.air[2], t.air[3])
-        out[9 + 2 * n] = t.air[0] * GAS_CONSTANT * REFERENCE_TEMPERATURE * (fresh - drawn) / t.air[4]
-    out[11 + 5 * n] = fresh
-    out[12 + 5 * n] = let_out
-
-
-@kernel
-def air_rates(t: Any, flows: Any, lengths: Any, speeds: Any, y: Any, out: Any) -> None:
-    """Fill the rates of air and muscle friction for given lengths of the limbs and their rates, shape (n,) each.
-
-    The places of the state that belong to the arm and its shoulder are left as they are.
-    """
-    drawn, let_out = 0.0, 0.0
-    for i in range(t.base.shape[0]):
-        _, filled, vented = _muscle_rates(t, flows, i, y, speeds[i], lengths[i], out)
-        drawn += filled
-        let_out += vented
-    _manifold(t, y, drawn, let_out, out)
-
-
-@kernel
-def tensions(t: Any, lengths: Any, speeds: Any, air: Any, out: Any) -> None:
-    """Fill the tensions, shape (n,), for absolute pressures and friction of the muscles ``air``, shape (2 n, ...)."""
-    n = t.base.shape[0]
-    for i in range(n):
-        out[i] = tension(t.law, t.muscles[i], i, lengths[i], speeds[i], air[i] - ATMOSPHERE, air[n + i])[0]
+    manifold_rates(t, y, drawn, let_out, out)
 
 
 @kernel

@@ -1,9 +1,10 @@
-"""The plant as the closed chain: Pinocchio's tree and loops, with the air integrated alongside.
+"""The plant as the closed chain: Pinocchio's tree and loops, with the drives integrated alongside.
 
-Over a short interval the motion is found by waveform relaxation: with pressures given in time, the chain moves under
-the muscles' tensions (:meth:`exo_pin.ClosedChain.simulate`); with the lengths of the limbs given in time, the air
-follows; and so on until the pressures do not change any more. The first pressures are those of the motion in minimal
-coordinates, but the result does not depend on them. An interval in which this does not converge is halved.
+Over a short interval the motion is found by waveform relaxation: with the states of the drives given in time, the chain
+moves under their tensions (:meth:`exo_pin.ClosedChain.simulate`); with the lengths of the limbs given in time, the
+drives follow; and so on until pressures and positions of the drives do not change any more. The first ones are those of
+the motion in minimal coordinates, but the result does not depend on them. An interval in which this does not converge
+is halved.
 
 The shoulder's friction is the chain's: viscous, and Coulomb's in each axis of the arm by itself, with true sticking.
 Limbs may have mass.
@@ -26,20 +27,23 @@ from scipy.spatial.transform import Rotation
 from ....core.errors import ExoPinError, SolverFailed
 from ....core.validation import FloatArray
 from ....wrist_chain.equilibrium import EquilibriumModel
+from ..equations.drive_kernels import drives_alone, tensions
 from ..equations.integrator import advance
-from ..equations.plant_kernels import SHOULDER, air_rates, arm_load, tensions
+from ..equations.motor_kernels import MOTOR_COLUMNS
+from ..equations.plant_kernels import SHOULDER, arm_load
 
 if TYPE_CHECKING:
     from ..plant import Plant
 
 __all__ = ["ChainMotion", "Piece"]
 
-#: Least intervals of a piece at whose ends lengths are passed on, longest of them, s.
-_NODES, _SPACING = 3, 1.5e-3
+#: Least intervals of a piece at whose ends lengths are passed on, longest of them, s, and their share of the shortest
+#: vibration's 1/ω: lengths between them are cubic, and stiff drives answer to micrometres.
+_NODES, _SPACING, _SHARE = 3, 1.5e-3, 0.1
 #: Iterations, and shortest interval, s.
 _ITERATIONS, _SHORTEST = 8, 1e-4
-#: Change of a pressure, over the relative tolerance, at which the iteration ends, Pa.
-_PRESSURE = 1e6
+#: Changes of a pressure and of a motor's position, over the relative tolerance, at which the iteration ends, Pa and m.
+_PRESSURE, _POSITION = 1e6, 1.0
 #: The root's own coordinates in v.
 _ROOT = slice(0, 3)
 
@@ -92,11 +96,14 @@ class ChainMotion:
         names = [f"limb_{i + 1}_slide" for i in range(n)]
         self._slides_q = np.array([tree.idx_qs[tree.getJointId(name)] for name in names])
         self._slides_v = np.array([tree.idx_vs[tree.getJointId(name)] for name in names])
-        #: Places of the state that belong to the air: all but the arm and the shoulder's friction.
+        #: Places of the state that belong to the drives: all but the arm and the shoulder's friction.
         self._air = np.r_[6 : 6 + 2 * n, 9 + 2 * n : len(y)]
         R = orientation.as_matrix()
         self.q = model.configuration(R, orientation.as_quat())
         lengths = np.linalg.norm(plant.tables.platform @ R.T - plant.tables.base, axis=1)
+        self._motors = plant.tables.motors[:, 0] > 0.0
+        self._change = np.where(self._motors, _POSITION, _PRESSURE) * rtol
+        self._spacing = self._node_spacing(R)
         self._neutral = lengths - self.q[self._slides_q]
         rate = np.zeros(tree.nv)
         rate[_ROOT] = R.T @ angular_velocity
@@ -104,6 +111,17 @@ class ChainMotion:
         self.y, self.work, self.dissipated, self.opening = y.copy(), 0.0, 0.0, 0.0
         #: Which muscles are whole, 1 or 0 each.
         self.intact = np.ones(n)
+
+    def _node_spacing(self, R: FloatArray) -> float:
+        """Longest interval between nodes, s, from the frequencies of arm and drives on the stretch of each limb."""
+        tables, row = self.tables, dict(zip(MOTOR_COLUMNS, self.tables.motors.T, strict=True))
+        if not self._motors.any():
+            return _SPACING
+        b = tables.platform @ R.T
+        span = b - tables.base
+        levers = np.cross(b, span) / np.linalg.norm(span, axis=1)[:, None] @ R
+        mobility = np.einsum("ij,jk,ik->i", levers, tables.inverse, levers) + row["inverse_mass"]
+        return min(_SPACING, _SHARE / float(np.sqrt((row["stiffness"] * mobility).max())))
 
     @property
     def rotation(self) -> FloatArray:
@@ -150,7 +168,7 @@ class ChainMotion:
 
     def _converged(self, pieces: list[Piece]) -> bool:
         """Move on through an interval and return True, or return False and stay."""
-        nodes = _nodes(pieces)
+        nodes = _nodes(pieces, self._spacing)
         count = len(self._slides_q)
         air = self._air_along(pieces, nodes, *self._guess(pieces, nodes))
         before = np.array([air.at(t)[:count] for t in nodes.tolist()])
@@ -162,7 +180,7 @@ class ChainMotion:
             lengths = self._neutral + moved.q[:, self._slides_q]
             air = self._air_along(pieces, nodes, lengths, moved.v[:, self._slides_v])
             after = np.array([air.at(t)[:count] for t in nodes.tolist()])
-            if np.abs(after - before).max() <= _PRESSURE * self.rtol:
+            if (np.abs(after - before).max(axis=0) <= self._change).all():
                 self.q, self.v = moved.q[-1].copy(), moved.v[-1].copy()
                 self.y[self._air] = air.at(float(nodes[-1]))
                 self.work += float(moved.work[-1])
@@ -176,7 +194,7 @@ class ChainMotion:
         """Lengths of the limbs and their rates at the nodes, in minimal coordinates."""
         q, y = self.kinematics()
         tables, atol, step = self.tables, np.full(len(y), 1e-10), 1e-4
-        atol[6 : 6 + len(self._slides_q)] = 1e-4
+        atol[6 : 6 + len(self._slides_q)][~self._motors] = 1e-4
         found = [self._limbs(q, y)]
         for start, end in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True):
             flows = next(p.flows for p in pieces if p.start <= start < p.end)
@@ -198,13 +216,14 @@ class ChainMotion:
         y, out, air = self.y.copy(), np.zeros(len(self.y)), self._air
         scale = np.full(len(air), 1e-2)
         n = len(self._slides_q)
-        scale[:n] = scale[2 * n] = 1e3
+        scale[:n] = np.where(self._motors, 1e-3, 1e3)
+        scale[2 * n] = 1e3
         solutions, state = [], self.y[air].copy()
         for piece in pieces:
 
             def rate(t: float, x: FloatArray, flows: FloatArray = piece.flows) -> FloatArray:
                 y[air] = x
-                air_rates(self.tables, flows, curve(t), slope(t), y, out)
+                drives_alone(self.tables, flows, curve(t), slope(t), y, out)
                 return out[air]
 
             found = solve_ivp(
@@ -219,8 +238,9 @@ class ChainMotion:
 
     def _efforts(self, air: _Air, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
         """Efforts of the chain at a time: a tension pulls its slide back."""
-        pulls, tau = np.zeros(len(self._slides_q)), np.zeros(len(v))
-        tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], air.at(t), pulls)
+        pulls, tau, y = np.zeros(len(self._slides_q)), np.zeros(len(v)), self.y.copy()
+        y[self._air] = air.at(t)
+        tensions(self.tables, self._neutral + q[self._slides_q], v[self._slides_v], y, pulls)
         tau[self._slides_v] = -self.intact * pulls
         return tau
 
@@ -247,10 +267,10 @@ class _Air:
         return np.asarray(self._solutions[max(bisect_right(self._starts, t) - 1, 0)](t))
 
 
-def _nodes(pieces: list[Piece]) -> FloatArray:
+def _nodes(pieces: list[Piece], spacing: float) -> FloatArray:
     """Times at which lengths are passed on: the ends of the pieces, and some between."""
     parts = []
     for piece in pieces:
-        count = max(_NODES, int(np.ceil((piece.end - piece.start) / _SPACING)))
+        count = max(_NODES, int(np.ceil((piece.end - piece.start) / spacing)))
         parts.append(np.linspace(piece.start, piece.end, count + 1)[:-1])
     return np.append(np.concatenate(parts), pieces[-1].end)

@@ -10,16 +10,14 @@ import numpy as np
 from ....core.errors import ExoPinError
 from ....core.progress import track
 from ....core.validation import FloatArray, as_positive, frozen
-from ....muscle.valve.flow import ATMOSPHERE
 from ....numerics.vectors import matrix
-from ..equations.plant_kernels import state_size
 from ..equations.stop_kernels import stop_moment
 from ..faults import Fault
 from ..run import Run, recorded
 from ..state import Controller, PlantState, Sensor
 from .chain_motion import ChainMotion, Piece
-from .minimal_simulation import Clock, as_commands, fixed_instants, measured
-from .valve_schedule import Valves
+from .drive_schedule import DriveSchedule
+from .minimal_simulation import Clock, as_commands, first_state, fixed_instants, measured
 
 if TYPE_CHECKING:
     from ..plant import Plant
@@ -40,43 +38,40 @@ def simulate_chain(
     progress: bool,
 ) -> Run:
     """See :meth:`exo_pin.control.plant.plant.Plant.simulate`, method "chain"."""
-    tables, n = plant.tables, plant.count
-    y = np.zeros(state_size(n))
-    y[6 : 6 + n], y[9 + 2 * n] = start.pressures + ATMOSPHERE, tables.air[1]
+    n, y = plant.count, first_state(plant, start)
     motion = ChainMotion(plant, start.orientation, start.angular_velocity, y, as_positive("rtol", rtol))
-    valves, rows, chain_rows, status, before = Valves(plant.units, faults), [], [], "completed", 0.0
-    intact = np.ones(n)
+    schedule, rows, chain_rows, status, before = DriveSchedule(plant.units, faults), [], [], "completed", 0.0
     for time, sample, control in track(fixed_instants(clock, faults), "simulating", progress):
         try:
-            motion.advance(_pieces(valves, before, time) if time > 0.0 else [])
+            motion.advance(_pieces(schedule, before, time) if time > 0.0 else [])
         except ExoPinError as error:
             status = f"stopped after {before:.6g} s: {error}"
             break
         before = time
         q, y = motion.kinematics()
         if control:
-            exact = measured(tables, q, y)
-            valves.commands = as_commands(controller(time, exact if sensor is None else sensor(time, exact)), n)
-        valves.start(time)
-        intact = valves.flows(time)[:, 6]
-        motion.intact = intact
+            exact = measured(plant, q, y)
+            schedule.commands = as_commands(controller(time, exact if sensor is None else sensor(time, exact)), n)
+        schedule.start(time)
+        flows = schedule.flows(time)
+        motion.intact = flows[:, 6]
         if sample:
-            rows.append(np.concatenate([[time], q, y, valves.commands, intact]))
+            rows.append(np.concatenate([[time], q, y, schedule.commands, flows[:, 6:].ravel()]))
             chain_rows.append(_chain_row(motion))
     return _completed(recorded(plant, np.array(rows), status, 0), np.array(chain_rows))
 
 
-def _pieces(valves: Valves, start: float, end: float) -> list[Piece]:
+def _pieces(schedule: DriveSchedule, start: float, end: float) -> list[Piece]:
     """The time between two instants, cut where valves switch."""
     pieces: list[Piece] = []
     time = start
     while True:
-        flows = valves.flows(time)
-        switch = min(valves.next_switch(time), end)
+        flows = schedule.flows(time)
+        switch = min(schedule.next_switch(time), end)
         if end - switch < _SAME:
             return [*pieces, Piece(time, end, flows)]
         pieces.append(Piece(time, switch, flows))
-        valves.start(switch)
+        schedule.start(switch)
         time = switch
 
 
@@ -103,7 +98,7 @@ def _completed(run: Run, chain: FloatArray) -> Run:
     """
     kinetic, potential, work, dissipated, opening, lifted = chain[:, 6:].T
     # What load and stops stored is part of the potential, what stops took part of the loss.
-    held = run.muscle_work.sum(axis=1) - work + dissipated - (lifted - lifted[0])
+    held = run.tension_work.sum(axis=1) - work + dissipated - (lifted - lifted[0])
     return replace(
         run,
         angular_acceleration=_frozen(chain[:, :3]),

@@ -18,15 +18,18 @@ from ..equations.plant_kernels import Tables, state_size
 from ..faults import Fault
 from ..run import Run, recorded
 from ..state import Controller, Measurement, PlantState, Sensor
-from .valve_schedule import Valves
+from .drive_schedule import DriveSchedule
 
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["Clock", "as_commands", "fixed_instants", "measured", "simulate_minimal"]
+__all__ = ["Clock", "as_commands", "first_state", "fixed_instants", "measured", "simulate_minimal"]
 
-#: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg.
-_UNITS = {"turn": 1.0, "speed": 1.0, "pressure": 1e4, "bristle": 1.0, "energy": 1.0, "air": 1e-5}
+#: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg, m, m/s.
+_UNITS = {
+    "turn": 1.0, "speed": 1.0, "pressure": 1e4, "bristle": 1.0, "energy": 1.0, "air": 1e-5, "position": 0.1,
+    "drive speed": 0.1,
+}  # fmt: skip
 _FIRST_STEP, _SAME = 1e-5, 1e-9
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
@@ -56,27 +59,41 @@ class Clock:
         return np.append(np.arange(count + 1) / rate, [] if count / rate > self.duration - _SAME else self.duration)
 
 
-def tolerances(n: int, rtol: float) -> FloatArray:
+def tolerances(tables: Tables, rtol: float) -> FloatArray:
     """Absolute tolerances of the state, shape (size,)."""
-    u = _UNITS
+    u, n, motors = _UNITS, len(tables.base), tables.motors[:, 0]
     parts = [(3, "turn"), (3, "speed"), (n, "pressure"), (n + 3, "bristle"), (1, "pressure"), (3 * n + 1, "energy")]
-    return rtol * np.concatenate([np.full(count, u[name]) for count, name in [*parts, (2, "air")]])
+    parts += [(2, "air"), (n, "drive speed"), (n, "energy")]
+    atol = rtol * np.concatenate([np.full(count, u[name]) for count, name in parts])
+    atol[6 : 6 + n][motors > 0.0] = rtol * u["position"]
+    return atol
 
 
-def measured(tables: Tables, q: FloatArray, y: FloatArray) -> Measurement:
+def measured(plant: Plant, q: FloatArray, y: FloatArray) -> Measurement:
     """What exact sensors report of a state with ξ = 0."""
-    n = len(tables.base)
-    orientation = Rotation.from_quat(q)
+    tables, n = plant.tables, plant.count
+    orientation, motors = Rotation.from_quat(q), tables.motors[:, 0] > 0.0
     lengths = np.linalg.norm(orientation.apply(tables.platform) - tables.base, axis=1)
-    nominal, fitting = tables.muscles[:, 0], tables.muscles[:, 1]
     return Measurement(
         orientation,
         y[3:6].copy(),
-        y[6 : 6 + n] - ATMOSPHERE,
+        np.where(motors, 0.0, y[6 : 6 + n] - ATMOSPHERE),
         float(y[9 + 2 * n]) - ATMOSPHERE,
         lengths,
-        (nominal + fitting - lengths) / nominal,
+        plant.contraction_ratios(lengths),
+        np.where(motors, y[6 : 6 + n], 0.0),
+        y[13 + 5 * n : 13 + 6 * n].copy(),
     )
+
+
+def first_state(plant: Plant, start: PlantState) -> FloatArray:
+    """The state of the equations at the start, with ξ = 0."""
+    n, y = plant.count, np.zeros(state_size(plant.count))
+    motors = plant.tables.motors[:, 0] > 0.0
+    y[3:6], y[9 + 2 * n] = start.angular_velocity, plant.tables.air[1]
+    y[6 : 6 + n] = np.where(motors, np.asarray(start.drive_positions), start.pressures + ATMOSPHERE)
+    y[13 + 5 * n : 13 + 6 * n] = np.where(motors, np.asarray(start.drive_speeds), 0.0)
+    return y
 
 
 def simulate_minimal(
@@ -93,14 +110,12 @@ def simulate_minimal(
     if not plant.mechanism.limbs_are_massless:
         raise InvalidInput('minimal coordinates are for massless limbs, and these have mass: use method="chain"')
     tables, n = plant.tables, plant.count
-    q, y = start.orientation.as_quat(), np.zeros(state_size(n))
-    y[3:6], y[6 : 6 + n] = start.angular_velocity, start.pressures + ATMOSPHERE
-    y[9 + 2 * n] = tables.air[1]
-    atol = tolerances(n, as_positive("rtol", rtol))
-    valves = Valves(plant.units, faults)
+    q, y = start.orientation.as_quat(), first_state(plant, start)
+    atol = tolerances(tables, as_positive("rtol", rtol))
+    schedule = DriveSchedule(plant.units, faults)
     rows, status, step = [], "completed", _FIRST_STEP
-    instants = _instants(clock, faults, valves)
-    steps, before, flows = 0, 0.0, valves.flows(0.0)
+    instants = _instants(clock, faults, schedule)
+    steps, before, flows = 0, 0.0, schedule.flows(0.0)
     for time, sample, control in track(instants, "simulating", progress):
         if time > 0.0:
             ended, taken, step, left = advance(tables, flows, q, y, time - before, step, rtol, atol)
@@ -111,13 +126,13 @@ def simulate_minimal(
                 break
         before = time
         if control:
-            exact = measured(tables, q, y)
+            exact = measured(plant, q, y)
             seen = exact if sensor is None else sensor(time, exact)
-            valves.commands = as_commands(controller(time, seen), n)
-        valves.start(time)
-        flows = valves.flows(time)
+            schedule.commands = as_commands(controller(time, seen), n)
+        schedule.start(time)
+        flows = schedule.flows(time)
         if sample:
-            rows.append(np.concatenate([[time], q, y, valves.commands, flows[:, 6]]))
+            rows.append(np.concatenate([[time], q, y, schedule.commands, flows[:, 6:].ravel()]))
     return recorded(plant, np.array(rows), status, steps)
 
 
@@ -132,11 +147,11 @@ def fixed_instants(clock: Clock, faults: tuple[Fault, ...]) -> list[tuple[float,
     return list(zip(fixed.tolist(), sampled.tolist(), controlled.tolist(), strict=True))
 
 
-def _instants(clock: Clock, faults: tuple[Fault, ...], valves: Valves) -> Iterator[tuple[float, bool, bool]]:
+def _instants(clock: Clock, faults: tuple[Fault, ...], schedule: DriveSchedule) -> Iterator[tuple[float, bool, bool]]:
     """As :func:`fixed_instants`, and those at which a valve switches."""
     time = 0.0
     for instant, sample, control in fixed_instants(clock, faults):
-        while instant > 0.0 and (switch := valves.next_switch(time)) < instant - _SAME:
+        while instant > 0.0 and (switch := schedule.next_switch(time)) < instant - _SAME:
             time = switch
             yield time, False, False
         time = instant

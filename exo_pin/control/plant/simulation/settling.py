@@ -20,10 +20,11 @@ from scipy.spatial.transform import Rotation
 from ....core.errors import SolverFailed
 from ....core.validation import FloatArray
 from ....design import Limb
-from ....muscle.valve.flow import ATMOSPHERE
+from ..equations.drive_kernels import AIR, FLOWS
 from ..equations.integrator import DONE, advance
+from ..equations.motor_kernels import MOTOR_COLUMNS
 from ..equations.muscle_kernels import COLUMNS
-from ..equations.plant_kernels import AIR, FLOWS, SHOULDER, Tables, rates, state_size
+from ..equations.plant_kernels import SHOULDER, Tables, rates
 
 __all__ = ["settled"]
 
@@ -31,12 +32,16 @@ __all__ = ["settled"]
 _DAMPING = 0.5
 #: Time that it gets in all, s, in pieces, and the moment that is left, N m.
 _PATIENCE, _PIECE, _LEFT = 120.0, 0.5, 1e-12
+#: Rounding of a limb's length, m: stiffness makes a moment of it (levers are shorter than a metre).
+_ROUNDING = 2e-16
 #: Step of the difference quotients, rad, and moment from which they are used, N m.
 _DIFFERENCE, _NEAR = 1e-6, 1e-3
 
 
-def settled(tables: Tables, pressures: FloatArray, near: Rotation, limbs: Sequence[Limb] = ()) -> Rotation:
-    """Orientation at rest, from ``near``, with gauge pressures in Pa and the weight of limbs; friction is left out.
+def settled(tables: Tables, start: FloatArray, near: Rotation, limbs: Sequence[Limb] = ()) -> Rotation:
+    """Orientation at rest, from ``near``, with pressures and positions of the drives as in the state ``start``.
+
+    The weight of limbs counts. Friction is left out, and motors stand still.
 
     Raises
     ------
@@ -50,14 +55,17 @@ def settled(tables: Tables, pressures: FloatArray, near: Rotation, limbs: Sequen
     shoulder[SHOULDER.index("coulomb")] = 0.0
     muscles = tables.muscles.copy()
     muscles[:, COLUMNS.index("friction") : COLUMNS.index("presliding")] = 0.0
-    still = tables._replace(air=air, shoulder=shoulder, muscles=muscles)
+    muscles[:, COLUMNS.index("pulley_friction")] = 0.0
+    motors = tables.motors.copy()
+    motors[:, MOTOR_COLUMNS.index("inverse_mass")] = 0.0
+    still = tables._replace(air=air, shoulder=shoulder, muscles=muscles, motors=motors)
     flows = np.zeros((n, len(FLOWS)))
     flows[:, FLOWS.index("intact")] = 1.0
-    q, y = near.as_quat(), np.zeros(state_size(n))
-    y[6 : 6 + n], y[9 + 2 * n] = pressures + ATMOSPHERE, air[AIR.index("supply")]
+    q, y = near.as_quat(), start.copy()
+    y[3:6] = y[13 + 5 * n : 13 + 6 * n] = 0.0
     at_rest = _AtRest(still, flows, y, _halves(limbs))
     atol, step, time, ended = np.full(len(y), 1e-6), 1e-4, 0.0, DONE
-    atol[6 : 6 + n] = 1.0
+    atol[6 : 6 + n][tables.motors[:, 0] <= 0.0] = 1.0
     while time < _PATIENCE:
         if at_rest.halves is None:
             ended, _, step, _ = advance(still, flows, q, y, _PIECE, step, 1e-6, atol)
@@ -123,11 +131,12 @@ class _AtRest:
 def _balanced(arm: _AtRest, q: FloatArray) -> FloatArray | None:
     """Newton's method to where the moment vanishes; None if it does not, or the equilibrium is not stable."""
     place = q.copy()
+    stiffness = arm.tables.motors[:, MOTOR_COLUMNS.index("stiffness")].sum()
     for _ in range(30):
         here = arm.moment(place)
         columns = [arm.moment(place, _DIFFERENCE * axis) - arm.moment(place, -_DIFFERENCE * axis) for axis in np.eye(3)]
         slope = np.array(columns).T / (2.0 * _DIFFERENCE)
-        if np.linalg.norm(here) < _LEFT:
+        if np.linalg.norm(here) < _LEFT + _ROUNDING * stiffness:
             stable = np.linalg.eigvalsh(0.5 * (slope + slope.T)).max() < 0.0
             return place if stable else None
         shift = np.linalg.lstsq(slope, -here, rcond=1e-12)[0]

@@ -1,7 +1,8 @@
-"""Valves in time: which paths are open when, at exact switching times."""
+"""What acts on the drives in time: paths of the valves, at exact switching times, and forces of the motors."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,49 +10,61 @@ import numpy as np
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ....muscle.valve.supply import ValveUnit
-from ..equations.plant_kernels import FLOWS
+from ..equations.drive_kernels import FLOWS
 from ..faults import Fault
 
-__all__ = ["Valves"]
+__all__ = ["DriveSchedule", "MotorUnit"]
 
 #: Two instants nearer than this, s, are one.
 _SAME = 1e-9
+_INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))
+
+
+@dataclass(frozen=True)
+class MotorUnit:
+    """What a command does to a motor drive: force limit of the motor and force of the brake, N."""
+
+    force_limit: float
+    brake_force: float
 
 
 @dataclass
-class Valves(Record):
-    """The valves of n muscles, driven by commands.
+class DriveSchedule(Record):
+    """Valves and motors of n limbs, driven by commands.
 
     Attributes
     ----------
-    units : tuple of ValveUnit
-        One a muscle.
+    units : tuple of ValveUnit or MotorUnit
+        One a limb.
     faults : tuple of Fault
     commands : ndarray
         Shape (n,), the last commands, -1 to 1.
     """
 
-    units: tuple[ValveUnit, ...]
+    units: tuple[ValveUnit | MotorUnit, ...]
     faults: tuple[Fault, ...] = ()
     commands: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         count = len(self.units)
-        self.commands = np.full(count, -1.0)
+        self.commands = np.array([-1.0 if isinstance(unit, ValveUnit) else 0.0 for unit in self.units])
         self._period = np.full(count, -1)
         self._shares = np.zeros((count, 2))
 
+    def _valves(self) -> Iterator[tuple[int, ValveUnit]]:
+        return ((i, unit) for i, unit in enumerate(self.units) if isinstance(unit, ValveUnit))
+
     def _command(self, i: int, time: float) -> float:
         for fault in self.faults:
-            if fault.muscle == i and fault.kind == "stuck valve" and fault.acts(time + _SAME):
+            if fault.limb == i and fault.kind == "stuck valve" and fault.acts(time + _SAME):
                 return fault.command
         return float(self.commands[i])
 
     def start(self, time: float) -> None:
         """Take over the commands where a period of the pulses begins at ``time``, or pulses do not matter."""
-        for i, unit in enumerate(self.units):
+        for i, unit in self._valves():
             period = int(np.floor((time + _SAME) * unit.frequency))
-            stuck = any(f.muscle == i and f.kind == "stuck valve" and f.acts(time + _SAME) for f in self.faults)
+            stuck = any(f.limb == i and f.kind == "stuck valve" and f.acts(time + _SAME) for f in self.faults)
             if unit.modulation == "averaged" or period != self._period[i] or stuck:
                 self._shares[i] = unit.shares(self._command(i, time))
             self._period[i] = period
@@ -59,7 +72,7 @@ class Valves(Record):
     def next_switch(self, time: float) -> float:
         """The next instant after ``time`` at which a valve opens or closes or a period begins, s."""
         following = np.inf
-        for i, unit in enumerate(self.units):
+        for i, unit in self._valves():
             if unit.modulation == "averaged":
                 continue
             begin = self._period[i] / unit.frequency
@@ -76,25 +89,34 @@ class Valves(Record):
         return float(fill if fill > 0.0 else vent)
 
     def flows(self, time: float) -> FloatArray:
-        """What is open just after ``time``, shape (n, len(FLOWS)), as the equations read it."""
+        """What acts just after ``time``, shape (n, len(FLOWS)), as the equations read it."""
         table = np.zeros((len(self.units), len(FLOWS)))
+        table[:, _INTACT] = table[:, _POWERED] = 1.0
         for i, unit in enumerate(self.units):
+            if isinstance(unit, MotorUnit):
+                table[i, _EFFORT] = unit.force_limit * self.commands[i]
+                continue
             fill, vent = unit.paths
             table[i, :4] = fill.conductance, fill.critical_ratio, vent.conductance, vent.critical_ratio
-            table[i, [0, 2]] *= self._open(i, time)
-            table[i, 6] = 1.0
+            table[i, [0, 2]] *= self._open(i, unit, time)
         for fault in self.faults:
             if fault.acts(time + _SAME):
-                hole = fault.hole
-                if hole is not None:
-                    table[fault.muscle, 4:6] = hole.conductance, hole.critical_ratio
-                if fault.kind == "torn":
-                    table[fault.muscle, 6] = 0.0
+                self._spoil(table[fault.limb], fault)
         return table
 
-    def _open(self, i: int, time: float) -> tuple[float, float]:
+    def _spoil(self, row: FloatArray, fault: Fault) -> None:
+        """Put a fault into the row of its limb."""
+        unit, hole = self.units[fault.limb], fault.hole
+        if hole is not None:
+            row[4:6] = hole.conductance, hole.critical_ratio
+        if fault.kind == "torn":
+            row[_INTACT] = 0.0
+        elif isinstance(unit, MotorUnit):
+            row[_POWERED] = 0.0
+            row[_BRAKE] = unit.brake_force if fault.brake_force is None else fault.brake_force
+
+    def _open(self, i: int, unit: ValveUnit, time: float) -> tuple[float, float]:
         """How far fill and vent path are open, 0 to 1 each."""
-        unit = self.units[i]
         fill, vent = self._shares[i]
         if unit.modulation == "averaged":
             return float(fill), float(vent)

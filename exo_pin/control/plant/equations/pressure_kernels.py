@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...core.compiled import kernel
-from ..plant.equations.muscle_kernels import tension
+from ....core.compiled import kernel
+from .muscle_kernels import tension
 
 __all__ = ["pressures_for", "static_tensions"]
 

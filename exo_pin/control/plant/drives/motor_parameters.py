@@ -1,0 +1,169 @@
+"""Winch and linear actuator with motor: what has to be known of them, with estimates for what a design does not say.
+
+A design names the family of its actuators, their strokes and force limits. All else are **estimates** for small devices
+of that size; give those of the product used. They are one class of drive: a brushless motor of about 100 W with a rotor
+inertia of some 4e-6 kg m² and 7,000 to 8,000 turns a minute without load, which moves the limb at 0.6 m/s. Seen along
+the limb, a rotor of inertia J that turns by N/r a metre has the mass J (N/r)².
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....core.validation import as_positive
+
+__all__ = ["LinearActuator", "MotorParameters", "Winch"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotorParameters(ABC):
+    """What winch and linear actuator have in common, all along the limb; every default is an estimate.
+
+    Parameters
+    ----------
+    rotor_inertia : float
+        Of the motor, kg m².
+    no_load_speed : float
+        Of the limb at full voltage, m/s.
+    stall_ratio : float
+        Force at full voltage and no speed over the force limit. With ``no_load_speed`` it gives the loss in the copper:
+        F² v_0/F_0.
+    viscous : float
+        Friction over speed, N s/m.
+    coulomb : float
+        Dry friction, N.
+    load_friction : float
+        Dry friction over the force of the limb: losses of gear, screw, pulleys. From 1 on the drive locks itself.
+    presliding : float
+        Displacement over which dry friction builds up, m.
+    damping_time : float
+        Damping over stiffness of the limb, d/k, s.
+    brake_force : float
+        Of the brake that a spring closes when the current fails, N; zero for none.
+    stop_stiffness, stop_damping : float
+        Of the ends of the stroke, N/m and N s/m.
+    least_tension : float
+        That controllers keep, N.
+
+    Raises
+    ------
+    InvalidInput
+        If a number is out of its range.
+    """
+
+    rotor_inertia: float = 4.4e-6
+    no_load_speed: float = 0.6
+    stall_ratio: float = 4.0
+    viscous: float = 20.0
+    coulomb: float = 8.0
+    load_friction: float = 0.1
+    presliding: float = 2e-4
+    damping_time: float = 5e-4
+    brake_force: float = 500.0
+    stop_stiffness: float = 1e5
+    stop_damping: float = 1e3
+    least_tension: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("rotor_inertia", "no_load_speed", "stall_ratio", "presliding", "stop_stiffness"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        zero = ("viscous", "coulomb", "load_friction", "damping_time", "brake_force", "stop_damping", "least_tension")
+        for name in zero:
+            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """Inertia of the drive carried over to the limb, kg."""
+
+    @abstractmethod
+    def series_stiffness(self, longest: float) -> float:
+        """Stiffness in N/m of the limb between drive and arm, for its longest length in m."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Winch(MotorParameters):
+    """A cable on a drum with gear and motor.
+
+    Parameters
+    ----------
+    drum_radius : float
+        m.
+    gear_ratio : float
+        Turns of the motor over those of the drum.
+    drum_inertia : float
+        kg m²; an aluminium disc of 20 mm in radius and width.
+    axial_stiffness : float
+        E A of the cable, N: a wire rope of 1.5 mm, 55 % of whose circle is metal, with a modulus of 60 GPa.
+    routing_length : float
+        Of the cable between its exit from the frame and the drum, m.
+
+    Notes
+    -----
+    Assumptions: the stiffness is that of the longest cable throughout; the cable does not slip on the drum; sheaths and
+    pulleys on its way rub in proportion to the tension (``load_friction``).
+    """
+
+    coulomb: float = 8.0
+    load_friction: float = 0.1
+    least_tension: float = 5.0
+    drum_radius: float = 0.02
+    gear_ratio: float = 26.0
+    drum_inertia: float = 1.4e-5
+    axial_stiffness: float = 5.8e4
+    routing_length: float = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("drum_radius", "gear_ratio", "axial_stiffness"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        for name in ("drum_inertia", "routing_length"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+
+    @property
+    def mass(self) -> float:
+        """See :attr:`MotorParameters.mass`."""
+        return (self.rotor_inertia * self.gear_ratio**2 + self.drum_inertia) / self.drum_radius**2
+
+    def series_stiffness(self, longest: float) -> float:
+        """See :meth:`MotorParameters.series_stiffness`."""
+        return self.axial_stiffness / (longest + self.routing_length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearActuator(MotorParameters):
+    """A ball screw with its motor: it pushes and pulls, and can be driven back.
+
+    Parameters
+    ----------
+    lead : float
+        Travel of the nut in one turn, m.
+    screw_inertia : float
+        kg m²; a steel screw of 10 mm in diameter and 0.3 m in length.
+    stiffness : float
+        Of screw, rod, rod ends and their mounts together, N/m.
+    """
+
+    coulomb: float = 15.0
+    viscous: float = 30.0
+    lead: float = 0.005
+    screw_inertia: float = 2.3e-6
+    stiffness: float = 1e6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("lead", "stiffness"):
+            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        object.__setattr__(self, "screw_inertia", as_positive("screw_inertia", self.screw_inertia, zero=True))
+
+    @property
+    def mass(self) -> float:
+        """See :attr:`MotorParameters.mass`."""
+        return (self.rotor_inertia + self.screw_inertia) * (2.0 * np.pi / self.lead) ** 2
+
+    def series_stiffness(self, longest: float) -> float:
+        """See :meth:`MotorParameters.series_stiffness`."""
+        return self.stiffness

@@ -1,0 +1,145 @@
+"""From a design and its options to the tables that the compiled equations read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray
+from ...design import Mechanism
+from ...load_case import Load
+from ...muscle.laws.static import BAR, StaticModel
+from ...muscle.valve.flow import ATMOSPHERE
+from ...muscle.valve.supply import Supply
+from .drives.drive import Drive
+from .drives.muscle_drive import MuscleDrive
+from .equations.drive_kernels import AIR
+from .equations.motor_kernels import MOTOR_COLUMNS
+from .equations.muscle_kernels import COLUMNS
+from .equations.plant_kernels import SHOULDER, Tables
+from .options import PlantOptions
+
+__all__ = ["plant_tables", "supply_of"]
+
+#: Powers of strain and pressure up to which a law is looked for among polynomials, and the error allowed, N.
+_POWERS, _ERROR = (6, 3), 1e-8
+#: Row of the table of muscles of a limb that has none: numbers that no division stumbles over.
+NO_MUSCLE = np.array([1.0 if name in ("nominal_length", "presliding", "ratio") else 0.0 for name in COLUMNS])
+
+
+def supply_of(drives: Sequence[Drive], options: PlantOptions) -> Supply | None:
+    """The supply: that of the options, or one that holds the highest pressure of the muscles; None without muscles."""
+    pressures = [drive.supply_pressure for drive in drives if isinstance(drive, MuscleDrive)]
+    if not pressures:
+        return None
+    return Supply(max(pressures)) if options.supply is None else options.supply
+
+
+def plant_tables(mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions, load: Load | None) -> Tables:
+    """The tables of a plant.
+
+    Raises
+    ------
+    MissingData
+        If something is not known.
+    InvalidInput
+        If the load is not one constant force, or a law is no polynomial.
+    """
+    arm = mechanism.require_arm("a plant", inertia=True)
+    assert arm.inertia is not None
+    c = arm.centre_of_mass
+    inertia = arm.inertia + arm.mass * (c @ c * np.eye(3) - np.outer(c, c))
+    force, point = _constant_force(load)
+    geometry = mechanism.geometry
+    return Tables(
+        _own(geometry.base_points), _own(geometry.platform_points), _own(c), _own(mechanism.gravity), float(arm.mass),
+        _own(inertia), _own(np.asarray(np.linalg.inv(inertia))), force, point, _laws(drives),
+        _rows(drives, False, NO_MUSCLE), _rows(drives, True, np.zeros(len(MOTOR_COLUMNS))),
+        _shoulder(mechanism, options), _air(supply_of(drives, options), options),
+    )  # fmt: skip
+
+
+def _own(array: ArrayLike) -> FloatArray:
+    """A contiguous writable copy: the kernels are compiled for one kind of array."""
+    return np.array(array, dtype=float, order="C")
+
+
+def _constant_force(load: Load | None) -> tuple[FloatArray, FloatArray]:
+    if load is None:
+        return np.zeros(3), np.zeros(3)
+    if not isinstance(load, Load):
+        raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+    force, at, moment = (np.asarray(value, dtype=float) for value in (load.force, load.at, load.moment))
+    if force.ndim > 1 or at.ndim > 1 or moment.any() or load.frame != "base":
+        raise InvalidInput('expected one force without a couple, frame="base": the load of a plant is constant in time')
+    return _own(force), _own(at)
+
+
+def _rows(drives: Sequence[Drive], motors: bool, other: FloatArray) -> FloatArray:
+    """One row a limb; ``other`` for a limb whose drive is of the other kind."""
+    return np.array([drive.row() if drive.is_motor == motors else other for drive in drives])
+
+
+def _laws(drives: Sequence[Drive]) -> FloatArray:
+    """Coefficients, shape (n, I, J), N, by powers of strain and of pressure in bar; zero without a muscle."""
+    tables = [_polynomial(d.model) if isinstance(d, MuscleDrive) else np.zeros((1, 1)) for d in drives]
+    shape = np.max([table.shape for table in tables], axis=0)
+    return np.array([np.pad(t, [(0, s - k) for s, k in zip(shape, t.shape, strict=True)]) for t in tables])
+
+
+def _polynomial(model: StaticModel) -> FloatArray:
+    """A law as a polynomial in strain and bar, without powers that it does not have.
+
+    The laws of this package are polynomials, written in several ways. The coefficients are found from values on a grid
+    and checked on another, which leaves laws of any class open.
+    """
+    (rows, columns), length = _POWERS, model.length
+    strain = 0.225 * (1.0 - np.cos(np.pi * (np.arange(2 * rows) + 0.5) / (2 * rows)))
+    bar = 2.5 * (1.0 - np.cos(np.pi * (np.arange(2 * columns) + 0.5) / (2 * columns)))
+    at, pressure = np.meshgrid(strain, bar, indexing="ij")
+    values = np.asarray(model.unchecked_force(at * length, pressure * BAR))
+    basis = (np.vander(strain, rows, increasing=True), np.vander(bar, columns, increasing=True))
+    table = np.linalg.pinv(basis[0]) @ values @ np.linalg.pinv(basis[1]).T
+    size = np.abs(table) * np.outer(0.45 ** np.arange(rows), 5.0 ** np.arange(columns))
+    table[size < 1e-11 * max(1.0, float(size.max()))] = 0.0
+    other, second = np.meshgrid(np.linspace(0.0, 0.4, 9), np.linspace(0.0, 4.5, 7), indexing="ij")
+    fitted = np.polynomial.polynomial.polyval2d(other, second, table)
+    error = np.abs(fitted - model.unchecked_force(other * length, second * BAR)).max()
+    if not error < _ERROR:
+        raise InvalidInput(
+            f"expected a static law that is a polynomial in contraction and pressure, got {model.name!r}, "
+            f"which is not, by {error:.2g} N; fit one with exo_pin.muscle.identify_static"
+        )
+    used = np.argwhere(table != 0.0).max(axis=0, initial=0) + 1
+    return np.array(table[: used[0], : used[1]])
+
+
+def _shoulder(mechanism: Mechanism, options: PlantOptions) -> FloatArray:
+    joint = mechanism.shoulder
+    ends = joint.abduction_centre is not None and joint.half_diagonal is not None and not options.second_flange
+    values = {
+        "viscous": options.shoulder_viscous,
+        "coulomb": options.shoulder_coulomb,
+        "presliding": options.shoulder_presliding if options.shoulder_coulomb > 0.0 else 1.0,
+        "stops": float(ends),
+        "stop_centre": joint.abduction_centre or 0.0,
+        "stop_half": joint.half_diagonal or 0.0,
+        "side": 1.0 if mechanism.side == "left" else -1.0,
+        "stop_stiffness": options.stop_stiffness,
+        "stop_damping": options.stop_damping,
+    }
+    return np.array([values[name] for name in SHOULDER])
+
+
+def _air(supply: Supply | None, options: PlantOptions) -> FloatArray:
+    values = {"exponent": options.polytropic_exponent, "supply": ATMOSPHERE if supply is None else supply.absolute}
+    if supply is not None and supply.regulator is not None and supply.volume is not None:
+        values |= {
+            "regulator": supply.regulator.conductance,
+            "regulator_ratio": supply.regulator.critical_ratio,
+            "manifold": supply.volume,
+        }
+    return np.array([values.get(name, 0.0) for name in AIR])

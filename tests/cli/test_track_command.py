@@ -62,6 +62,7 @@ def test_experiments_are_listed(capsys):
         (["abduction", "--fault", "no-current,1,2"], "pneumatic muscles"),
         (["four-cables-abduction", "--fault", "burst,1,2"], "a motor"),
         (["four-cables-abduction", "--fault", "torn,5,2"], "1 to 4"),
+        (["four-cables-abduction", "--supply", "3"], "motors"),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_one_line(capsys, arguments, word):

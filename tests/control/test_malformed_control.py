@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import control
+from exo_pin.control.controllers.model_controller import gains_for
+from exo_pin.design import Tackle
 
 EXO = ep.load("prototype")
 JOINTS = ("base_points", "platform_points")
@@ -82,7 +84,7 @@ def trajectory(rng):
 PLANT, OPTIONS, MECHANISM = ep.Plant(EXO), ep.PlantOptions(), EXO.mechanism
 POSE, UNITS = Rotation.from_rotvec([0.1, -0.2, 0.3]), [control.PIGains(1.0, 1.0)]
 LAYOUTS = ("3/2", "fill and vent", "3/2")
-STUDY, UP = ep.experiment("abduction"), control.abduction()
+STUDY, UP, CABLES = ep.experiment("abduction"), control.abduction(), ep.experiment("four-cables-abduction")
 
 
 @pytest.mark.parametrize(
@@ -130,6 +132,25 @@ STUDY, UP = ep.experiment("abduction"), control.abduction()
         lambda: control.with_longer_muscles(MECHANISM, 3),
         lambda: control.with_longer_muscles(MECHANISM, Rotation.identity(0)),
         lambda: control.sensitivity(UP),
+        lambda: STUDY.replace(faults=ep.Fault("no current", 0)),
+        lambda: CABLES.replace(faults=ep.Fault("burst", 0)),
+        lambda: CABLES.replace(faults=ep.Fault("torn", 4)),
+        lambda: control.options_for(EXO),
+        lambda: gains_for(EXO),
+        lambda: control.FeedbackGains(air_ahead="yes"),
+        lambda: control.LengthController(EXO, UP),
+        lambda: control.LengthController(CABLES.plant, UP, gains=control.FeedbackGains()),
+        lambda: PLANT.state("up"),
+        lambda: PLANT.state(Rotation.identity(2)),
+        lambda: PLANT.held(3, [1.0, 1.0, 1.0]),
+        lambda: PLANT.held(POSE, [np.nan, 1.0, 1.0]),
+        lambda: PLANT.force_limits([0.3, 0.3]),
+        lambda: PLANT.force_limits([0.3, 0.3, np.nan]),
+        lambda: PLANT.drive_states(np.full(3, 0.3), "tight"),
+        lambda: PLANT.contraction_ratios([0.3, 0.3]),
+        lambda: CABLES.plant.state(drive_positions=[np.nan] * 4),
+        lambda: Tackle(2.0, 0.55, "tang-optimised", 4e5, count="two"),
+        lambda: Tackle(2.0, 0.55, "tang-optimised", 4e5, count=np.nan),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_typed_errors(call):

@@ -44,7 +44,10 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--flange", action="store_true", help="with the second flange bearing of Section 5.4.3")
     parser.add_argument(
-        "--supply", type=float, metavar="BAR", help="gauge pressure of the air, bar (default: as in the experiment)"
+        "--supply",
+        type=float,
+        metavar="BAR",
+        help="gauge pressure of the air for muscles, bar (default: as in the experiment)",
     )
     parser.add_argument("--lost-imu", metavar="FROM,TO", help="no reading of the inertial sensor, s")
     parser.add_argument(
@@ -164,6 +167,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
 
         if not 0.0 < options.supply <= _HIGHEST:
             raise InvalidInput(f"expected --supply in bar, above 0 and up to {_HIGHEST:g}, got {options.supply:g}")
+        if chosen.plant.supply is None:
+            raise InvalidInput("--supply is for pneumatic muscles: the limbs of this design have motors")
         changes["supply"] = Supply(1e5 * options.supply)
     imu = _imu(options)
     if imu is not None:

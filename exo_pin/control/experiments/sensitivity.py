@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -152,7 +152,8 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
         Which one.
     changes : iterable of Change, optional
         Parameter, value in words, and a function from experiment to changed experiment; :data:`CHANGES` if left out.
-        A change that does not fit the experiment, or changes nothing in it, is left out.
+        A change that does not fit the experiment (one with which it cannot start, too), or changes nothing in it, is
+        left out.
     progress : bool
         Whether to show a bar.
 
@@ -169,10 +170,26 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
     for name, words, change in track(chosen, "changing", progress):
         try:
             changed = change(experiment)
+            if not _is_another(experiment, changed):
+                continue
+            rows.append(_row(name, words, changed.run()))
         except InvalidInput:
             continue
-        rows.append(_row(name, words, changed.run()))
     return StudyTable(rows)
+
+
+def _is_another(experiment: Experiment, changed: Experiment) -> bool:
+    """Whether a change has changed anything: motors have no air, and a shoulder without ends has no stops."""
+    if experiment.mechanism is not changed.mechanism:
+        return True
+    own = [item.name for item in fields(Experiment) if item.name not in ("mechanism", "options")]
+    if any(getattr(experiment, name) != getattr(changed, name) for name in own):
+        return True
+    before, after = experiment.plant, changed.plant
+    tables = zip(before.tables, after.tables, strict=True)
+    motors = ([drive for drive in plant.drives if drive.is_motor] for plant in (before, after))
+    same = before.units == after.units and before.supply == after.supply and next(motors) == next(motors)
+    return not (same and all(np.array_equal(one, other) for one, other in tables))
 
 
 def _row(name: str, words: str, tracking: Tracking) -> dict[str, Any]:

@@ -125,18 +125,23 @@ def _shoulder(mechanism: Mechanism, options: PlantOptions) -> FloatArray:
         "coulomb": options.shoulder_coulomb,
         "presliding": options.shoulder_presliding if options.shoulder_coulomb > 0.0 else 1.0,
         "stops": float(ends),
-        "stop_centre": joint.abduction_centre or 0.0,
-        "stop_half": joint.half_diagonal or 0.0,
         "side": 1.0 if mechanism.side == "left" else -1.0,
-        "stop_stiffness": options.stop_stiffness,
-        "stop_damping": options.stop_damping,
     }
-    return np.array([values[name] for name in SHOULDER])
+    if ends:
+        values |= {
+            "stop_centre": joint.abduction_centre or 0.0,
+            "stop_half": joint.half_diagonal or 0.0,
+            "stop_stiffness": options.stop_stiffness,
+            "stop_damping": options.stop_damping,
+        }
+    return np.array([values.get(name, 0.0) for name in SHOULDER])
 
 
 def _air(supply: Supply | None, options: PlantOptions) -> FloatArray:
-    values = {"exponent": options.polytropic_exponent, "supply": ATMOSPHERE if supply is None else supply.absolute}
-    if supply is not None and supply.regulator is not None and supply.volume is not None:
+    if supply is None:
+        return np.array([ATMOSPHERE if name == "supply" else 0.0 for name in AIR])
+    values = {"exponent": options.polytropic_exponent, "supply": supply.absolute}
+    if supply.regulator is not None and supply.volume is not None:
         values |= {
             "regulator": supply.regulator.conductance,
             "regulator_ratio": supply.regulator.critical_ratio,

@@ -8,11 +8,11 @@ from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import FeedbackGains, ModelController, hung_outward
+from exo_pin.control import FeedbackGains, ModelController, hung_outward, tensions_for_motion
 from exo_pin.control.trajectories.reference import ReferenceState
 from exo_pin.core.errors import InvalidInput
 from exo_pin.muscle import muscle_model
-from exo_pin.muscle.valve.flow import ATMOSPHERE, mass_flow
+from exo_pin.muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE, mass_flow
 
 PLANT = ep.Plant(hung_outward(ep.load("prototype").mechanism))
 #: Held by the three muscles; see the experiment held-abduction.
@@ -117,6 +117,36 @@ def test_the_load_of_the_plant_is_fed_forward():
         wanted.append(controller.planned.missing_moment + arms @ controller.planned.tensions)
     # The limbs put the opposite moment on the arm.
     np.testing.assert_allclose(wanted[1] - wanted[0], np.cross(POSE.apply(at), force), atol=1e-12)
+
+
+def test_air_ahead_is_that_of_the_tensions_under_the_load():
+    """Change of the air in the muscles, by their pressures and volumes, from now to one period of the pulses later."""
+    from exo_pin.control.plant.equations.muscle_kernels import air_volume, tension
+
+    load = ep.Load([1.0, 0.5, -2.0], at=[0.0, 0.02, -0.25])
+    reference, period, at = ep.experiment("held-abduction").reference, 0.05, 3.0
+    flows = []
+    for given in (load, None):
+        plant = ep.Plant(PLANT.mechanism, load=given)
+        controller = ModelController(plant, reference, FeedbackGains(air_ahead=True))
+        exo, t, mass = ep.ShoulderExo.from_mechanism(plant.mechanism), plant.tables, []
+        for time in (at, at + period):
+            state = reference(time)
+            lengths = exo.inverse_kinematics(state.orientation).lengths
+            least, greatest = plant.force_limits(lengths)
+            motion = ep.Motion(state.angular_velocity, state.angular_acceleration)
+            tensions = tensions_for_motion(plant.mechanism, state.orientation, motion, greatest, least, load).tensions
+            pressures = plant.drive_states(lengths, tensions).pressures
+            volumes = [
+                air_volume(row, tension(t.law, row, i, lengths[i], 0.0, pressures[i], 0.0)[2])[0]
+                for i, row in enumerate(t.muscles)
+            ]
+            mass.append((pressures + ATMOSPHERE) * volumes / (GAS_CONSTANT * REFERENCE_TEMPERATURE))
+        flows.append((mass[1] - mass[0]) / period)
+        if given is not None:
+            np.testing.assert_allclose(controller._needed_flows(at), flows[0], rtol=1e-9)
+        else:
+            assert np.abs(controller._needed_flows(at) - flows[0]).max() > 0.1 * np.abs(flows[0]).max()
 
 
 def test_without_a_reading_the_arm_is_taken_to_be_at_the_reference():

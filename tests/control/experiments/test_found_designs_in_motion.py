@@ -127,6 +127,31 @@ def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     assert "cable 2: no current from 1 s on" in out
 
 
+@pytest.mark.parametrize("design", ["four-cables", "three-linear-actuators"])
+def test_an_animation_has_the_forces_of_the_run(design):
+    from exo_pin.view import Scene
+    from exo_pin.view.page.run_recording import record_run
+
+    tracking = tracked(f"{design}-abduction")
+    made = tracking.run
+    scene = Scene(ep.ShoulderExo.from_mechanism(tracking.experiment.mechanism), human=False)
+    recording = record_run(scene, made, 3.0)
+    rows = np.searchsorted(made.times, recording.times)
+    np.testing.assert_array_equal(made.times[rows], recording.times)
+    np.testing.assert_allclose(recording.reaction.actuator_forces, made.tensions[rows], atol=1e-6)
+    np.testing.assert_allclose(recording.reaction.shoulder_force, made.shoulder_force[rows], atol=1e-6)
+
+
+def test_a_sensitivity_table_of_motors_has_no_rows_of_air():
+    table = control.sensitivity(ep.experiment("four-cables-abduction", "pi").replace(duration=0.2))
+    parameters = set(table["parameter"].tolist())
+    assert {"mass and inertia of the arm", "centre of mass of the arm", "shoulder coulomb"} <= parameters
+    assert not parameters & {
+        "supply", "valves", "dead volume", "braid stiffness", "muscle damping", "muscle friction", "gains of Table 5-5",
+        "polytropic exponent", "stop stiffness", "second flange",
+    }  # fmt: skip
+
+
 def test_a_start_beyond_a_stroke_is_refused():
     exo = ep.load("four-linear-actuators")
     far = control.Turn(ep.shoulder_rotation(-60.0, 0.0, 80.0, degrees=True), [0.0, 0.0, 0.1], duration=1.0)

@@ -205,6 +205,24 @@ def test_a_left_and_a_right_device_are_mirror_images():
     np.testing.assert_allclose(b.shoulder_force, a.shoulder_force @ mirror, atol=1e-3)
 
 
+@pytest.mark.parametrize("name", [*MOTORS, "four-muscle-cables"])
+def test_limbs_with_mass_pull_the_rest_down(name):
+    """At the rest the closed chain with the limbs' masses, motors braked, does not begin to move; a light one did."""
+    halves = {"base_body": ep.LimbBody.rod(0.3, 0.2, 0.01), "platform_body": ep.LimbBody.rod(0.2, 0.1, 0.01)}
+    plant, _, start = held(name)
+    limbs = [replace(limb, **halves) for limb in plant.mechanism.limbs]
+    heavy = ep.Plant(plant.mechanism.replace(limbs=limbs))
+    rests = [p.rest(start.pressures, start.orientation, start.drive_positions) for p in (plant, heavy)]
+    assert (rests[0].orientation * start.orientation.inv()).magnitude() < 1e-9
+    turned = [
+        np.linalg.norm(heavy.simulate(lambda t, seen: np.zeros(4)[: heavy.count], 1e-3, rest, method="chain")
+                       .angular_acceleration[0])
+        for rest in rests
+    ]  # fmt: skip
+    assert turned[0] > 0.1
+    assert turned[1] < 1e-7
+
+
 @pytest.mark.parametrize(
     ("make", "error"),
     [
@@ -243,3 +261,9 @@ def test_every_estimate_of_a_drive_is_listed_with_its_basis(name, kind):
         assert listed[item.name].basis.startswith("estimate: ")
         assert f"{getattr(kind(), item.name):g}" in listed[item.name].value
     assert not any("air" in each.basis for each in listed.values())
+
+
+def test_only_the_given_numbers_of_a_drive_are_no_estimates():
+    options = ep.PlantOptions(winch=control.Winch(coulomb=3.0, gear_ratio=30.0), stop_damping=2.0)
+    given = {each.name for each in ep.Plant(ep.load("four-cables"), options).assumptions if each.basis == "given"}
+    assert given == {"winch.coulomb", "winch.gear_ratio"}

@@ -124,7 +124,8 @@ class _AtRest:
             # exp(ξ + dξ) = exp(J_l dξ) exp(ξ), J_l(ξ) = J_r(ξ)ᵀ.
             return np.asarray(pin.Jlog3(pin.exp3(xi)).T @ self.moment(q, xi) / _DAMPING)
 
-        found = solve_ivp(rate, (0.0, _PIECE), np.zeros(3), rtol=1e-6, atol=1e-8)
+        # Cables and screws are stiff beside the damping.
+        found = solve_ivp(rate, (0.0, _PIECE), np.zeros(3), method="Radau", rtol=1e-6, atol=1e-8)
         return np.asarray((Rotation.from_rotvec(found.y[:, -1]) * Rotation.from_quat(q)).as_quat())
 
 

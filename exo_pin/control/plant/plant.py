@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
+from ...core.validation import FloatArray, as_choice, as_finite
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
@@ -27,7 +27,7 @@ from .simulation.chain_simulation import simulate_chain
 from .simulation.drive_schedule import MotorUnit
 from .simulation.minimal_simulation import Clock, first_state, simulate_minimal
 from .simulation.settling import settled
-from .state import Controller, PlantState, Sensor
+from .state import Controller, PlantState, Sensor, as_orientation, require_functions
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -36,8 +36,6 @@ __all__ = ["METHODS", "Plant"]
 
 #: How a plant is integrated.
 METHODS = ("minimal", "chain")
-#: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.
-_LOOSEST = 1e-3
 
 
 class Plant(Record):
@@ -133,7 +131,7 @@ class Plant(Record):
         InvalidInput
             If lengths are not finite, or not one a limb.
         """
-        return force_limits(self.drives, self.tables, self.supply, self._each("lengths", lengths), slack)
+        return force_limits(self.drives, self.tables, self.supply, lengths, slack)
 
     def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
         """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
@@ -143,12 +141,7 @@ class Plant(Record):
         InvalidInput
             If lengths or tensions are not finite, or not one a limb.
         """
-        given, held = self._each("lengths", lengths), self._each("tensions", tensions)
-        return drive_states(self.drives, self.tables, self.supply, given, held)
-
-    def _each(self, name: str, values: ArrayLike) -> FloatArray:
-        """One finite number a limb, as the kernels take them."""
-        return np.array(as_finite(name, values, (self.count,)))
+        return drive_states(self.drives, self.tables, self.supply, lengths, tensions)
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
@@ -183,13 +176,10 @@ class Plant(Record):
         given = as_finite("pressures", 0.0 if pressures is None else pressures, (), stack=True)
         if given.shape not in ((), (self.count,)):
             raise InvalidInput(f"expected {self.count} pressures, one a limb, got shape {given.shape}")
-        pose = as_rotation("orientation", Rotation.identity() if orientation is None else orientation)
-        if pose.shape != ():
-            raise InvalidInput(f"expected a single orientation, got a stack of shape {pose.shape}")
-        motors = self.motors
-        out = self._lengths(pose) if drive_positions is None else self._each("drive_positions", drive_positions)
-        held, out = np.where(motors, 0.0, given), np.where(motors, out, 0.0)
-        return PlantState(pose, angular_velocity, held, out)  # type: ignore[arg-type]
+        pose = as_orientation(Rotation.identity() if orientation is None else orientation)
+        out = self._lengths(pose) if drive_positions is None else drive_positions
+        out = np.where(self.motors, as_finite("drive_positions", out, (self.count,)), 0.0)
+        return PlantState(pose, angular_velocity, np.where(self.motors, 0.0, given), out)  # type: ignore[arg-type]
 
     def _lengths(self, pose: Rotation) -> FloatArray:
         return np.asarray(np.linalg.norm(pose.apply(self.tables.platform) - self.tables.base, axis=1))
@@ -298,14 +288,7 @@ class Plant(Record):
         start = self.rest() if state0 is None else state0
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
             raise InvalidInput(f"expected state0 to be a PlantState of {self.count} limbs, got {start!r:.60}")
-        if not callable(controller):
-            raise InvalidInput(
-                f"expected a controller, a function (t, measurement) -> commands, got {controller!r:.60}"
-            )
-        if sensor is not None and not callable(sensor):
-            raise InvalidInput(f"expected a sensor, a function (t, measurement) -> measurement, got {sensor!r:.60}")
-        if as_positive("rtol", rtol) > _LOOSEST:
-            raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
+        require_functions(controller, sensor)
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
         simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
         return simulation(

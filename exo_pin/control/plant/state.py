@@ -14,7 +14,7 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_rotation
 
-__all__ = ["Controller", "Measurement", "PlantState", "Sensor"]
+__all__ = ["Controller", "Measurement", "PlantState", "Sensor", "as_orientation", "require_functions"]
 
 
 class Measurement(NamedTuple):
@@ -57,6 +57,33 @@ Controller = Callable[[float, Measurement], ArrayLike]
 Sensor = Callable[[float, Measurement], Measurement]
 
 
+def as_orientation(given: Rotation) -> Rotation:
+    """A single orientation.
+
+    Raises
+    ------
+    InvalidInput
+        If it is none, or a stack.
+    """
+    if as_rotation("orientation", given).shape != ():
+        raise InvalidInput(f"expected a single orientation, got a stack of shape {given.shape}")
+    return given
+
+
+def require_functions(controller: object, sensor: object) -> None:
+    """Check that controller and sensor, if there is one, can be called.
+
+    Raises
+    ------
+    InvalidInput
+        If one cannot.
+    """
+    if not callable(controller):
+        raise InvalidInput(f"expected a controller, a function (t, measurement) -> commands, got {controller!r:.60}")
+    if sensor is not None and not callable(sensor):
+        raise InvalidInput(f"expected a sensor, a function (t, measurement) -> measurement, got {sensor!r:.60}")
+
+
 @dataclass(frozen=True, eq=False)
 class PlantState(Record):
     """State of the plant at one instant.
@@ -80,8 +107,7 @@ class PlantState(Record):
     drive_speeds: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        if as_rotation("orientation", self.orientation).shape != ():
-            raise InvalidInput("expected a single orientation, got a stack")
+        as_orientation(self.orientation)
         object.__setattr__(self, "angular_velocity", as_finite("angular_velocity", self.angular_velocity, (3,)))
         pressures = as_finite("pressures", self.pressures, (None,))
         if (pressures < 0.0).any():

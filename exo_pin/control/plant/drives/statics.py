@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ....core.validation import FloatArray
+from ....core.validation import FloatArray, as_finite
 from ....muscle.valve.supply import Supply
 from ..equations.plant_kernels import Tables
 from ..equations.pressure_kernels import pressures_for, static_tensions
@@ -33,17 +34,17 @@ class DriveStates(NamedTuple):
 
 
 def force_limits(
-    drives: Sequence[Drive], tables: Tables, supply: Supply | None, lengths: FloatArray, slack: bool = False
+    drives: Sequence[Drive], tables: Tables, supply: Supply | None, lengths: ArrayLike, slack: bool = False
 ) -> tuple[FloatArray, FloatArray]:
     """Least and greatest tension at rest, shape (n,) each, N, at limb lengths (n,) in m.
 
     Of muscles those without air and at the supply's pressure; of motors those of the design. Cables are kept taut by
     the least tension of their drives if they can be, unless ``slack`` allows them to be without. Strokes do not count.
     """
-    least, greatest = np.zeros(len(drives)), np.zeros(len(drives))
+    least, greatest, given = np.zeros(len(drives)), np.zeros(len(drives)), _each(drives, "lengths", lengths)
     if supply is not None:
-        static_tensions(tables.law, tables.muscles, lengths, 0.0, least)
-        static_tensions(tables.law, tables.muscles, lengths, supply.pressure, greatest)
+        static_tensions(tables.law, tables.muscles, given, 0.0, least)
+        static_tensions(tables.law, tables.muscles, given, supply.pressure, greatest)
     for i, drive in enumerate(drives):
         if isinstance(drive, MotorDrive):
             least[i], greatest[i] = -drive.push_limit, drive.pull_limit
@@ -54,13 +55,19 @@ def force_limits(
 
 
 def drive_states(
-    drives: Sequence[Drive], tables: Tables, supply: Supply | None, lengths: FloatArray, tensions: FloatArray
+    drives: Sequence[Drive], tables: Tables, supply: Supply | None, lengths: ArrayLike, tensions: ArrayLike
 ) -> DriveStates:
     """The states in which drives hold tensions (n,) in N at limb lengths (n,) in m, or pull no more than that."""
     pressures, positions = np.zeros(len(drives)), np.zeros(len(drives))
+    given, held = _each(drives, "lengths", lengths), _each(drives, "tensions", tensions)
     if supply is not None:
-        pressures_for(tables.law, tables.muscles, lengths, tensions, supply.pressure, pressures)
+        pressures_for(tables.law, tables.muscles, given, held, supply.pressure, pressures)
     for i, drive in enumerate(drives):
         if isinstance(drive, MotorDrive):
-            pressures[i], positions[i] = 0.0, lengths[i] - tensions[i] / drive.stiffness
+            pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness
     return DriveStates(pressures, positions)
+
+
+def _each(drives: Sequence[Drive], name: str, values: ArrayLike) -> FloatArray:
+    """One finite number a limb, as the kernels take them."""
+    return np.array(as_finite(name, values, (len(drives),)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....core.errors import ExoPinError
 from ....core.progress import track
-from ....core.validation import FloatArray, as_positive, frozen
+from ....core.validation import FloatArray, frozen
 from ....numerics.vectors import matrix
 from ..equations.stop_kernels import stop_moment
 from ..faults import Fault
@@ -17,7 +17,7 @@ from ..run import Run, recorded
 from ..state import Controller, PlantState, Sensor
 from .chain_motion import ChainMotion, Piece
 from .drive_schedule import DriveSchedule
-from .minimal_simulation import Clock, as_commands, first_state, fixed_instants, measured
+from .minimal_simulation import Clock, as_commands, as_tolerance, first_state, fixed_instants, measured
 
 if TYPE_CHECKING:
     from ..plant import Plant
@@ -39,7 +39,7 @@ def simulate_chain(
 ) -> Run:
     """See :meth:`exo_pin.control.plant.plant.Plant.simulate`, method "chain"."""
     n, y = plant.count, first_state(plant, start)
-    motion = ChainMotion(plant, start.orientation, start.angular_velocity, y, as_positive("rtol", rtol))
+    motion = ChainMotion(plant, start.orientation, start.angular_velocity, y, as_tolerance(rtol))
     schedule, rows, chain_rows, status, before = DriveSchedule(plant.units, faults), [], [], "completed", 0.0
     for time, sample, control in track(fixed_instants(clock, faults), "simulating", progress):
         try:

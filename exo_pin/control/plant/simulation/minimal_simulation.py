@@ -23,7 +23,7 @@ from .drive_schedule import DriveSchedule
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["Clock", "as_commands", "first_state", "fixed_instants", "measured", "simulate_minimal"]
+__all__ = ["Clock", "as_commands", "as_tolerance", "first_state", "fixed_instants", "measured", "simulate_minimal"]
 
 #: Units of the state in which its tolerances are equal: rad, rad/s, Pa, 1, J, kg, m, m/s.
 _UNITS = {
@@ -33,6 +33,8 @@ _UNITS = {
 _FIRST_STEP, _SAME = 1e-5, 1e-9
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
+#: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.
+_LOOSEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,19 @@ class Clock:
         """Times from 0 to the duration, s."""
         count = int(np.floor(self.duration * rate + _SAME * rate))
         return np.append(np.arange(count + 1) / rate, [] if count / rate > self.duration - _SAME else self.duration)
+
+
+def as_tolerance(rtol: float) -> float:
+    """A relative tolerance with which a run is a motion of the plant.
+
+    Raises
+    ------
+    InvalidInput
+        If it is not above zero, or too loose.
+    """
+    if as_positive("rtol", rtol) > _LOOSEST:
+        raise InvalidInput(f"expected rtol as a relative tolerance of at most {_LOOSEST:g}, got {rtol:g}")
+    return float(rtol)
 
 
 def tolerances(tables: Tables, rtol: float) -> FloatArray:
@@ -111,7 +126,7 @@ def simulate_minimal(
         raise InvalidInput('minimal coordinates are for massless limbs, and these have mass: use method="chain"')
     tables, n = plant.tables, plant.count
     q, y = start.orientation.as_quat(), first_state(plant, start)
-    atol = tolerances(tables, as_positive("rtol", rtol))
+    atol = tolerances(tables, as_tolerance(rtol))
     schedule = DriveSchedule(plant.units, faults)
     rows, status, step = [], "completed", _FIRST_STEP
     instants = _instants(clock, faults, schedule)

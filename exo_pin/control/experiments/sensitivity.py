@@ -189,7 +189,7 @@ def _is_another(experiment: Experiment, changed: Experiment) -> bool:
     tables = zip(before.tables, after.tables, strict=True)
     motors = ([drive for drive in plant.drives if drive.is_motor] for plant in (before, after))
     same = before.units == after.units and before.supply == after.supply and next(motors) == next(motors)
-    return not (same and all(np.array_equal(one, other) for one, other in tables))
+    return not (same and all(np.array_equal(np.asarray(one), np.asarray(other)) for one, other in tables))
 
 
 def _row(name: str, words: str, tracking: Tracking) -> dict[str, Any]:

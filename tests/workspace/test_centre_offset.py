@@ -223,6 +223,19 @@ def test_forms_of_an_offset_agree():
         moving[0].centre_offset.base[0, 0, 0] = 1.0
 
 
+def test_single_pose_on_a_path():
+    exo, limits = ep.load("four-cables"), Criteria(largest_shoulder_force=120.0, body=BODY)
+    stack = exo.workspace(exo.pose(abduction=[90.0, 30.0]), limits, centre_offset=PATH)
+    found = exo.workspace(exo.pose(abduction=90.0), limits, centre_offset=PATH)
+    assert found.inside.shape == ()
+    assert found.centre_offset.base.shape == (3,)
+    for name, margin in found.margins.items():
+        np.testing.assert_array_equal(margin, stack.margins[name][0])
+    # At 90° of abduction, where the measure of the angles is zero, there is still one pose of one.
+    assert found.index_by_measure == found.index
+    assert "by at most" in str(found)
+
+
 def test_other_shoulder_with_the_mirrored_path_works_alike():
     exo = ep.load("four-cables")
     right, limits = exo.mirrored(), Criteria(largest_shoulder_force=120.0, body=BODY)

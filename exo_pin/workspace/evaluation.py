@@ -93,7 +93,7 @@ def evaluate_poses(
     if "stroke" in names:
         margins["stroke"] = _stroke_margin(mechanism, lengths, criteria.stroke_rule)
     nearest = nearest_to_rest(matrices)
-    side = rest_side(mechanism, independent, offsets.at(np.eye(3)[None], nearest))
+    side = rest_side(mechanism, independent, offsets, nearest)
     if "singularity" in names:
         margins["singularity"] = side * independent - criteria.independence
     if "connected" in names:
@@ -123,14 +123,15 @@ def evaluate_poses(
     return PoseValues(margins, lengths, independent, tensions, shoulder, gaps)
 
 
-def rest_side(mechanism: Mechanism, independent: FloatArray, at_rest: PoseOffsets) -> float:
+def rest_side(mechanism: Mechanism, independent: FloatArray, offsets: PoseOffsets, nearest: int) -> float:
     """Sign of det X at rest, ±1, of three limbs: the side of the singular surface that can be reached from rest.
 
     If rest itself is singular, the sign that most of the poses have. For more than three limbs 1.
     """
     if mechanism.limb_count > 3:
         return 1.0
-    determinant = float(_kinematics(mechanism, np.eye(3)[None], at_rest, False)[2][0])
+    rest = np.eye(3)[None]
+    determinant = float(_kinematics(mechanism, rest, offsets.at(rest, nearest), False)[2][0])
     if abs(determinant) > 1e-9:
         return float(np.sign(determinant))
     return 1.0 if (independent > 0.0).sum() >= (independent < 0.0).sum() else -1.0

@@ -214,9 +214,11 @@ def _clear(
     assert criteria.body is not None
     radius = LIMB_RADII[actuator.family] if criteria.limb_radius is None else criteria.limb_radius
     gaps = np.empty((len(matrices), 3))
+    centred = np.zeros((1, 3))
     clearance_stack(
-        matrices, base, platform, np.array([radius]), np.array(criteria.body.torso), np.array(criteria.body.arm), gaps
-    )
+        matrices, base, platform, centred, centred, np.array([radius]), np.array(criteria.body.torso),
+        np.array(criteria.body.arm), gaps,
+    )  # fmt: skip
     return np.asarray(gaps[:, :2].min(axis=1) >= criteria.least_gap)
 
 

@@ -72,14 +72,14 @@ class PoseOffsets(Record):
 
     @classmethod
     def joined(cls, parts: Sequence[PoseOffsets], count: int) -> PoseOffsets:
-        """Offsets of several stacks of ``count`` poses each, one after the other."""
+        """Offsets of several stacks of ``count`` poses each, one after the other; rest gets that of the first."""
         if all(part.is_aligned for part in parts):
             return cls.none()
         base, cuff = (
             np.concatenate([np.broadcast_to(getattr(part, side), (count, 3)) for part in parts])
             for side in ("base", "cuff")
         )
-        return cls(base, cuff)
+        return cls(base, cuff, parts[0].path)
 
     @property
     def is_aligned(self) -> bool:

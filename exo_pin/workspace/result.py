@@ -98,10 +98,13 @@ class Workspace(ReadOnly):
         """Share of the rotation group that each pose of a grid of shoulder angles stands for, shape (...), sum 1.
 
         The group's own (Haar) measure in Y-X-Z angles is cos(abduction) times the product of the angles' steps: a grid
-        of equal steps has too many poses near 90° of abduction, where two of the angles turn about one axis.
+        of equal steps has too many poses near 90° of abduction, where two of the angles turn about one axis. Poses that
+        all lie there have equal shares.
         """
         sine = self.orientations.as_matrix()[..., 1, 2]
         weight = np.sqrt(np.maximum(0.0, 1.0 - sine**2))
+        # The cosine of 90° is zero to rounding, and the shares of nothing else than rounding would mean nothing.
+        weight = weight if weight.max() > 1e-7 else np.ones_like(weight)
         return np.asarray(weight / weight.sum())
 
     @property

@@ -150,6 +150,23 @@ def test_moving_centre_of_a_person(capsys, monkeypatch):
     np.testing.assert_allclose(right["centre_offset"][0].displacement, path.mirrored().displacement, atol=1e-12)
 
 
+def test_command_in_a_file_that_was_found_has_the_offsets(capsys, tmp_path):
+    for extra in ("cmaes", "optuna", "myo_sim"):
+        pytest.importorskip(extra)
+    arguments = (
+        "optimise", "four-cables", "--refine", "--person", "1.75,75,male", "--moving-centre", "--fixed-centre",
+        "--offset", "2", "0", "-1", "--budget", "24", "--criteria", "stroke,singularity,forces",
+    )  # fmt: skip
+    status, out, _ = run(capsys, *arguments, "--out", str(tmp_path / "first.toml"))
+    assert status == 0
+    assert "moves with the arm" in out
+    assert "off the shoulder's by (2, 0, -1) mm" in out
+    command = ep.load(tmp_path / "first.toml").mechanism.sources["mechanism"].removeprefix("found by: exo-pin ")
+    assert run(capsys, *command.split(), "--out", str(tmp_path / "again.toml"))[0] == 0
+    first, again = (ep.load(tmp_path / f"{name}.toml").geometry for name in ("first", "again"))
+    np.testing.assert_array_equal(first.base_points, again.base_points)
+
+
 def test_offset_of_a_workspace(capsys, monkeypatch):
     status, out, _ = run(capsys, "workspace", "four-cables", "--step", "15", "--offset", "5", "0", "-10", "--json")
     assert status == 0

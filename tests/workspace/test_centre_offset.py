@@ -34,6 +34,17 @@ def balanced_design(limb_count, seed):
     return free_design(limb_count, seed, "linear" if limb_count == 3 else "cable")
 
 
+def through_pinocchio(exo, poses, offset, rows):
+    """Least |F_s| of the same limits and no side forces, in some of the poses."""
+    return exo.reaction(
+        poses[rows],
+        split="minimal",
+        actuator_bounds=(-300.0 if exo.geometry.limb_count == 3 else 0.0, 400.0),
+        constraint_bounds=(0.0, 0.0),
+        centre_offset=CentreOffset(offset.base[rows], offset.cuff[rows]),
+    )
+
+
 @pytest.mark.parametrize("limb_count", [3, 4, 6])
 def test_forces_agree_with_pinocchio(limb_count):
     exo = balanced_design(limb_count, seed=2)
@@ -44,13 +55,7 @@ def test_forces_agree_with_pinocchio(limb_count):
     # The offset is no detail: other poses are held without it, or with other forces.
     aligned = exo.workspace(poses, ["forces"])
     assert np.nanmax(np.abs(aligned.magnitude - found.magnitude)) > 1.0
-    answer = exo.reaction(
-        poses[held],
-        split="minimal",
-        actuator_bounds=(-300.0 if limb_count == 3 else 0.0, 400.0),
-        constraint_bounds=(0.0, 0.0),
-        centre_offset=CentreOffset(offset.base[held], offset.cuff[held]),
-    )
+    answer = through_pinocchio(exo, poses, offset, held)
     scale = np.abs(found.tensions[held]).max(axis=1)
     # The square of |F_s| is what both make small: where it can be zero, |F_s| has half as many digits.
     aim = np.where(answer.magnitude > 1e-3 * scale, 1e-9, 1e-7) * scale
@@ -67,13 +72,7 @@ def test_poses_that_are_not_held_are_infeasible_in_pinocchio_too(limb_count):
     found = exo.workspace(poses, ["forces"], centre_offset=offset)
     lost = np.flatnonzero(found.margins["forces"] < -1e-6)
     assert lost.size >= 3
-    answer = exo.reaction(
-        poses[lost],
-        split="minimal",
-        actuator_bounds=(-300.0 if limb_count == 3 else 0.0, 400.0),
-        constraint_bounds=(0.0, 0.0),
-        centre_offset=CentreOffset(offset.base[lost], offset.cuff[lost]),
-    )
+    answer = through_pinocchio(exo, poses, offset, lost)
     assert (answer.status == "infeasible").all()
 
 
@@ -221,6 +220,19 @@ def test_forms_of_an_offset_agree():
     assert still[0].centre_offset is None
     with pytest.raises(ValueError, match="read-only"):
         moving[0].centre_offset.base[0, 0, 0] = 1.0
+
+
+def test_single_pose_on_a_path():
+    exo, limits = ep.load("four-cables"), Criteria(largest_shoulder_force=120.0, body=BODY)
+    stack = exo.workspace(exo.pose(abduction=[90.0, 30.0]), limits, centre_offset=PATH)
+    found = exo.workspace(exo.pose(abduction=90.0), limits, centre_offset=PATH)
+    assert found.inside.shape == ()
+    assert found.centre_offset.base.shape == (3,)
+    for name, margin in found.margins.items():
+        np.testing.assert_array_equal(margin, stack.margins[name][0])
+    # At 90° of abduction, where the measure of the angles is zero, there is still one pose of one.
+    assert found.index_by_measure == found.index
+    assert "by at most" in str(found)
 
 
 def test_other_shoulder_with_the_mirrored_path_works_alike():

@@ -83,6 +83,7 @@ EXAMPLES = {
     "workspace": (
         "exo-pin workspace four-cables",
         "exo-pin workspace mine.toml --person 1.75,75,male --out slices.png",
+        "exo-pin workspace four-cables-worn --person 1.75,75,male --moving-centre",
     ),
     "tasks": ("exo-pin tasks four-cables", "exo-pin tasks four-cables --movement drinking=drinking.csv"),
     "optimise": (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,19 +35,19 @@ def as_centres(given: Centre | ArrayLike | Sequence[Centre]) -> tuple[Centre, ..
     if isinstance(given, (tuple, list)) and all(isinstance(each, Centre) for each in given):
         if not given:
             raise InvalidInput("expected at least one centre_offset, got an empty sequence")
-        return tuple(_single(each) for each in given)
+        return tuple(_single(cast(Centre, each)) for each in given)
     if given is None or isinstance(given, (CentreOffset, CentrePath)):
         return (_single(given),)
-    return (_single(CentreOffset.together(as_finite("centre_offset", given, (3,), stack=True))),)
+    return (_single(CentreOffset.together(as_finite("centre_offset", cast(ArrayLike, given), (3,), stack=True))),)
 
 
-def _single(centre: Any) -> Centre:
+def _single(centre: Centre) -> Centre:
     if isinstance(centre, CentreOffset) and (centre.base.ndim > 1 or centre.cuff.ndim > 1):
         raise InvalidInput(
             f"expected centre_offset as one offset or a CentrePath, got stacks of {centre.base.shape}, "
             f"{centre.cuff.shape}: designs are judged in other poses, too"
         )
-    return centre  # type: ignore[no-any-return]
+    return centre
 
 
 def shifted(centre: Centre, shift: FloatArray) -> CentreOffset | CentrePath:

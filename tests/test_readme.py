@@ -129,6 +129,8 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
         keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")
         computed = [tracking.summary()[key] for key in keys]
         assert shown == pytest.approx(computed, abs=0.5, rel=0.02)
+    shares = re.search(r"range for (\d+), (\d+) and (\d+) % of the time", page).groups()
+    np.testing.assert_allclose([float(share) for share in shares], 100.0 * model.run.in_range.mean(axis=0), atol=0.6)
 
 
 def test_ledger_is_not_stale():

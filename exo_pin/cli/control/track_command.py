@@ -26,7 +26,10 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("track", help=help_of("track"))
     parser.add_argument(
-        "study", nargs="?", metavar="STUDY|FILE", help="name of an experiment (--list), or a CSV file of orientations"
+        "study",
+        nargs="?",
+        metavar="EXPERIMENT|FILE",
+        help="name of an experiment (--list), or a CSV file of orientations",
     )
     parser.add_argument("--list", action="store_true", help="list the experiments")
     parser.add_argument(
@@ -66,6 +69,7 @@ def add_commands(commands: Any) -> None:
 
 def _track(options: argparse.Namespace) -> int:
     from ...control import experiment, experiments, sensitivity
+    from ...control.experiments.tracking import labelled
 
     if options.list:
         for name in experiments():
@@ -75,6 +79,10 @@ def _track(options: argparse.Namespace) -> int:
         raise InvalidInput("expected an experiment or a file: exo-pin track --list names the experiments")
     if options.out is not None and options.out.suffix.lower() != ".csv":
         raise InvalidInput(f"expected --out to end in .csv, got {options.out}")
+    for name in ("out", "plot", "html"):
+        path = getattr(options, name)
+        if path is not None and not path.parent.is_dir():
+            raise InvalidInput(f"cannot write --{name} {path}: there is no folder {path.parent}, make it first")
     chosen = _experiment(options)
     progress = not options.no_progress
     if options.sensitivity:
@@ -95,7 +103,7 @@ def _track(options: argparse.Namespace) -> int:
     else:
         print(tracking)
         for key, value in (contact or {}).items():
-            print(f"{key.replace('_', ' '):26} {value:.4g}")
+            print(f"{labelled(key):26} {value:.4g}")
     return _deliver(options, tracking)
 
 
@@ -152,7 +160,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     if imu is not None:
         changes["imu"] = imu
     if options.fault:
-        changes["faults"] = tuple(_fault(text) for text in options.fault)
+        count = len(chosen.mechanism.limbs)
+        changes["faults"] = tuple(_fault(text, count, chosen.reference.duration) for text in options.fault)
     return chosen.replace(**changes)
 
 
@@ -161,6 +170,10 @@ def _imu(options: argparse.Namespace) -> Any:
     from ...control import Imu
 
     given: dict[str, Any] = {}
+    for name, unit in (("noise", "degrees"), ("delay", "s")):
+        value = getattr(options, name)
+        if value is not None and not value >= 0.0:
+            raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
     if options.lost_imu is not None:
         given["lost"] = (tuple(_numbers("--lost-imu", options.lost_imu, 2)),)
     for name in ("drift", "noise"):
@@ -171,7 +184,8 @@ def _imu(options: argparse.Namespace) -> Any:
     return Imu(seed=options.seed, **given) if given else None
 
 
-def _fault(text: str) -> Fault:
+def _fault(text: str, count: int, duration: float) -> Fault:
+    """The fault that a text describes, of one of ``count`` muscles in a run of ``duration`` seconds."""
     from ...control import Fault
 
     kinds = {
@@ -182,8 +196,12 @@ def _fault(text: str) -> Fault:
     if kind not in kinds:
         raise UnknownName("fault", kind, kinds)
     muscle, start = _numbers("--fault KIND", rest, 2)
-    if muscle != int(muscle) or muscle < 1:
-        raise InvalidInput(f"expected a muscle from 1 in --fault, got {muscle:g}")
+    if muscle not in range(1, count + 1):
+        raise InvalidInput(f"expected a muscle from 1 to {count} in --fault {text}, got {muscle:g}")
+    if not 0.0 <= start < duration:
+        raise InvalidInput(
+            f"expected a start from 0 to {duration:g} s in --fault {text}, when the run ends; got {start:g}"
+        )
     name, command = kinds[kind]
     return Fault(name, int(muscle) - 1, start, command=command)  # type: ignore[arg-type]
 

@@ -77,8 +77,8 @@ def _stretched(tracking: Tracking) -> list[str]:
         share = float((wanted < 0.0).mean())
         if share > _SELDOM:
             texts.append(
-                f"muscle {i} is wanted longer than its nominal length for {100.0 * share:.0f} % of the time, "
-                "and cannot be stretched"
+                f"the reference needs muscle {i} longer than its nominal length for {100.0 * share:.0f} % of the time, "
+                "and it cannot be stretched"
             )
     return texts
 
@@ -91,8 +91,8 @@ def _beyond(tracking: Tracking) -> list[str]:
             first = beyond[0]
             angle, name = _main(tracking, first, wanted=True)
             texts.append(
-                f"muscle {i} is wanted shorter than its {100.0 * limit:.0f} % from {tracking.times[first]:.2f} s on "
-                f"({name} {angle:.0f}° wanted)"
+                f"the reference needs muscle {i} to contract by more than the {100.0 * limit:.0f} % that it can "
+                f"from {tracking.times[first]:.2f} s on ({name} {angle:.0f}° wanted)"
             )
     return texts
 

@@ -4,6 +4,7 @@ import contextlib
 import io
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,25 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
 def test_ledger_is_not_stale():
     page = (Path(__file__).parents[1] / "docs" / "thesis.md").read_text(encoding="utf-8")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger()))
+
+
+def test_links_and_paths_of_the_pages_exist():
+    root = Path(__file__).parents[1]
+    for page in (root / "docs").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", text):
+            assert (page.parent / target).exists(), (page.name, target)
+    text = (root / "docs" / "contributing.md").read_text(encoding="utf-8")
+    paths = re.findall(r"`((?:exo_pin|tests|benchmarks)/[^`]*)`", text)
+    assert len(paths) > 20
+    for path in paths:
+        assert (root / path).exists(), path
+
+
+def test_extras_are_named():
+    root = Path(__file__).parents[1]
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert {name for name in extras if f"`{name}`" not in README and f'".[{name}]"' not in README} == set()
 
 
 def test_pictures_and_files_exist():

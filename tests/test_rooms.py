@@ -107,3 +107,8 @@ def test_matplotlib_is_imported_only_where_something_is_drawn():
         top = ast.parse(path.read_text(encoding="utf-8")).body
         names = {node.module.split(".")[0] for node in top if isinstance(node, ast.ImportFrom) and not node.level}
         assert "matplotlib" not in names, path
+
+
+def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
+    page = (FOLDER.parent / "docs" / "contributing.md").read_text(encoding="utf-8")
+    assert ", ".join(f"`{name}`" for name in ORDER) in " ".join(page.split())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,7 +60,7 @@ def add_commands(commands: Any) -> None:
         "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"
     )
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
-    parser.add_argument("--no-progress", action="store_true", help="show no bar")
+    parser.add_argument("--no-progress", action="store_true", help="show no bar (none is shown in a pipe or file)")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--out", type=Path, metavar="FILE", help="everything over time, or the table, as CSV")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="page of plots: PNG, SVG or PDF")
@@ -84,7 +85,7 @@ def _track(options: argparse.Namespace) -> int:
         if path is not None and not path.parent.is_dir():
             raise InvalidInput(f"cannot write --{name} {path}: there is no folder {path.parent}, make it first")
     chosen = _experiment(options)
-    progress = not options.no_progress
+    progress = _shows_progress(options)
     if options.sensitivity:
         table = sensitivity(chosen, progress=progress)
         print(chosen.title)
@@ -105,6 +106,11 @@ def _track(options: argparse.Namespace) -> int:
         for key, value in (contact or {}).items():
             print(f"{labelled(key):26} {value:.4g}")
     return _deliver(options, tracking)
+
+
+def _shows_progress(options: argparse.Namespace) -> bool:
+    """Whether there is somebody to show a bar to."""
+    return not options.no_progress and sys.stderr is not None and sys.stderr.isatty()
 
 
 def _deliver(options: argparse.Namespace, tracking: Tracking) -> int:
@@ -233,7 +239,7 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
         forces=run.tensions[rows],
         motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
         outside="mark",
-        progress=not options.no_progress,
+        progress=_shows_progress(options),
     )
     alone = found.without_device
     assert alone is not None

@@ -51,6 +51,16 @@ def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     acceleration = np.cross(eta, C) + np.cross(omega, np.cross(omega, C))
     up = np.array([0.0, 0.0, 9.81])
     np.testing.assert_allclose(vectors("F_s_{}_N"), mass * (acceleration + up) + pull, atol=1e-6)
+    arm, R = ep.experiment("held-abduction").mechanism.arm, turns.as_matrix()
+    about_O = R @ (arm.inertia + mass * (np.dot(arm.centre_of_mass, arm.centre_of_mass) * np.eye(3)
+                   - np.outer(arm.centre_of_mass, arm.centre_of_mass))) @ R.transpose(0, 2, 1)  # fmt: skip
+    spin = np.einsum("nij,nj->ni", about_O, eta) + np.cross(omega, np.einsum("nij,nj->ni", about_O, omega))
+    ends = np.stack([turns.apply(B) for B in geometry.platform_points.copy()])
+    moment = sum(
+        np.cross(ends[i], -named[f"tension_{i + 1}_N"][:, None] * span[i] / lengths[i][:, None]) for i in range(3)
+    )
+    moment += np.cross(C, -mass * up) + vectors("shoulder_moment_{}_N_m")
+    np.testing.assert_allclose(spin, moment, atol=1e-6)
     gained = named["kinetic_energy_J"] + named["potential_energy_J"]
     gained -= gained[0]
     assert named["shoulder_loss_J"][-1] > 1e-3

@@ -4,6 +4,7 @@ import contextlib
 import io
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -129,11 +130,32 @@ def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
         keys = ("rms_error_deg", "rms_error_reachable_deg", "peak_F_s_N", "air_energy_J")
         computed = [tracking.summary()[key] for key in keys]
         assert shown == pytest.approx(computed, abs=0.5, rel=0.02)
+    shares = re.search(r"range for (\d+), (\d+) and (\d+) % of the time", page).groups()
+    np.testing.assert_allclose([float(share) for share in shares], 100.0 * model.run.in_range.mean(axis=0), atol=0.6)
 
 
 def test_ledger_is_not_stale():
     page = (Path(__file__).parents[1] / "docs" / "thesis.md").read_text(encoding="utf-8")
     assert_same(page.split("<!-- output: ledger -->\n")[1].rstrip(), condensed(ledger()))
+
+
+def test_links_and_paths_of_the_pages_exist():
+    root = Path(__file__).parents[1]
+    for page in (root / "docs").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", text):
+            assert (page.parent / target).exists(), (page.name, target)
+    text = (root / "docs" / "contributing.md").read_text(encoding="utf-8")
+    paths = re.findall(r"`((?:exo_pin|tests|benchmarks)/[^`]*)`", text)
+    assert len(paths) > 20
+    for path in paths:
+        assert (root / path).exists(), path
+
+
+def test_extras_are_named():
+    root = Path(__file__).parents[1]
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert {name for name in extras if f"`{name}`" not in README and f'".[{name}]"' not in README} == set()
 
 
 def test_pictures_and_files_exist():

@@ -115,3 +115,8 @@ def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
         top = tree.body
         names = {node.module.split(".")[0] for node in top if isinstance(node, ast.ImportFrom) and not node.level}
         assert "matplotlib" not in names, name
+
+
+def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
+    page = (FOLDER.parent / "docs" / "contributing.md").read_text(encoding="utf-8")
+    assert ", ".join(f"`{name}`" for name in ORDER) in " ".join(page.split())

@@ -150,6 +150,7 @@ class ClosedChain(ChainState):
 
     # Configurations, loops and poses
 
+    reference_configuration = closing.reference_configuration
     close = closing.close
     beyond_limits = closing.beyond_limits
     residual = loops.residual

@@ -12,6 +12,7 @@ import re
 import signal
 import sys
 import textwrap
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
@@ -43,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         or written; 130 after Ctrl-C; 141 if the reader of the answer has ended (``exo-pin ... | head -1``). The last
         two are what a shell reports of programs that these signals end.
     """
+    if arguments is None:
+        warnings.showwarning = _show_warning
     try:
         try:
             given = _help_first(sys.argv[1:] if arguments is None else list(arguments))
@@ -66,6 +69,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with contextlib.suppress(OSError):
             print(f"exo-pin: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    """Print a warning as one line, without the place in the code where it was raised."""
+    with contextlib.suppress(OSError):
+        print(f"exo-pin: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _drop_output() -> None:

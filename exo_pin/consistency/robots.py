@@ -21,9 +21,9 @@ _AROUND = 0.3
 def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
     """The loops close from the rest configuration and from around it; the closed configurations found."""
     if not chain.closures:
-        return Finding("loops", "note", "the chain has no loops"), [chain.neutral()]
+        return Finding("loops", "note", "the chain has no loops"), [chain.reference_configuration()]
     try:
-        start = chain.close(chain.neutral())
+        start = chain.close(chain.reference_configuration())
     except LoopNotClosed as error:
         return Finding("loops", "fail", f"from the rest configuration: {error}"), []
     rng = np.random.default_rng(0)

@@ -93,11 +93,20 @@ class ModelMethods(Subject):
             Masses for links that have none, because simulators need them; the file says that they are assumed.
             None leaves such links without mass.
 
+        A robot that is no wrist is written whole, as it is.
+
         Returns
         -------
         Path
             The URDF.
+
+        Raises
+        ------
+        InvalidInput
+            If URDF cannot hold a joint of a robot, such as a ball joint, or its data.
         """
+        if self._mechanism is None:
+            return self.chain.to_urdf(folder)
         return write_urdf(self.mechanism, folder, part, assumed)
 
     @functools.cached_property

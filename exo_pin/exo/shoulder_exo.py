@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
@@ -248,6 +248,7 @@ class ShoulderExo(
 
 
 #: Readers of robots by the endings of their files.
+_ROBOTS: dict[str, Callable[[str], ClosedChain]]
 _ROBOTS = {".urdf": ClosedChain.from_urdf, ".xml": ClosedChain.from_mjcf, ".sdf": ClosedChain.from_sdf}
 
 
@@ -282,9 +283,8 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
     elif text.endswith(".toml"):
         mechanism = read_mechanism(text)
     elif text.endswith(tuple(_ROBOTS)):
-        ending = text[text.rindex(".") :]
-        looks = text if ending == ".urdf" else None
-        return ShoulderExo.from_chain(_ROBOTS[ending](text), "left" if side is None else side, looks)
+        chain = _ROBOTS[text[text.rindex(".") :]](text)
+        return ShoulderExo.from_chain(chain, "left" if side is None else side, text if text.endswith(".urdf") else None)
     else:
         raise UnknownName("preset, .toml, .urdf, .xml (MJCF) or .sdf file", text, presets())
     return ShoulderExo.from_mechanism(mechanism if side is None else mechanism.on_side(side))

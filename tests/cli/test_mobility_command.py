@@ -5,6 +5,7 @@ from closed_chains import CHAINS
 from mechanisms import four_bar, planar_3rrr
 from spatial_mechanisms import delta, stewart
 
+import exo_pin as ep
 from exo_pin.chain import ClosedChain
 from exo_pin.cli import main
 
@@ -101,6 +102,22 @@ def test_robots_are_read_from_mjcf_and_sdf(ending, capsys, tmp_path):
     assert "consistent" in out
     _, out, _ = run(capsys, "forces", path)
     assert f"{chain.closures[0].name} on " in out
+    for target in ("urdf", "mjcf", "sdf"):
+        status, out, _ = run(capsys, "export", path, "--format", target, "--out", tmp_path / target)
+        assert status == 0
+        again = ep.load(out.splitlines()[0]).chain
+        assert sorted(again.model.names) == sorted(chain.model.names)
+        assert again.mobility(again.close(again.neutral())).degrees_of_freedom == 1
+
+
+def test_a_ball_joint_cannot_be_written_as_urdf(capsys, tmp_path):
+    (tmp_path / "b.xml").write_text(
+        """<mujoco model="b"><worldbody><body><joint/><geom size="0.1"/><body pos="0 0 1">
+        <joint name="hip" type="ball"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
+    )
+    status, _, err = run(capsys, "export", tmp_path / "b.xml", "--out", tmp_path)
+    assert status == 2
+    assert "'hip', which is ball: write MJCF or SDF" in err
 
 
 def test_massless_bodies_between_two_hinges_leave_no_motion_without_inertia(capsys, tmp_path):

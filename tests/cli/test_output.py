@@ -5,9 +5,11 @@ import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from exo_pin import cli
+import exo_pin as ep
+from exo_pin import cli, control
 
 COMMAND = [sys.executable, "-m", "exo_pin.cli"]
 
@@ -52,3 +54,15 @@ def test_a_table_through_standard_output(tmp_path):
     assert "r_A_mm,peak_F_s_N" in text
     assert text.endswith("/dev/stdout\n")
     assert run(arguments, stdout=subprocess.PIPE).stdout == text
+
+
+def test_a_warning_is_one_line(tmp_path):
+    exo = ep.load("prototype")
+    orientations = exo.pose(flexion=[0, 20, 40, 10, 50, 30, 60], abduction=[10, 0, 30, 50, 20, 60, 40])
+    lengths = exo.inverse_kinematics(orientations).lengths[:, [1, 0, 2]] + 1e-4 * np.sin(np.arange(21)).reshape(7, 3)
+    control.write_run(control.MeasuredRun(orientations, lengths), tmp_path / "swapped.csv")
+    done = run(["calibrate", str(tmp_path / "swapped.csv")], stdout=subprocess.PIPE)
+    assert done.returncode == 0
+    assert done.stderr.startswith("exo-pin: changes of the lengths differ")
+    assert "column 2 is limb 1" in done.stderr
+    assert ".py" not in done.stderr

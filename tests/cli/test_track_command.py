@@ -1,9 +1,12 @@
 """``exo-pin track``."""
 
 import json
+import re
 
+import numpy as np
 import pytest
 from command_line import run
+from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 
@@ -17,6 +20,52 @@ def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
     assert out.splitlines()[-2:] == [str(table), str(picture)]
     assert table.read_text().startswith("# abduction through poses")
     assert picture.stat().st_size > 50_000
+
+
+def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
+    table = tmp_path / "run.csv"
+    run(capsys, "track", "held-abduction", "--no-progress", "--out", str(table))
+    lines = table.read_text().splitlines()
+    header = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    rows = np.array([[float(value) for value in line.split(",")] for line in lines[header + 1 :]])
+    named = dict(zip(lines[header].split(","), rows.T, strict=True))
+
+    def vectors(name):
+        return np.stack([named[name.format(axis)] for axis in "xyz"], axis=1)
+
+    # Comments give the mass; the geometry is Table 5-3's. Nothing else of the package is used.
+    mass, *centre = (float(value) for value in re.findall(r"-?\d+\.?\d*", lines[header - 1])[:4])
+    turns = Rotation.from_euler(
+        "YXZ",
+        np.stack([-named["flexion_deg"], named["abduction_deg"], -named["internal_rotation_deg"]], axis=1),
+        degrees=True,
+    )
+    geometry = ep.load("prototype").geometry
+    ends = zip(geometry.base_points, geometry.platform_points.copy(), strict=True)
+    span = np.stack([turns.apply(B) - A for A, B in ends])
+    lengths = np.linalg.norm(span, axis=2)
+    np.testing.assert_allclose(lengths, [named[f"length_{i}_m"] for i in (1, 2, 3)], atol=1e-8)
+    pull = sum(named[f"tension_{i}_N"][:, None] * span[i - 1] / lengths[i - 1][:, None] for i in (1, 2, 3))
+    C, omega = turns.apply(1e-3 * np.array(centre)), vectors("angular_velocity_{}_rad_s")
+    eta = vectors("angular_acceleration_{}_rad_s2")
+    acceleration = np.cross(eta, C) + np.cross(omega, np.cross(omega, C))
+    up = np.array([0.0, 0.0, 9.81])
+    np.testing.assert_allclose(vectors("F_s_{}_N"), mass * (acceleration + up) + pull, atol=1e-6)
+    arm, R = ep.experiment("held-abduction").mechanism.arm, turns.as_matrix()
+    about_O = R @ (arm.inertia + mass * (np.dot(arm.centre_of_mass, arm.centre_of_mass) * np.eye(3)
+                   - np.outer(arm.centre_of_mass, arm.centre_of_mass))) @ R.transpose(0, 2, 1)  # fmt: skip
+    spin = np.einsum("nij,nj->ni", about_O, eta) + np.cross(omega, np.einsum("nij,nj->ni", about_O, omega))
+    ends = np.stack([turns.apply(B) for B in geometry.platform_points.copy()])
+    moment = sum(
+        np.cross(ends[i], -named[f"tension_{i + 1}_N"][:, None] * span[i] / lengths[i][:, None]) for i in range(3)
+    )
+    moment += np.cross(C, -mass * up) + vectors("shoulder_moment_{}_N_m")
+    np.testing.assert_allclose(spin, moment, atol=1e-6)
+    gained = named["kinetic_energy_J"] + named["potential_energy_J"]
+    gained -= gained[0]
+    assert named["shoulder_loss_J"][-1] > 1e-3
+    work = named["muscle_work_J"] - named["shoulder_loss_J"]
+    np.testing.assert_allclose(gained, work, atol=1e-4 * np.abs(named["muscle_work_J"]).max())
 
 
 def test_track_as_json_with_faults_and_sensor(capsys):
@@ -37,8 +86,9 @@ def test_a_movement_of_ones_own(capsys, tmp_path):
     path = tmp_path / "lift.csv"
     rows = [f"{0.1 * k},{13.0 + 10.0 * k / 20.0},0,0" for k in range(21)]
     path.write_text("\n".join(["time_s,flexion_deg,abduction_deg,internal_rotation_deg", *rows]) + "\n")
-    status, out, _ = run(capsys, "track", str(path), "--no-progress", "--supply", "3")
+    status, out, err = run(capsys, "track", str(path), "--supply", "3")
     assert status == 0
+    assert "simulating" not in err  # a bar is for terminals
     assert out.startswith("lift: flexion ends at")
     assert "of 23°" in out
 
@@ -53,7 +103,7 @@ def test_experiments_are_listed(capsys):
     ("arguments", "word"),
     [
         ([], "--list"), (["abductoin"], "abduction"), (["abduction", "--fault", "flood,1,2"], "burst"),
-        (["abduction", "--fault", "burst,0,2"], "from 1"), (["abduction", "--lost-imu", "3"], "2 numbers"),
+        (["abduction", "--fault", "burst,0,2"], "from 1 to 3"), (["abduction", "--lost-imu", "3"], "2 numbers"),
         (["held-abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
         (["abduction", "--fault", "burst,nan,2"], "1 to 3"), (["abduction", "--fault", "burst,4,2"], "1 to 3"),
         (["abduction", "--fault", "burst,inf,2"], "from 1 to 3"), (["abduction", "--html", "run.png"], ".html"),
@@ -63,6 +113,8 @@ def test_experiments_are_listed(capsys):
         (["four-cables-abduction", "--fault", "burst,1,2"], "a motor"),
         (["four-cables-abduction", "--fault", "torn,5,2"], "1 to 4"),
         (["four-cables-abduction", "--supply", "3"], "motors"),
+        (["abduction", "--fault", "burst,3,99"], "when the run ends"), (["abduction", "--noise", "-1"], "got -1"),
+        (["abduction", "--plot", "nowhere/x.png"], "no folder nowhere"),
     ],
 )  # fmt: skip
 def test_wrong_arguments_are_one_line(capsys, arguments, word):

@@ -181,7 +181,9 @@ def test_prediction_at_other_poses_is_right_within_its_deviation():
 def test_other_units_are_named():
     exo, arm = ep.load("prototype"), poses(np.random.default_rng(9), 20)
     lengths = exo.inverse_kinematics(arm).lengths
-    for unit, factor in {"millimetres": 1e3, "centimetres": 1e2, "inches": 1 / 0.0254}.items():
+    read_as_mm = {"metres": 1e-3, "inches": 1 / 25.4, "centimetres": 0.1}
+    factors = {f"{unit} read as millimetres": factor for unit, factor in read_as_mm.items()}
+    for unit, factor in {"millimetres": 1e3, "centimetres": 1e2, "inches": 1 / 0.0254, **factors}.items():
         for unknowns, missing in ((JOINTS, 0.0), ((*JOINTS, "length_offsets"), 0.1)):
             with pytest.raises(InvalidInput, match=unit):
                 ep.calibrate(arm, factor * (lengths - missing), exo, unknowns=unknowns)

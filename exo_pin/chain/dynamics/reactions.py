@@ -68,6 +68,18 @@ class ClosedForces(Record):
     _friction: FloatArray | None = field(repr=False, default=None)
     _rest: RestingFriction | None = field(repr=False, default=None)
 
+    def __str__(self) -> str:
+        state, lines = self._equations.state, list[str]()
+        for name in list(state.model.names)[1:]:
+            own = state.velocity_slice(name)
+            units = np.where(state.topology.metres[own], "N", "N m")
+            for value, unit, unique in zip(self.tau[own], units, self.effort_is_unique[own], strict=True):
+                if value != 0.0 or not unique or name in state.roles.actuated:
+                    lines.append(f"effort of {name:24} {value:14.6f} {unit:4} {'unique' if unique else 'undetermined'}")
+        held = f"not all unique (self-stresses: {self.undetermined})" if self.undetermined else "unique"
+        lines.append(f"forces in joints and closures are {held}; joint_reaction(name) returns each")
+        return "\n".join([*lines, f"equations of motion hold to {self.residual:.1e} (N, N m)"])
+
     @property
     def friction(self) -> FloatArray:
         """Dry friction of the joints, shape (nv,), N and N m; at rest one of the values in ``friction_interval``."""

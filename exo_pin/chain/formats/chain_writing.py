@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from ..kinematics.closing import close
+from ..kinematics.closing import close, reference_configuration
 from ..kinematics.loops import closed_configuration
 from ..structure.chain_state import ChainState
 from .closures_file import closures_text, write_files
@@ -78,7 +78,7 @@ def to_sdf(state: ChainState, folder: str | PathLike[str], q: ArrayLike | None =
 
 
 def _closed_or_found(state: ChainState, q: ArrayLike | None) -> FloatArray:
-    return close(state, state.neutral()) if q is None else closed_configuration(state, q)
+    return close(state, reference_configuration(state)) if q is None else closed_configuration(state, q)
 
 
 def _stem(state: ChainState) -> str:

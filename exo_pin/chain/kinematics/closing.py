@@ -1,4 +1,4 @@
-"""Closing the loops of a chain with the least movement, and joints beyond their limits."""
+"""Where a file puts a chain, closing its loops with the least movement, and joints beyond their limits."""
 
 from __future__ import annotations
 
@@ -9,17 +9,50 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import BeyondLimits, LoopNotClosed
+from ...core.errors import BeyondLimits, LoopNotClosed, UnknownName
 from ...core.validation import FloatArray, as_positive
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .closing_steps import attempt
 
-__all__ = ["beyond_limits", "close", "nearest_closed"]
+__all__ = ["beyond_limits", "close", "nearest_closed", "reference_configuration"]
 
 #: Spread of the first restart, rad and characteristic lengths; it doubles up to the largest.
 _FIRST_SPREAD, _LARGEST_SPREAD = 0.1, 1.6
 _NONE = np.zeros(0, dtype=np.int64)
+#: MuJoCo's name of the configuration in which a file draws its bodies.
+_AS_DRAWN = "qpos0"
+
+
+def reference_configuration(state: ChainState, name: str | None = None) -> FloatArray:
+    """A configuration that the chain's file states, where :meth:`ClosedChain.close` may start.
+
+    All joints are at zero where a URDF or SDF draws the bodies. In an MJCF they are not: a free joint counts from the
+    world, and a hinge or slide from its ``ref``.
+
+    Parameters
+    ----------
+    name : str, optional
+        Of one of the model's ``referenceConfigurations``: "qpos0" or a keyframe of an MJCF. By default "qpos0" where
+        there is one, else all joints at zero.
+
+    Returns
+    -------
+    ndarray
+        Shape (nq,). The loops may be open.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such configuration; the message lists those there are.
+    """
+    known = {item.key(): item.data() for item in state.model.referenceConfigurations}
+    if name is None and _AS_DRAWN not in known:
+        return state.neutral()
+    chosen = _AS_DRAWN if name is None else name
+    if chosen not in known:
+        raise UnknownName("reference configuration", chosen, known)
+    return np.array(known[chosen], dtype=float)
 
 
 def close(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +30,10 @@ def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("track")
     parser.add_argument(
-        "study", nargs="?", metavar="STUDY|FILE", help="name of an experiment (--list), or a CSV file of orientations"
+        "study",
+        nargs="?",
+        metavar="EXPERIMENT|FILE",
+        help="name of an experiment (--list), or a CSV file of orientations",
     )
     parser.add_argument("--list", action="store_true", help="list the experiments")
     parser.add_argument(
@@ -64,7 +68,7 @@ def add_commands(commands: Any) -> None:
         "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"
     )
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
-    parser.add_argument("--no-progress", action="store_true", help="show no bar")
+    parser.add_argument("--no-progress", action="store_true", help="show no bar (none is shown in a pipe or file)")
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--out", type=Path, metavar="FILE", help="everything over time, or the table, as CSV")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="page of plots: PNG, SVG or PDF")
@@ -74,6 +78,7 @@ def add_commands(commands: Any) -> None:
 
 def _track(options: argparse.Namespace) -> int:
     from ...control import experiment, experiments, sensitivity
+    from ...control.experiments.tracking import labelled
 
     if options.list:
         for name in experiments():
@@ -88,8 +93,12 @@ def _track(options: argparse.Namespace) -> int:
     extra = [f"--{name}" for name in single if getattr(options, name)] if options.sensitivity else []
     if extra:
         raise InvalidInput(f"--sensitivity prints a table of many runs: leave out {', '.join(extra)}")
+    for name in ("out", "plot", "html"):
+        path = getattr(options, name)
+        if path is not None and not path.parent.is_dir():
+            raise InvalidInput(f"cannot write --{name} {path}: there is no folder {path.parent}, make it first")
     chosen = _experiment(options)
-    progress = not options.no_progress
+    progress = _shows_progress(options)
     if options.sensitivity:
         table = sensitivity(chosen, progress=progress)
         print(chosen.title)
@@ -108,8 +117,13 @@ def _track(options: argparse.Namespace) -> int:
     else:
         print(tracking)
         for key, value in (contact or {}).items():
-            print(f"{key.replace('_', ' '):26} {value:.4g}")
+            print(f"{labelled(key):26} {value:.4g}")
     return _deliver(options, tracking)
+
+
+def _shows_progress(options: argparse.Namespace) -> bool:
+    """Whether there is somebody to show a bar to."""
+    return not options.no_progress and sys.stderr is not None and sys.stderr.isatty()
 
 
 def _deliver(options: argparse.Namespace, tracking: Tracking) -> int:
@@ -174,7 +188,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     if imu is not None:
         changes["imu"] = imu
     if options.fault:
-        changes["faults"] = tuple(_fault(text, chosen.mechanism.limb_count) for text in options.fault)
+        count, duration = chosen.mechanism.limb_count, chosen.reference.duration
+        changes["faults"] = tuple(_fault(text, count, duration) for text in options.fault)
     return chosen.replace(**changes)
 
 
@@ -183,6 +198,10 @@ def _imu(options: argparse.Namespace) -> Any:
     from ...control import Imu
 
     given: dict[str, Any] = {}
+    for name, unit in (("noise", "degrees"), ("delay", "s")):
+        value = getattr(options, name)
+        if value is not None and not value >= 0.0:
+            raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
     if options.lost_imu is not None:
         given["lost"] = (tuple(_numbers("--lost-imu", options.lost_imu, 2)),)
     for name in ("drift", "noise"):
@@ -193,7 +212,8 @@ def _imu(options: argparse.Namespace) -> Any:
     return Imu(seed=options.seed, **given) if given else None
 
 
-def _fault(text: str, limbs: int) -> Fault:
+def _fault(text: str, count: int, duration: float) -> Fault:
+    """The fault that a text describes, of one of ``count`` limbs in a run of ``duration`` seconds."""
     from ...control import Fault
 
     kinds = {
@@ -204,8 +224,12 @@ def _fault(text: str, limbs: int) -> Fault:
     if kind not in kinds:
         raise UnknownName("fault", kind, kinds)
     limb, start = _numbers("--fault KIND", rest, 2)
-    if limb not in range(1, limbs + 1):
-        raise InvalidInput(f"expected a limb from 1 to {limbs} in --fault, got {limb:g}")
+    if limb not in range(1, count + 1):
+        raise InvalidInput(f"expected a limb from 1 to {count} in --fault {text}, got {limb:g}")
+    if not 0.0 <= start < duration:
+        raise InvalidInput(
+            f"expected a start from 0 to {duration:g} s in --fault {text}, when the run ends; got {start:g}"
+        )
     name, command = kinds[kind]
     return Fault(name, int(limb) - 1, start, command=command)  # type: ignore[arg-type]
 
@@ -237,7 +261,7 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
         forces=run.tensions[rows],
         motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
         outside="mark",
-        progress=not options.no_progress,
+        progress=_shows_progress(options),
     )
     alone = found.without_device
     assert alone is not None

@@ -64,6 +64,10 @@ def add_commands(commands: Any) -> None:
 def _calibrate(options: argparse.Namespace) -> int:
     nominal = design(options)
     run = read_run(options.measured, nominal.side)
+    if options.length_noise is not None and not options.length_noise > 0.0:
+        raise InvalidInput(f"expected --length-noise in mm, above zero, got {options.length_noise:g}")
+    if not options.orientation_noise >= 0.0:
+        raise InvalidInput(f"expected --orientation-noise in degrees, zero or more, got {options.orientation_noise:g}")
     noise = None if options.length_noise is None else 1e-3 * options.length_noise
     found = calibrate(
         run.orientations,

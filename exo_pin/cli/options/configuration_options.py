@@ -31,7 +31,7 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
     """The closed configuration, shape (nq,)."""
     chain = exo.chain
     angles = any((options.flexion, options.abduction, options.internal_rotation))
-    q = chain.neutral()
+    q = chain.reference_configuration()
     held = list[str]()
     if chain.roles.limbs and "root_joint" in chain.model.names:
         # The arm hangs on the root: put it into the pose.

@@ -76,7 +76,7 @@ def as_unknowns(names: str | Iterable[str]) -> tuple[str, ...]:
         given = (names,) if isinstance(names, str) else tuple(names)
     except TypeError:
         raise InvalidInput(f"expected unknowns as names, got {names!r:.60}") from None
-    found = {as_choice("group of unknowns", name, GROUPS) for name in given}
+    found = {as_choice("quantity to calibrate", name, GROUPS) for name in given}
     if not found:
         raise InvalidInput(f"expected one unknown or more of {', '.join(GROUPS)}, got none")
     return tuple(name for name in GROUPS if name in found)

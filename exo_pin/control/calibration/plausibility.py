@@ -17,8 +17,16 @@ __all__ = ["as_lengths", "as_orientations", "warn_of_mix_ups"]
 
 #: Lengths beyond this, m, were given in another unit.
 _LONGEST = 5.0
-#: Ratios of measured to nominal lengths that a unit explains.
-_UNITS = {"millimetres": 1000.0, "centimetres": 100.0, "inches": 1.0 / 0.0254}
+#: Ratios of measured to nominal lengths that a unit explains: of lengths that were taken for metres, and of those that
+#: were taken for millimetres, as in a column of a file.
+_UNITS = {
+    "millimetres": 1000.0,
+    "centimetres": 100.0,
+    "inches": 1.0 / 0.0254,
+    "metres read as millimetres": 1e-3,
+    "inches read as millimetres": 1.0 / 25.4,
+    "centimetres read as millimetres": 0.1,
+}
 #: Lengths that differ from the nominal ones by no more than this, m (root of the mean square), look right.
 _NEAR = 0.005
 #: Another reading must leave this part of the differences or less.
@@ -67,9 +75,9 @@ def as_lengths(lengths: object, orientations: Rotation, nominal: FloatArray, fre
     own, expected = (np.ptp(x, axis=0).mean() if free_offsets else np.median(x) for x in (values, nominal))
     for unit, factor in _UNITS.items():
         if expected > 0.0 and 0.6 < own / (expected * factor) < 1.6:
+            cure = f"divide by {factor:.5g}" if factor > 1.0 else f"multiply by {1.0 / factor:.5g}"
             raise InvalidInput(
-                f"expected lengths in m, about {expected:.3g}, got {own:.4g}: these look like {unit}, divide by "
-                f"{factor:.5g}"
+                f"expected lengths in m, about {expected:.3g}, got {own:.4g}: these look like {unit}, {cure}"
             )
     if values.max() > _LONGEST:
         raise InvalidInput(f"expected lengths in m, at most {_LONGEST:g}, got {values.max():g} (millimetres?)")

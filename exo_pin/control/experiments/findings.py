@@ -89,8 +89,8 @@ def _stretched(tracking: Tracking) -> list[str]:
         share = float((wanted < 0.0).mean())
         if share > _SELDOM:
             texts.append(
-                f"{_name(tracking, i)} is wanted longer than its nominal length for {100.0 * share:.0f} % of the time, "
-                "and cannot be stretched"
+                f"the reference needs {_name(tracking, i)} longer than its nominal length for {100.0 * share:.0f} % "
+                "of the time, and it cannot be stretched"
             )
     return texts
 
@@ -108,8 +108,8 @@ def _beyond(tracking: Tracking) -> list[str]:
             share = 100.0 * beyond.size / len(wanted)
             when = f"from {start} on" if lasting else f"for {share:.0f} % of the time, first at {start}"
             texts.append(
-                f"{_name(tracking, i)} is wanted shorter than its {100.0 * limit:.0f} % {when} "
-                f"({name} {angle:.0f}° wanted)"
+                f"the reference needs {_name(tracking, i)} to contract by more than the {100.0 * limit:.0f} % that it "
+                f"can {when} ({name} {angle:.0f}° wanted)"
             )
     return texts
 

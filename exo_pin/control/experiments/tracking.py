@@ -25,7 +25,18 @@ from .holdable import HELD, missing_moments
 if TYPE_CHECKING:
     from .experiment import Experiment
 
-__all__ = ["Tracking"]
+__all__ = ["Tracking", "labelled"]
+
+#: Units that end the keys of a summary, as they are written in text.
+_UNITS = {"deg": "°", "N": "N", "J": "J", "g": "g"}
+
+
+def labelled(key: str) -> str:
+    """A key of :meth:`Tracking.summary` in words, with its unit after a comma."""
+    name, _, unit = key.rpartition("_")
+    words = key if unit not in _UNITS else f"{name}, {_UNITS[unit]}"
+    return words.replace("_", " ").replace("F s", "F_s")
+
 
 #: By how much a length may be beyond a stroke, m.
 _ROUND = 1e-6
@@ -205,15 +216,18 @@ class Tracking(Record):
         return findings(self)
 
     def __str__(self) -> str:
-        rows = (
-            (key.replace("_", " "), f"{value:.4g}" if np.isfinite(value) else "-")
-            for key, value in self.summary().items()
-        )
+        rows = ((labelled(key), f"{value:.4g}" if np.isfinite(value) else "-") for key, value in self.summary().items())
         lines = [f"{name:26} {number}" for name, number in rows]
         return "\n".join([self.verdict, *(f"- {finding}" for finding in self.findings), "", *lines])
 
     def columns(self) -> dict[str, FloatArray]:
-        """Everything over time, by name with its unit."""
+        """Everything over time, by name with its unit.
+
+        Vectors are in the base frame. ``shoulder_moment`` is the moment of friction and stops of the shoulder unit on
+        the arm. Without a load and with massless limbs the rows satisfy F_s = m (a_C - g) + Σ T_i s_i with
+        a_C = η × C + ω × (ω × C). The gain of kinetic and potential energy is ``muscle_work_J`` less
+        ``shoulder_loss_J``.
+        """
         table: dict[str, FloatArray] = {"time_s": self.times}
         for wanted, prefix in ((True, "wanted_"), (False, "")):
             for name, values in zip(ANGLES, self.angles(wanted).T, strict=True):
@@ -233,21 +247,33 @@ class Tracking(Record):
             )  # fmt: skip
         for name, values in series:
             table |= {name.format(i): column for i, column in enumerate(values.T, 1)}
-        table |= {f"F_s_{axis}_N": part for axis, part in zip("xyz", self.shoulder_force.T, strict=True)}
+        vectors = (
+            ("angular_velocity_{}_rad_s", run.angular_velocity), ("F_s_{}_N", self.shoulder_force),
+            ("angular_acceleration_{}_rad_s2", run.angular_acceleration),
+            ("shoulder_moment_{}_N_m", run.friction_moment + run.stop_moment),
+        )  # fmt: skip
+        for name, values in vectors:
+            table |= {name.format(axis): part for axis, part in zip("xyz", values.T, strict=True)}
         table |= {
             "F_s_N": np.linalg.norm(self.shoulder_force, axis=1),
             "kinetic_energy_J": run.kinetic_energy,
             "potential_energy_J": run.potential_energy,
             "tension_work_J": run.tension_work.sum(axis=1),
+            "shoulder_loss_J": run.shoulder_loss,
             "energy_in_J": self.energy_in,
         }
         return table
 
     def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write :meth:`columns` as a CSV file, the verdict as its first comment. Whole or not at all."""
-        table = self.columns()
+        """Write :meth:`columns` as a CSV file; verdict, findings and the moving mass are comments before the header.
+
+        Whole or not at all.
+        """
+        table, tables = self.columns(), self.run.plant.tables
+        centre = ", ".join(f"{1e3 * value:.6g}" for value in tables.centre)
+        moved = f"moving mass {tables.mass:.6g} kg, centre of mass ({centre}) mm in the arm frame"
         rows = ([format(value, ".9g") for value in row] for row in zip(*table.values(), strict=True))
-        write_text(path, csv_text(table, rows, [self.verdict, *self.findings]))
+        write_text(path, csv_text(table, rows, [self.verdict, *self.findings, moved]))
 
     def plot(self) -> Any:
         """A page of plots: angles, contractions, pressures or motor forces, tensions, shoulder force.

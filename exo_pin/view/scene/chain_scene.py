@@ -275,7 +275,7 @@ class ChainScene(Additions, Pages):
 
     def _start(self) -> FloatArray:
         try:
-            return self._chain.close(self._chain.neutral())
+            return self._chain.close(self._chain.reference_configuration())
         except LoopNotClosed as error:
             return np.asarray(error.q)
 

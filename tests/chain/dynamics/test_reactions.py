@@ -217,3 +217,13 @@ def test_perturbed_multipliers_still_make_the_motion():
     there = chain.rnea(q, v, a, forces.multipliers + forces.self_stresses @ z).tau
     np.testing.assert_allclose(there, forces.tau, atol=1e-9 * np.abs(forces.multipliers).max())
     assert named("heavy limbs").closures.roles.actuated == chain.roles.actuated
+
+
+def test_forces_print_efforts_and_whether_they_are_unique():
+    chain = four_bar_skeleton().chain(("C",), actuated=("A",))
+    first, rest, _ = str(chain.inverse_dynamics(chain.neutral())).splitlines()
+    assert first.split()[:3] == ["effort", "of", "A"]
+    assert first.split()[-3:] == ["N", "m", "unique"]
+    assert "not all unique (self-stresses: 3)" in rest
+    both = str(chain.inverse_dynamics(chain.neutral(), actuated=["A", "B"])).splitlines()
+    assert [line.split()[-1] for line in both[:-2]] == ["undetermined"] * 2

@@ -66,7 +66,10 @@ def urdf_text(chain: ChainState) -> tuple[str, Closures]:
             document.joint(body.joint, "floating", links[0], body.name, place[0], [1, 0, 0], rotation=place[1])
             continue
         if body.axis is None:
-            raise InvalidInput(f"URDF has no joint for {body.joint!r}, which is {body.kind}")
+            raise InvalidInput(
+                f"URDF has no joint for {body.joint!r}, which is {body.kind}: write MJCF or SDF, "
+                "or make it a closure or three hinges"
+            )
         endless = body.kind == "hinge" and model.nqs[body.index] == 2
         kind = "continuous" if endless else _KINDS[body.kind]
         if endless:

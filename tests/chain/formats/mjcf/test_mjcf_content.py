@@ -9,8 +9,8 @@ import pytest
 from mjcf_arm import arm, flag, motor, read
 from mjcf_mutations import PLANT
 
-from exo_pin.chain import ClosedChain
-from exo_pin.core.errors import ExoPinError, FileFormatError
+from exo_pin.chain import ClosedChain, Closures
+from exo_pin.core.errors import ExoPinError, FileFormatError, UnknownName
 
 
 @pytest.mark.parametrize(
@@ -190,3 +190,29 @@ def test_physics_that_is_not_known_is_noticed(monkeypatch):
     assert read().model.nv == 5
     with pytest.raises(FileFormatError, match="MuJoCo computes other passive forces"):
         read(ja='damping="1"')
+
+
+def test_closing_starts_where_the_file_draws_the_bodies(tmp_path):
+    text = """<mujoco model="hung"><compiler angle="radian"/><worldbody>
+    <body name="arm" pos="0 0 1"><joint name="hip" axis="0 1 0" ref="0.4"/><geom size="0.1"/></body>
+    <body name="load" pos="0.3 0 1" euler="0 0 0.5"><freejoint name="fly"/><geom size="0.1"/></body></worldbody>
+    <equality><connect name="pin" body1="arm" body2="load" anchor="0.3 0 0"/></equality>
+    <keyframe><key name="home" qpos="0.5 0.3 0 1 1 0 0 0"/></keyframe></mujoco>"""
+    chain = ClosedChain.from_mjcf(text)
+    q = chain.reference_configuration()
+    model = mujoco.MjModel.from_xml_string(text)
+    np.testing.assert_allclose(q, model.qpos0[[0, 1, 2, 3, 5, 6, 7, 4]], atol=1e-15)
+    # A connect holds at qpos0 by definition; with all joints at zero the load is at the world's origin.
+    assert np.abs(chain.residual(q)).max() < 1e-15
+    assert np.abs(chain.residual(chain.neutral())).max() > 0.3
+    np.testing.assert_array_equal(chain.close(q), q)
+    np.testing.assert_allclose(chain.reference_configuration("home"), [0.5, 0.3, 0, 1, 0, 0, 0, 1])
+    with pytest.raises(UnknownName, match="unknown reference configuration 'away'; there are: home, qpos0"):
+        chain.reference_configuration("away")
+    # A keyframe "closed" is where the file is drawn, unless another configuration is given.
+    again = ClosedChain.from_mjcf(chain.to_mjcf(tmp_path))
+    np.testing.assert_allclose(
+        again.placement(again.reference_configuration("closed"), "load").translation, [0.3, 0, 1]
+    )
+    plain = ClosedChain.from_urdf("<robot name='r'><link name='a'/></robot>", Closures("r"))
+    np.testing.assert_array_equal(plain.reference_configuration(), plain.neutral())

@@ -116,13 +116,11 @@ def judged(program: LeastSquares, z: FloatArray, equality: FloatArray, inequalit
     kkt = max(program.violation(z), *(float(part.max(initial=0.0)) for part in parts))
     if not np.isfinite(z).all():
         kkt = np.inf
-    gap = _gap(program, residual, equality, np.maximum(inequality, 0.0), bound)
-    return Solution(z, residual, equality, inequality, bound, kkt, gap, _is_unique(program, z, inequality, bound))
+    gap = _gap(program, residual, equality, np.maximum(inequality, 0.0))
+    return Solution(z, residual, equality, inequality, bound, kkt, gap, _is_unique(program, inequality, bound))
 
 
-def _gap(
-    program: LeastSquares, residual: FloatArray, equality: FloatArray, inequality: FloatArray, bound: FloatArray
-) -> float:
+def _gap(program: LeastSquares, residual: FloatArray, equality: FloatArray, inequality: FloatArray) -> float:
     """½|r|² less the dual value -½|r|² - r·d - λ·b - ν·c + inf over the bounds of (Eᵀr + Aᵀλ + Cᵀν)·z.
 
     A multiplier on a missing bound counts as zero when it is below the tolerance; above it the gap is infinite.
@@ -137,7 +135,7 @@ def _gap(
     return max(0.0, float(0.5 * residual @ residual - dual - pull @ reach))
 
 
-def _is_unique(program: LeastSquares, z: FloatArray, inequality: FloatArray, bound: FloatArray) -> bool:
+def _is_unique(program: LeastSquares, inequality: FloatArray, bound: FloatArray) -> bool:
     """Whether no direction keeps residual, equalities and all constraints that carry a multiplier."""
     held = np.abs(bound) > KKT_TOLERANCE
     movable = ~held & (program.low < program.high)

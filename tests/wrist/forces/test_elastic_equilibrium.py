@@ -105,6 +105,7 @@ def test_soft_interfaces_equal_maximal_coordinates(worn, split):
     assert compared == 1
 
 
+@pytest.mark.full
 def test_another_branch_beyond_two_folds_is_no_answer(worn):
     """Long steps would arrive at an equilibrium of 211 N that no path from the unloaded device leads to."""
     exo = guided(worn, ep.LimbGuide(60.0, 50.0), 2e4)

@@ -45,6 +45,7 @@ def test_ctrl_c(monkeypatch):
     assert cli.main(["presets"]) == 128 + signal.SIGINT
 
 
+@pytest.mark.full
 def test_a_table_through_standard_output(tmp_path):
     """``--out /dev/stdout`` adds the table to what is printed, in a file and in a pipe alike."""
     arguments = ["sweep", "--vary", "r_A_mm=100,110", "--step", "60", "--out", "/dev/stdout"]

@@ -14,6 +14,8 @@ from exo_pin.core.compiled import PLAIN_WORK, kernel, mode
 from exo_pin.core.errors import UnknownName
 
 KERNELS = all_kernels()
+JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+needs_jit = pytest.mark.skipif(JIT_IS_OFF, reason="with NUMBA_DISABLE_JIT there is no compiled form")
 #: One can be called from compiled code only, the other returns memory that is not filled.
 NOT_COMPARED = {"numerics.vectors.root", "numerics.shortest_variables.workspace"}
 #: Their plain form searches for half a second: one call is compared by default, and all in the full set.
@@ -78,6 +80,7 @@ def rounded(array):
 CHANGES = {"as recorded": lambda array: array, "zero": zero, "NaN": not_a_number}
 
 
+@needs_jit
 @pytest.mark.parametrize("name", sorted(set(KERNELS) - NOT_COMPARED))
 def test_plain_and_compiled_forms_agree(name, calls):
     each = KERNELS[name]
@@ -85,6 +88,7 @@ def test_plain_and_compiled_forms_agree(name, calls):
     compare(name, calls[each][: 1 if name in SLOW else None])
 
 
+@needs_jit
 @pytest.mark.full
 @pytest.mark.parametrize("name", sorted(SLOW))
 def test_every_recorded_call_of_a_slow_kernel_agrees(name, calls):
@@ -126,6 +130,7 @@ def test_division_by_zero_is_infinite_in_every_mode(name):
         assert shifted(3.0) == 2.5
 
 
+@needs_jit
 def test_auto_compiles_after_a_count_of_work():
     @kernel
     def double(x):

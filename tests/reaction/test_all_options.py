@@ -182,7 +182,7 @@ def test_hardly_any_offset_changes_nothing_in_a_part(designs):
 
 @pytest.mark.full
 def test_hardly_any_offset_changes_nothing(designs):
-    assert near([cell for cell in CELLS if cell[1] == "none"], designs) >= 400
+    assert near([cell for cell in CELLS if cell[1] == "none"][::5], designs) >= 80
 
 
 def test_a_split_of_ones_own(designs):

@@ -19,6 +19,7 @@ def prototype():
     return ep.load("prototype")
 
 
+@pytest.mark.full
 def test_what_three_pulling_muscles_of_the_prototype_hold(prototype):
     """1.8 % of the 2° grid with the moving part alone: by the closed form's signs and by the exact moment set."""
     poses = adl_box(2.0)

@@ -92,6 +92,7 @@ def test_generation_computes_the_best_third_exactly(objective):
     np.testing.assert_allclose(values[others], quick[others] + (exact - quick)[best].mean())
 
 
+@pytest.mark.full
 def test_search_for_little_contact_force():
     pytest.importorskip("optuna")
     pytest.importorskip("cmaes")

@@ -82,6 +82,7 @@ def finished_runs(path):
     return {trial.number: json.loads(trial.user_attrs["result"]) for trial in trials if trial.state.is_finished()}
 
 
+@pytest.mark.full
 def test_killed_worker_costs_the_designs_in_flight(tmp_path):
     """Two workers of one study; one gets SIGKILL within a run, and the other completes the study."""
     logs, path, killed = [tmp_path / "first.log", tmp_path / "second.log"], tmp_path / "study.db", tmp_path / "killed"

@@ -116,7 +116,9 @@ def simulate(
     external : mapping or callable, optional
         As for :meth:`ClosedChain.forward_dynamics`, or a function of time, q and v that returns it.
     method
-        As for :meth:`ClosedChain.forward_dynamics`.
+        As for :meth:`ClosedChain.forward_dynamics`, but "auto" takes "projected" for chains with revolute closures:
+        within a step the loops are open by its error, and there the two points that "proximal" makes of a hinge
+        contradict each other. Their six rows are of rank six, with a singular value as small as the opening.
     projection : bool
         Whether to project after every step. Without it the loops open slowly, faster for a larger ``rtol``.
     stabilisation : float
@@ -169,7 +171,7 @@ def simulate(
     time = float(when[0])
     efforts, wrenches = efforts_at(state, tau, time, start, velocity), external_at(external, time, start, velocity)
     first = forward_dynamics(
-        state, start, velocity, efforts, external=wrenches, method=method, stabilisation=stabilisation
+        state, start, velocity, efforts, external=wrenches, method=_method(state, method), stabilisation=stabilisation
     )
     rates, instant = Rates(state, tau, external, first.method, stabilisation), Instant(start, velocity, 0.0, 0.0)
     if not (stops or own or state.passive.rubs):
@@ -183,6 +185,12 @@ def simulate(
     if stopped is not None:
         when = np.append(when[when < stopped], stopped)
     return replace(_simulation(state, when, states, steps), events=tuple(found), stopped=stopped is not None)
+
+
+def _method(state: ChainState, method: Method) -> Method:
+    """The method to ask forward dynamics for; see :func:`simulate`."""
+    hinged = any(closure.type == "revolute" for closure in state.closures)
+    return "projected" if method == "auto" and hinged else method
 
 
 def _event_functions(events: EventFunction | Sequence[EventFunction]) -> tuple[EventFunction, ...]:

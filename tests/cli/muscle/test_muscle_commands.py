@@ -92,9 +92,10 @@ def test_identify_writes_a_set_that_force_reads(run, tmp_path):
     assert run("identify", data, "--length-mm", 300, "--all").startswith("66 of 66")
 
 
-@pytest.mark.parametrize("guess", [1.15, pytest.param(None, marks=pytest.mark.full)])
+@pytest.mark.full
+@pytest.mark.parametrize("guess", [1.15, None])
 def test_identify_responses(run, tmp_path, monkeypatch, guess):
-    """By default from a guess nearby; the search for one takes long and has its own test."""
+    """From a guess nearby and without one."""
     model = dynamic_model("tang-3-31")
     if guess is not None:
         start = guess * np.array([228.9342, -90.429, 6.87, -1.0, 0.802])

@@ -42,7 +42,8 @@ def test_noisy_responses_give_the_coefficients_back(seconds):
     np.testing.assert_allclose(friction, dynamic_model("tang-3-31").friction.printed(x, 3.6e5, 1.3), rtol=0.08)
 
 
-@LONG_AND_SHORT
+@pytest.mark.full
+@pytest.mark.parametrize("seconds", [0.5, 1.2])
 def test_clean_responses_give_them_exactly(seconds):
     found = identify_dynamic(
         recordings(0.0, seed=1, samples=61, seconds=seconds), dynamic_model("tang-3-31").static, start=TRUTH * 1.1

@@ -96,6 +96,7 @@ def test_a_motion_draws_its_picture_with_its_numbers(browser):
     recording = scene.record(ep.shoulder_rotation(60 * times, 30, 0, degrees=True), times)
     browser.open_html(recording.html())
     browser.wait_for("document.body.dataset.frame !== undefined")
+    browser.evaluate("showFrame(0)")  # the motion stops: it might just show the frame that follows, and draw nothing
     browser.evaluate(
         "window.drawn = []; const before = viewer.renderer.render.bind(viewer.renderer);"
         "viewer.renderer.render = (...a) => { before(...a); window.drawn.push(document.body.dataset.frame"

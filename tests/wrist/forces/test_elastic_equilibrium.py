@@ -92,8 +92,8 @@ def test_equals_maximal_coordinates(worn):
 @pytest.mark.full
 @pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
 def test_equals_maximal_coordinates_in_many_poses(worn, split):
-    compared, alone = walk(worn, 24, 31, split, every=True)
-    assert compared >= 200
+    compared, alone = walk(worn, 8, 31, split, every=True)
+    assert compared >= 66
     assert alone <= 0.1 * compared
 
 
@@ -105,6 +105,7 @@ def test_soft_interfaces_equal_maximal_coordinates(worn, split):
     assert compared == 1
 
 
+@pytest.mark.full
 def test_another_branch_beyond_two_folds_is_no_answer(worn):
     """Long steps would arrive at an equilibrium of 211 N that no path from the unloaded device leads to."""
     exo = guided(worn, ep.LimbGuide(60.0, 50.0), 2e4)
@@ -193,8 +194,8 @@ def test_guides_equal_exact_rods(worn, guide, K, size):
 @pytest.mark.parametrize("size", [0.005, 0.015, 0.025])
 @pytest.mark.parametrize(("K", "EI", "GJ"), RANGE)
 def test_tubes_are_exact_rods(worn, size, K, EI, GJ):
-    finite, linear, bending, wrong = rod_errors(worn, ep.LimbGuide(EI, GJ), K, 40, size, 36)
-    assert len(finite) >= 30
+    finite, linear, bending, wrong = rod_errors(worn, ep.LimbGuide(EI, GJ), K, 16, size, 36)
+    assert len(finite) >= 12
     assert bending.max() < 0.05
     assert finite.max() < 0.02
     assert np.median(finite) < 0.01 * np.median(linear)

@@ -186,6 +186,7 @@ def test_what_does_not_fit_is_named():
     assert empty.vertices.shape == (0, 3)
 
 
+@pytest.mark.full
 def test_pictures_show_what_they_say(tmp_path):
     import matplotlib.pyplot as plt
 

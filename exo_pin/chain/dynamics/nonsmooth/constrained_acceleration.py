@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -47,7 +46,7 @@ def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Appli
     if applied.method == "projected":
         moving_loops(state, q, v)
     a = smooth_acceleration(state, q, v, applied)
-    if not math.isfinite(a.dot(a)):
+    if not np.isfinite(a).all():
         raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     return a
 

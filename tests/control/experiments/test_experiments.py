@@ -365,6 +365,17 @@ def test_bad_input_is_refused():
         Experiment("x", "x", exo, flexion(), options=prototype_options())
 
 
+def test_a_reference_for_one_time_only_is_refused_before_the_run():
+    class Held:
+        duration = 1.0
+
+        def __call__(self, t):
+            return control.ReferenceState(Rotation.identity(), np.zeros(3), np.zeros(3))
+
+    with pytest.raises(InvalidInput, match="one orientation a time"):
+        ep.load("prototype").track(Held())
+
+
 def test_every_experiment_is_made():
     names = ep.experiments()
     assert len(set(names)) == len(names) >= 19

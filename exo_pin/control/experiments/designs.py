@@ -64,7 +64,7 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     mechanism : Mechanism
         On circles, as (4-2), with three limbs.
     angle_deg : float
-        Of the hole, from the x axis; degrees.
+        Of the hole, from the x axis; degrees. Holes of a right shoulder are the mirror images of those of a left one.
 
     Raises
     ------
@@ -82,7 +82,8 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
         if np.ptp(radius) > _ROUND or np.ptp(points[:, axis]) > _ROUND:
             raise MissingData(["circles of base and cuff"], "a fourth muscle in a hole of these", mechanism.name)
         point = np.empty(3)
-        point[first], point[second] = radius[0] * np.cos(added), radius[0] * np.sin(added)
+        outward = -1.0 if axis == 2 and mechanism.side == "right" else 1.0
+        point[first], point[second] = radius[0] * np.cos(added), outward * radius[0] * np.sin(added)
         point[axis] = points[0, axis]
         rings.append(np.vstack([points, point]))
     if np.linalg.norm(rings[0][:-1] - rings[0][-1], axis=1).min() < 1e-3:

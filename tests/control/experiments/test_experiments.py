@@ -333,6 +333,16 @@ def test_variants_of_the_design():
         assert limb.stroke.nominal_length + limb.stroke.end_fitting >= most - 1e-12
 
 
+def test_a_fourth_muscle_of_a_right_shoulder_is_the_mirror_image():
+    left, right = (control.with_fourth_muscle(ep.load("prototype", side=s).mechanism) for s in ("left", "right"))
+    for one, other in zip(
+        (left.mirrored().geometry.base_points, left.mirrored().geometry.platform_points),
+        (right.geometry.base_points, right.geometry.platform_points),
+        strict=True,
+    ):
+        np.testing.assert_allclose(other, one, atol=1e-15)
+
+
 def test_fourth_muscle_is_in_the_hole_that_holds_most():
     times = np.linspace(0.0, 5.0, 26)
     lift = abduction()(times).orientation

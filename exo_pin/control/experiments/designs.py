@@ -89,7 +89,9 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     if np.linalg.norm(rings[0][:-1] - rings[0][-1], axis=1).min() < 1e-3:
         raise InvalidInput(f"expected a free hole, there is a limb at {angle_deg:g}° already")
     limbs = [*mechanism.limbs, mechanism.limbs[-1]]
-    geometry = WristGeometry(rings[0], rings[1])
+    own = mechanism.geometry
+    # On the same circles, so that the frames of the joints that were there stay.
+    geometry = WristGeometry(rings[0], rings[1], own.base_axis, own.platform_axis, own.neutral)
     return mechanism.replace(geometry=geometry, limbs=limbs, name=f"{mechanism.name}, fourth muscle")
 
 

@@ -333,6 +333,19 @@ def test_variants_of_the_design():
         assert limb.stroke.nominal_length + limb.stroke.end_fitting >= most - 1e-12
 
 
+def test_a_fourth_muscle_leaves_the_other_joints_as_they_are():
+    exo = ep.load("prototype")
+    four = ep.ShoulderExo.from_mechanism(control.with_fourth_muscle(exo.mechanism))
+    pose = exo.pose(20.0, 30.0, 10.0)
+    own, added = exo.inverse_kinematics(pose), four.inverse_kinematics(pose)
+    for name in ("base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y", "lengths"):
+        np.testing.assert_allclose(getattr(added, name)[:3], getattr(own, name), atol=1e-12, err_msg=name)
+    # The fourth limb's frame is that of (4-15), too: Z is across the circle's radius.
+    radius = four.geometry.base_points[3] * [1.0, 0.0, 1.0]
+    assert four.geometry.base_frames[3, :, 0] @ radius == pytest.approx(0.0, abs=1e-12)
+    assert four.geometry.base_frames[3, 1, 0] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_a_fourth_muscle_of_a_right_shoulder_is_the_mirror_image():
     left, right = (control.with_fourth_muscle(ep.load("prototype", side=s).mechanism) for s in ("left", "right"))
     for one, other in zip(

@@ -28,6 +28,8 @@ from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
 
+NEARLY_ZERO = ep.shoulder_rotation(-0.2, np.full(6, -0.1), -0.2, degrees=True)
+
 
 @functools.cache
 def tracked(name, controller="pi"):
@@ -312,6 +314,13 @@ def test_the_arm_hangs_outward_on_both_sides():
         angles.append(ep.shoulder_angles(ep.Plant(mechanism).rest().orientation, side, degrees=True))
     assert angles[0][1] > 5.0
     np.testing.assert_allclose(angles[1], angles[0], atol=1e-6)
+
+
+def test_no_minus_before_a_zero():
+    reference = control.Turn(ep.shoulder_rotation(0.0, 12.0, 0.0, degrees=True), [0.0, 0.0, 0.0], 0.05)
+    tracking = ep.experiment("abduction-long").replace(reference=reference).run()
+    found = replace(tracking, wanted=Rotation.identity(6), run=replace(tracking.run, rotations=NEARLY_ZERO))
+    assert "ends at 0° of 0°" in found.verdict
 
 
 def test_furthest_angle_of_a_reference_that_goes_down():

@@ -1,23 +1,18 @@
 """The named experiments: what the thesis saw, for the reasons that it gives, and what differs."""
 
 import functools
-from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import control
 from exo_pin.control import (
     Experiment,
     Imu,
     abduction,
     flexion,
     fourth_muscle_holes,
-    hung_outward,
     missing_moments,
     prototype_options,
     sensitivity,
@@ -27,8 +22,6 @@ from exo_pin.control.experiments.sensitivity import CHANGES
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.load_case import Load
 from exo_pin.muscle import muscle_model
-
-NEARLY_ZERO = ep.shoulder_rotation(-0.2, np.full(6, -0.1), -0.2, degrees=True)
 
 
 @functools.cache
@@ -129,26 +122,6 @@ def test_faults_do_not_stop_the_simulation(name, controller):
         assert "sensor is lost from 3 to 4 s" in tracking.findings[-1]
 
 
-def test_a_muscle_that_is_wanted_too_short_for_a_while_only():
-    tracking = tracked("hand-to-mouth-outward")
-    beyond = tracking.wanted_ratios[:, 1] > greatest_ratios(tracking)[1]
-    assert 0.0 < beyond.mean() < 0.5
-    assert not beyond[-1]
-    text = next(text for text in tracking.findings if text.startswith("muscle 2 is wanted shorter"))
-    assert f"for {100.0 * beyond.mean():.0f} % of the time, first at {tracking.times[beyond.argmax()]:.2f} s" in text
-    assert "on (" not in text
-
-
-def test_a_delayed_sensor_lacks_readings_later():
-    study = ep.experiment("held-abduction-stuck-valve", "model").replace(duration=4.5)
-    tracking = study.replace(imu=Imu(lost=((2.0, 2.5),), delay=2.0)).run()
-    # Readings that were due from 4 to 4.5 s: the stuck valve has changed the force since 3 s.
-    due = (tracking.times >= 4.0) & (tracking.times < 4.5)
-    force = np.linalg.norm(tracking.shoulder_force, axis=1)
-    assert round(force[due].max()) != round(force[(tracking.times >= 2.0) & (tracking.times < 2.5)].max())
-    assert f"|F_s| reaches {force[due].max():.0f} N" in tracking.findings[-1]
-
-
 def test_verdict_table_and_file(tmp_path):
     tracking = tracked("held-abduction", "model")
     text = str(tracking)
@@ -243,35 +216,6 @@ def test_held_poses_are_those_that_statics_allows():
     assert (missing[(forces < -0.5).any(axis=1)] > 1e-4).all()
 
 
-def test_a_load_counts_for_what_can_be_held():
-    tracking = tracked("held-abduction", "model")
-    mechanism, poses = tracking.experiment.mechanism, tracking.wanted[::100]
-    load, exo = Load([2.0, -1.0, -6.0], at=[0.0, 0.02, -0.25]), ep.ShoulderExo.from_mechanism(mechanism)
-    plant = ep.Plant(mechanism, load=load)
-    missing = missing_moments(plant, poses)
-    laws = [muscle_model("tang-optimised", nominal) for nominal in (0.15, 0.25, 0.25)]
-    lines = [law.validity.capability_line(np.array(4e5)) for law in laws]
-    for pose, found in zip(poses, missing, strict=True):
-        arms, answer = exo.jacobian(pose).T, exo.reaction(pose, load=load)
-        x = np.array([0.276, 0.404, 0.404]) - exo.inverse_kinematics(pose).lengths
-        braid = np.array([0.3 * 2960.0 / law.length for law in laws]) * np.maximum(-x, 0.0)
-        pulls = [
-            float(np.clip(law.unchecked_force(max(c, 0.0), 4e5), 1e-12, line))
-            for law, c, line in zip(laws, x, lines, strict=True)
-        ]
-        best = lsq_linear(arms, arms @ answer.actuator_forces, (braid, braid + pulls), method="bvls", tol=1e-14)
-        assert found == pytest.approx(np.sqrt(2.0 * best.cost), abs=1e-6)
-    assert (missing > 0.1).any()
-    halves = {"platform_body": ep.LimbBody.rod(0.2, 0.1, 0.01)}
-    heavy = mechanism.replace(limbs=[replace(limb, **halves) for limb in mechanism.limbs])
-    with pytest.raises(InvalidInput, match="mass"):
-        missing_moments(ep.Plant(heavy), poses)
-    with pytest.raises(InvalidInput, match="stack"):
-        missing_moments(plant, poses[0])
-    with pytest.raises(InvalidInput, match="Plant"):
-        missing_moments(exo, poses)
-
-
 def test_sensitivity_is_a_table_of_named_changes():
     chosen = [change for change in CHANGES if change[0] in ("centre of mass of the arm", "end fitting of limb 1")]
     table = sensitivity(ep.experiment("abduction").replace(duration=3.0), chosen[:3])
@@ -285,51 +229,6 @@ def test_sensitivity_is_a_table_of_named_changes():
         assert known or words == "series spring", assumption.name
 
 
-def test_changes_keep_what_they_do_not_change():
-    from exo_pin.muscle.valve.flow import Valve
-    from exo_pin.muscle.valve.supply import Supply, ValveUnit
-
-    by_name = {(name, words): change for name, words, change in CHANGES}
-    path, regulator = Valve(1e-9, 0.3), Valve(5e-9, 0.3)
-    plain = ep.experiment("abduction").replace(
-        valves=ValveUnit(path, path, layout="fill and vent"), supply=Supply(4e5, regulator, 1e-3), shoulder_viscous=0.0
-    )
-    supply = by_name["supply", "3 bar"](plain).options.supply
-    assert (supply.pressure, supply.regulator, supply.volume) == (3e5, regulator, 1e-3)
-    # The duty is the command of these valves: zero holds the air, where a 3/2-way valve would vent.
-    pi = by_name["gains of Table 5-5", "error in percent × 2"](plain).controller
-    measured = SimpleNamespace(orientation=plain.reference(0.0).orientation)
-    np.testing.assert_array_equal(pi(0.0, measured), np.zeros(3))
-    # What changes nothing is no row of the table.
-    for key in (("valves", "restrictor × 2"), ("shoulder viscous", "none"), ("shoulder viscous", "× 3")):
-        with pytest.raises(InvalidInput):
-            by_name[key](plain)
-    assert by_name["shoulder viscous", "× 3"](ep.experiment("abduction")).options.shoulder_viscous == 0.12
-
-
-def test_the_arm_hangs_outward_on_both_sides():
-    angles = []
-    for side in ("left", "right"):
-        mechanism = hung_outward(ep.load("prototype", side=side).mechanism)
-        angles.append(ep.shoulder_angles(ep.Plant(mechanism).rest().orientation, side, degrees=True))
-    assert angles[0][1] > 5.0
-    np.testing.assert_allclose(angles[1], angles[0], atol=1e-6)
-
-
-def test_no_minus_before_a_zero():
-    reference = control.Turn(ep.shoulder_rotation(0.0, 12.0, 0.0, degrees=True), [0.0, 0.0, 0.0], 0.05)
-    tracking = ep.experiment("abduction-long").replace(reference=reference).run()
-    found = replace(tracking, wanted=Rotation.identity(6), run=replace(tracking.run, rotations=NEARLY_ZERO))
-    assert "ends at 0° of 0°" in found.verdict
-
-
-def test_furthest_angle_of_a_reference_that_goes_down():
-    name, down = "held-abduction", ep.shoulder_rotation(25.0, [55.0, 40.0], 32.0, degrees=True)
-    reference = control.point_to_point(down[0], down[1], 0.3)
-    numbers = ep.experiment(name).replace(reference=reference).run().summary()
-    assert numbers["furthest_deg"] <= min(numbers["start_deg"], numbers["end_deg"])
-
-
 def test_variants_of_the_design():
     exo = ep.load("prototype")
     four = ep.experiment("abduction-four").mechanism
@@ -340,29 +239,6 @@ def test_variants_of_the_design():
     lengths = exo.inverse_kinematics(exo.pose(abduction=[0.0, 45.0, 90.0])).lengths
     for limb, most in zip(long.limbs, lengths.max(axis=0), strict=True):
         assert limb.stroke.nominal_length + limb.stroke.end_fitting >= most - 1e-12
-
-
-def test_a_fourth_muscle_leaves_the_other_joints_as_they_are():
-    exo = ep.load("prototype")
-    four = ep.ShoulderExo.from_mechanism(control.with_fourth_muscle(exo.mechanism))
-    pose = exo.pose(20.0, 30.0, 10.0)
-    own, added = exo.inverse_kinematics(pose), four.inverse_kinematics(pose)
-    for name in ("base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y", "lengths"):
-        np.testing.assert_allclose(getattr(added, name)[:3], getattr(own, name), atol=1e-12, err_msg=name)
-    # The fourth limb's frame is that of (4-15), too: Z is across the circle's radius.
-    radius = four.geometry.base_points[3] * [1.0, 0.0, 1.0]
-    assert four.geometry.base_frames[3, :, 0] @ radius == pytest.approx(0.0, abs=1e-12)
-    assert four.geometry.base_frames[3, 1, 0] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_fourth_muscle_of_a_right_shoulder_is_the_mirror_image():
-    left, right = (control.with_fourth_muscle(ep.load("prototype", side=s).mechanism) for s in ("left", "right"))
-    for one, other in zip(
-        (left.mirrored().geometry.base_points, left.mirrored().geometry.platform_points),
-        (right.geometry.base_points, right.geometry.platform_points),
-        strict=True,
-    ):
-        np.testing.assert_allclose(other, one, atol=1e-15)
 
 
 def test_fourth_muscle_is_in_the_hole_that_holds_most():
@@ -395,17 +271,6 @@ def test_bad_input_is_refused():
         ep.load("appendix-d").track(flexion())
     with pytest.raises(InvalidInput):
         Experiment("x", "x", exo, flexion(), options=prototype_options())
-
-
-def test_a_reference_for_one_time_only_is_refused_before_the_run():
-    class Held:
-        duration = 1.0
-
-        def __call__(self, t):
-            return control.ReferenceState(Rotation.identity(), np.zeros(3), np.zeros(3))
-
-    with pytest.raises(InvalidInput, match="one orientation a time"):
-        ep.load("prototype").track(Held())
 
 
 def test_every_experiment_is_made():

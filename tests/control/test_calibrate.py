@@ -247,6 +247,15 @@ def test_bad_input_is_refused():
             ep.calibrate(arm, lengths, exo, **options)
 
 
+@pytest.mark.parametrize("loss", ["huber", "cauchy"])
+def test_a_stated_noise_that_makes_everything_an_outlier_is_named(loss):
+    rng, exo = np.random.default_rng(15), ep.load("prototype")
+    seen, lengths = measured(near(exo, rng), poses(rng, 40), rng, 1e-3)
+    with pytest.raises(InvalidInput, match="count as outliers"):
+        ep.calibrate(seen, lengths, exo, length_noise=1e-6, loss=loss)
+    assert not ep.calibrate(seen, lengths, exo, length_noise=1e-3, loss=loss).undetermined
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_fewer_lengths_than_unknowns_are_met_exactly(count):
     """Least squares has nothing left to do then, and says what is not determined."""
@@ -256,6 +265,10 @@ def test_fewer_lengths_than_unknowns_are_met_exactly(count):
     assert np.abs(found.residuals).max() < 1e-12
     assert 0.0 < np.abs(found.values).max() < 3e-3
     assert len(found.undetermined) >= 18 - 3 * count
+    for loss in ("huber", "cauchy"):
+        robust = ep.calibrate(arm, lengths, exo, length_noise=1e-3, loss=loss)
+        np.testing.assert_allclose(robust.values, found.values, atol=1e-9)
+        np.testing.assert_allclose(robust.standard_deviations, found.standard_deviations, rtol=1e-6)
     with pytest.raises(InvalidInput, match="none"):
         found.predict(arm[:0])
     with pytest.raises(InvalidInput, match="none"):

@@ -87,7 +87,8 @@ def calibrate(
     Raises
     ------
     InvalidInput
-        If shapes do not fit, lengths are in another unit, or there is nothing to estimate the noise from.
+        If shapes do not fit, lengths are in another unit, there is nothing to estimate the noise from, or a robust loss
+        takes most lengths for outliers of the stated noise.
     SolverFailed
         If least squares does not converge.
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import SolverFailed
+from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
@@ -32,6 +32,8 @@ UNIT = 1e-3
 _NEAR = (0.02, 1.0)
 #: Standard deviation of a normal distribution over the median of its absolute values.
 _MEDIAN = 1.4826
+#: Of the lengths beyond as many as there are unknowns, share that must be no outliers, about.
+_LEAST_SHARE = 0.1
 #: Poses that choose among mountings to start from.
 _ENOUGH = 50
 
@@ -128,8 +130,15 @@ def _weights(z: FloatArray, loss: str) -> FloatArray:
 
 
 def inflation(found: Estimate, loss: str, unknowns: int) -> float:
-    """Variance of a robust estimate over that of least squares with the same noise (Huber 1981, section 7.6)."""
-    if loss == "linear" or found.scale == 0.0:
+    """Variance of a robust estimate over that of least squares with the same noise (Huber 1981, section 7.6).
+
+    Raises
+    ------
+    InvalidInput
+        If most residuals are outliers of the stated noise, so that nothing is left to estimate from.
+    """
+    if loss == "linear" or found.scale == 0.0 or len(found.residuals) <= unknowns:
+        # Without a residual no length is an outlier.
         return 1.0
     z = found.residuals / found.scale
     pull = found.weights * z
@@ -139,6 +148,12 @@ def inflation(found: Estimate, loss: str, unknowns: int) -> float:
         size = (z / LOSSES[loss]) ** 2
         slope = (1.0 - size) / (1.0 + size) ** 2
     mean, count = float(slope.mean()), len(z)
+    # As many lengths as unknowns are met exactly, whatever the others are.
+    if mean * count - unknowns < _LEAST_SHARE * (count - unknowns):
+        raise InvalidInput(
+            f"with loss={loss!r} most lengths count as outliers: expected a length_noise near the size of the "
+            f"residuals, which are {np.median(np.abs(z)):.2g} standard deviations in the median"
+        )
     correction = 1.0 + unknowns / count * float(slope.var()) / mean**2
     return correction**2 * float(pull @ pull) / (count - unknowns) / mean**2
 

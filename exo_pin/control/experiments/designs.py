@@ -64,7 +64,7 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     mechanism : Mechanism
         On circles, as (4-2), with three limbs.
     angle_deg : float
-        Of the hole, from the x axis; degrees.
+        Of the hole, from the x axis; degrees. Holes of a right shoulder are the mirror images of those of a left one.
 
     Raises
     ------
@@ -82,13 +82,16 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
         if np.ptp(radius) > _ROUND or np.ptp(points[:, axis]) > _ROUND:
             raise MissingData(["circles of base and cuff"], "a fourth muscle in a hole of these", mechanism.name)
         point = np.empty(3)
-        point[first], point[second] = radius[0] * np.cos(added), radius[0] * np.sin(added)
+        outward = -1.0 if axis == 2 and mechanism.side == "right" else 1.0
+        point[first], point[second] = radius[0] * np.cos(added), outward * radius[0] * np.sin(added)
         point[axis] = points[0, axis]
         rings.append(np.vstack([points, point]))
     if np.linalg.norm(rings[0][:-1] - rings[0][-1], axis=1).min() < 1e-3:
         raise InvalidInput(f"expected a free hole, there is a limb at {angle_deg:g}° already")
     limbs = [*mechanism.limbs, mechanism.limbs[-1]]
-    geometry = WristGeometry(rings[0], rings[1])
+    own = mechanism.geometry
+    # On the same circles, so that the frames of the joints that were there stay.
+    geometry = WristGeometry(rings[0], rings[1], own.base_axis, own.platform_axis, own.neutral)
     return mechanism.replace(geometry=geometry, limbs=limbs, name=f"{mechanism.name}, fourth muscle")
 
 

@@ -6,9 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
+import numpy as np
+
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
-from ...core.validation import as_choice, as_positive
+from ...core.validation import as_choice, as_positive, as_rotation
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
 from ..controllers.contraction import Contractions
@@ -175,9 +177,17 @@ class Experiment(Record):
         -------
         Tracking
             Angles, lengths, pressures, tensions, shoulder force and energy; prints its verdict first.
+
+        Raises
+        ------
+        InvalidInput
+            If the reference does not return one orientation for each of several times.
         """
         plant = self.plant
-        duration = self.reference.duration if self.duration is None else self.duration
+        duration = as_positive("duration", self.reference.duration if self.duration is None else self.duration)
+        wanted = self.reference(np.array([0.0, duration])).orientation
+        if as_rotation("orientation of the reference", wanted).shape != (2,):
+            raise InvalidInput(f"expected a reference that returns one orientation a time, got {wanted.shape} for (2,)")
         sensor: Any = None if self.imu is None else ImuSensor(self.imu, self.mechanism)
         run = plant.simulate(
             self.made_controller(plant), duration, self.start(plant), self.rate, self.faults,

@@ -204,7 +204,9 @@ class Tracking(Record):
         if self.run.status != "completed":
             end = f"the run {self.run.status}"
         else:
-            end = f"{name} ends at {numbers['end_deg']:.0f}° of {round(numbers['wanted_end_deg']) + 0:.0f}°"
+            # Rounded, and added to zero: no minus before a zero.
+            reached, wanted = (round(numbers[key]) + 0 for key in ("end_deg", "wanted_end_deg"))
+            end = f"{name} ends at {reached}° of {wanted}°"
         return (
             f"{self.experiment.title}: {end}, off by {numbers['rms_error_deg']:.1f}° (rms); "
             f"|F_s| up to {numbers['peak_F_s_N']:.0f} N."

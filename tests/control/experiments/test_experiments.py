@@ -1,23 +1,18 @@
 """The named experiments: what the thesis saw, for the reasons that it gives, and what differs."""
 
 import functools
-from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import control
 from exo_pin.control import (
     Experiment,
     Imu,
     abduction,
     flexion,
     fourth_muscle_holes,
-    hung_outward,
     missing_moments,
     prototype_options,
     sensitivity,
@@ -129,26 +124,6 @@ def test_faults_do_not_stop_the_simulation(name, controller):
         assert "sensor is lost from 3 to 4 s" in tracking.findings[-1]
 
 
-def test_a_muscle_that_is_wanted_too_short_for_a_while_only():
-    tracking = tracked("hand-to-mouth-outward")
-    beyond = tracking.wanted_ratios[:, 1] > greatest_ratios(tracking)[1]
-    assert 0.0 < beyond.mean() < 0.5
-    assert not beyond[-1]
-    text = next(text for text in tracking.findings if text.startswith("muscle 2 is wanted shorter"))
-    assert f"for {100.0 * beyond.mean():.0f} % of the time, first at {tracking.times[beyond.argmax()]:.2f} s" in text
-    assert "on (" not in text
-
-
-def test_a_delayed_sensor_lacks_readings_later():
-    study = ep.experiment("held-abduction-stuck-valve", "model").replace(duration=4.5)
-    tracking = study.replace(imu=Imu(lost=((2.0, 2.5),), delay=2.0)).run()
-    # Readings that were due from 4 to 4.5 s: the stuck valve has changed the force since 3 s.
-    due = (tracking.times >= 4.0) & (tracking.times < 4.5)
-    force = np.linalg.norm(tracking.shoulder_force, axis=1)
-    assert round(force[due].max()) != round(force[(tracking.times >= 2.0) & (tracking.times < 2.5)].max())
-    assert f"|F_s| reaches {force[due].max():.0f} N" in tracking.findings[-1]
-
-
 def test_verdict_table_and_file(tmp_path):
     tracking = tracked("held-abduction", "model")
     text = str(tracking)
@@ -243,35 +218,6 @@ def test_held_poses_are_those_that_statics_allows():
     assert (missing[(forces < -0.5).any(axis=1)] > 1e-4).all()
 
 
-def test_a_load_counts_for_what_can_be_held():
-    tracking = tracked("held-abduction", "model")
-    mechanism, poses = tracking.experiment.mechanism, tracking.wanted[::100]
-    load, exo = Load([2.0, -1.0, -6.0], at=[0.0, 0.02, -0.25]), ep.ShoulderExo.from_mechanism(mechanism)
-    plant = ep.Plant(mechanism, load=load)
-    missing = missing_moments(plant, poses)
-    laws = [muscle_model("tang-optimised", nominal) for nominal in (0.15, 0.25, 0.25)]
-    lines = [law.validity.capability_line(np.array(4e5)) for law in laws]
-    for pose, found in zip(poses, missing, strict=True):
-        arms, answer = exo.jacobian(pose).T, exo.reaction(pose, load=load)
-        x = np.array([0.276, 0.404, 0.404]) - exo.inverse_kinematics(pose).lengths
-        braid = np.array([0.3 * 2960.0 / law.length for law in laws]) * np.maximum(-x, 0.0)
-        pulls = [
-            float(np.clip(law.unchecked_force(max(c, 0.0), 4e5), 1e-12, line))
-            for law, c, line in zip(laws, x, lines, strict=True)
-        ]
-        best = lsq_linear(arms, arms @ answer.actuator_forces, (braid, braid + pulls), method="bvls", tol=1e-14)
-        assert found == pytest.approx(np.sqrt(2.0 * best.cost), abs=1e-6)
-    assert (missing > 0.1).any()
-    halves = {"platform_body": ep.LimbBody.rod(0.2, 0.1, 0.01)}
-    heavy = mechanism.replace(limbs=[replace(limb, **halves) for limb in mechanism.limbs])
-    with pytest.raises(InvalidInput, match="mass"):
-        missing_moments(ep.Plant(heavy), poses)
-    with pytest.raises(InvalidInput, match="stack"):
-        missing_moments(plant, poses[0])
-    with pytest.raises(InvalidInput, match="Plant"):
-        missing_moments(exo, poses)
-
-
 def test_sensitivity_is_a_table_of_named_changes():
     chosen = [change for change in CHANGES if change[0] in ("centre of mass of the arm", "end fitting of limb 1")]
     table = sensitivity(ep.experiment("abduction").replace(duration=3.0), chosen[:3])
@@ -283,44 +229,6 @@ def test_sensitivity_is_a_table_of_named_changes():
         words = assumption.name.split(",")[0].replace("_", " ")
         known = any(part in words for part in (*names, "limbs[", "valves", "volume of the muscles", "force law"))
         assert known or words == "series spring", assumption.name
-
-
-def test_changes_keep_what_they_do_not_change():
-    from exo_pin.muscle.valve.flow import Valve
-    from exo_pin.muscle.valve.supply import Supply, ValveUnit
-
-    by_name = {(name, words): change for name, words, change in CHANGES}
-    path, regulator = Valve(1e-9, 0.3), Valve(5e-9, 0.3)
-    plain = ep.experiment("abduction").replace(
-        valves=ValveUnit(path, path, layout="fill and vent"), supply=Supply(4e5, regulator, 1e-3), shoulder_viscous=0.0
-    )
-    supply = by_name["supply", "3 bar"](plain).options.supply
-    assert (supply.pressure, supply.regulator, supply.volume) == (3e5, regulator, 1e-3)
-    # The duty is the command of these valves: zero holds the air, where a 3/2-way valve would vent.
-    pi = by_name["gains of Table 5-5", "error in percent × 2"](plain).controller
-    measured = SimpleNamespace(orientation=plain.reference(0.0).orientation)
-    np.testing.assert_array_equal(pi(0.0, measured), np.zeros(3))
-    # What changes nothing is no row of the table.
-    for key in (("valves", "restrictor × 2"), ("shoulder viscous", "none"), ("shoulder viscous", "× 3")):
-        with pytest.raises(InvalidInput):
-            by_name[key](plain)
-    assert by_name["shoulder viscous", "× 3"](ep.experiment("abduction")).options.shoulder_viscous == 0.12
-
-
-def test_the_arm_hangs_outward_on_both_sides():
-    angles = []
-    for side in ("left", "right"):
-        mechanism = hung_outward(ep.load("prototype", side=side).mechanism)
-        angles.append(ep.shoulder_angles(ep.Plant(mechanism).rest().orientation, side, degrees=True))
-    assert angles[0][1] > 5.0
-    np.testing.assert_allclose(angles[1], angles[0], atol=1e-6)
-
-
-def test_furthest_angle_of_a_reference_that_goes_down():
-    name, down = "held-abduction", ep.shoulder_rotation(25.0, [55.0, 40.0], 32.0, degrees=True)
-    reference = control.point_to_point(down[0], down[1], 0.3)
-    numbers = ep.experiment(name).replace(reference=reference).run().summary()
-    assert numbers["furthest_deg"] <= min(numbers["start_deg"], numbers["end_deg"])
 
 
 def test_variants_of_the_design():

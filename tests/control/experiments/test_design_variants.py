@@ -1,0 +1,98 @@
+"""Variants of designs and what they can hold: both sides of the body, loads, changes of estimates."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import exo_pin as ep
+from exo_pin import control
+from exo_pin.control import hung_outward, missing_moments
+from exo_pin.control.experiments.sensitivity import CHANGES
+from exo_pin.core.errors import InvalidInput
+from exo_pin.load_case import Load
+from exo_pin.muscle import muscle_model
+from exo_pin.muscle.valve.flow import Valve
+from exo_pin.muscle.valve.supply import Supply, ValveUnit
+
+
+def test_changes_keep_what_they_do_not_change():
+    by_name = {(name, words): change for name, words, change in CHANGES}
+    path, regulator = Valve(1e-9, 0.3), Valve(5e-9, 0.3)
+    plain = ep.experiment("abduction").replace(
+        valves=ValveUnit(path, path, layout="fill and vent"), supply=Supply(4e5, regulator, 1e-3), shoulder_viscous=0.0
+    )
+    supply = by_name["supply", "3 bar"](plain).options.supply
+    assert (supply.pressure, supply.regulator, supply.volume) == (3e5, regulator, 1e-3)
+    # The duty is the command of these valves: zero holds the air, where a 3/2-way valve would vent.
+    pi = by_name["gains of Table 5-5", "error in percent × 2"](plain).controller
+    measured = SimpleNamespace(orientation=plain.reference(0.0).orientation)
+    np.testing.assert_array_equal(pi(0.0, measured), np.zeros(3))
+    # What changes nothing is no row of the table.
+    for key in (("valves", "restrictor × 2"), ("shoulder viscous", "none"), ("shoulder viscous", "× 3")):
+        with pytest.raises(InvalidInput):
+            by_name[key](plain)
+    assert by_name["shoulder viscous", "× 3"](ep.experiment("abduction")).options.shoulder_viscous == 0.12
+
+
+def test_the_arm_hangs_outward_on_both_sides():
+    angles = []
+    for side in ("left", "right"):
+        mechanism = hung_outward(ep.load("prototype", side=side).mechanism)
+        angles.append(ep.shoulder_angles(ep.Plant(mechanism).rest().orientation, side, degrees=True))
+    assert angles[0][1] > 5.0
+    np.testing.assert_allclose(angles[1], angles[0], atol=1e-6)
+
+
+def test_a_fourth_muscle_leaves_the_other_joints_as_they_are():
+    exo = ep.load("prototype")
+    four = ep.ShoulderExo.from_mechanism(control.with_fourth_muscle(exo.mechanism))
+    pose = exo.pose(20.0, 30.0, 10.0)
+    own, added = exo.inverse_kinematics(pose), four.inverse_kinematics(pose)
+    for name in ("base_theta_x", "base_theta_y", "platform_theta_x", "platform_theta_y", "lengths"):
+        np.testing.assert_allclose(getattr(added, name)[:3], getattr(own, name), atol=1e-12, err_msg=name)
+    # The fourth limb's frame is that of (4-15), too: Z is across the circle's radius.
+    radius = four.geometry.base_points[3] * [1.0, 0.0, 1.0]
+    assert four.geometry.base_frames[3, :, 0] @ radius == pytest.approx(0.0, abs=1e-12)
+    assert four.geometry.base_frames[3, 1, 0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_fourth_muscle_of_a_right_shoulder_is_the_mirror_image():
+    left, right = (control.with_fourth_muscle(ep.load("prototype", side=s).mechanism) for s in ("left", "right"))
+    for one, other in zip(
+        (left.mirrored().geometry.base_points, left.mirrored().geometry.platform_points),
+        (right.geometry.base_points, right.geometry.platform_points),
+        strict=True,
+    ):
+        np.testing.assert_allclose(other, one, atol=1e-15)
+
+
+def test_a_load_counts_for_what_can_be_held():
+    study = ep.experiment("held-abduction")
+    mechanism, poses = study.mechanism, study.reference(np.arange(7.0)).orientation
+    load, exo = Load([2.0, -1.0, -6.0], at=[0.0, 0.02, -0.25]), ep.ShoulderExo.from_mechanism(mechanism)
+    plant = ep.Plant(mechanism, load=load)
+    missing = missing_moments(plant, poses)
+    laws = [muscle_model("tang-optimised", nominal) for nominal in (0.15, 0.25, 0.25)]
+    lines = [law.validity.capability_line(np.array(4e5)) for law in laws]
+    for pose, found in zip(poses, missing, strict=True):
+        arms, answer = exo.jacobian(pose).T, exo.reaction(pose, load=load)
+        x = np.array([0.276, 0.404, 0.404]) - exo.inverse_kinematics(pose).lengths
+        braid = np.array([0.3 * 2960.0 / law.length for law in laws]) * np.maximum(-x, 0.0)
+        pulls = [
+            float(np.clip(law.unchecked_force(max(c, 0.0), 4e5), 1e-12, line))
+            for law, c, line in zip(laws, x, lines, strict=True)
+        ]
+        best = lsq_linear(arms, arms @ answer.actuator_forces, (braid, braid + pulls), method="bvls", tol=1e-14)
+        assert found == pytest.approx(np.sqrt(2.0 * best.cost), abs=1e-6)
+    assert (missing > 0.1).any()
+    halves = {"platform_body": ep.LimbBody.rod(0.2, 0.1, 0.01)}
+    heavy = mechanism.replace(limbs=[replace(limb, **halves) for limb in mechanism.limbs])
+    with pytest.raises(InvalidInput, match="mass"):
+        missing_moments(ep.Plant(heavy), poses)
+    with pytest.raises(InvalidInput, match="stack"):
+        missing_moments(plant, poses[0])
+    with pytest.raises(InvalidInput, match="Plant"):
+        missing_moments(exo, poses)

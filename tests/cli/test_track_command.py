@@ -54,6 +54,10 @@ def test_experiments_are_listed(capsys):
     [
         ([], "--list"), (["abductoin"], "abduction"), (["abduction", "--fault", "flood,1,2"], "burst"),
         (["abduction", "--fault", "burst,0,2"], "from 1"), (["abduction", "--lost-imu", "3"], "2 numbers"),
+        (["four-cables-abduction", "--supply", "3"], "pneumatic"),
+        (["four-cables-abduction", "--flange"], "shoulder unit"),
+        (["four-cables-abduction", "--fault", "burst,1,1"], "motor"),
+        (["abduction", "--fault", "no-current,1,1"], "muscles"),
         (["held-abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
     ],
 )  # fmt: skip

@@ -11,6 +11,7 @@ from command_line import run
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.experiments.found_designs import FOUND_DESIGNS, FOUND_MAKERS
+from exo_pin.control.experiments.sensitivity import MOTOR_CHANGES
 from exo_pin.core.errors import InvalidInput
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
@@ -141,3 +142,16 @@ def test_poses_beyond_a_stroke_are_marked():
     assert tracking.reachable[0]
     assert not tracking.reachable.all()
     assert any("stroke" in text or "longer" in text or "shorter" in text for text in tracking.findings)
+
+
+def test_each_estimate_can_be_changed_behind_the_controller_s_back():
+    experiment = ep.experiment("four-cables-abduction").replace(duration=1.5)
+    chosen = [change for change in MOTOR_CHANGES if change[0] in ("coulomb", "axial stiffness", "stiffness")]
+    table = control.sensitivity(experiment, chosen)
+    # A winch has no lead and no stiffness of its own, so that change is left out.
+    assert table["parameter"].tolist() == ["as estimated", "coulomb", "coulomb", "axial stiffness"]
+    errors = table["rms_error_deg"]
+    assert (errors[1:] > 1.05 * errors[0]).all()
+    assert errors.max() < 3.0
+    standard = control.sensitivity(experiment.replace(duration=0.02))
+    assert len(standard["parameter"]) == len(MOTOR_CHANGES)

@@ -75,6 +75,7 @@ def _plant(exo: ShoulderExo) -> None:
     for method in ("minimal", "chain"):
         plant.simulate(lambda t, measured: np.zeros(plant.count), 0.01, start, method=method)
     exo.track("abduction", "model", duration=0.02)
+    load("four-cables").track("abduction", "model", duration=0.02)
 
 
 def _chain(exo: ShoulderExo) -> None:

@@ -104,6 +104,7 @@ def test_experiments_are_listed(capsys):
     [
         ([], "--list"), (["abductoin"], "abduction"), (["abduction", "--fault", "flood,1,2"], "burst"),
         (["abduction", "--fault", "burst,0,2"], "from 1 to 3"), (["abduction", "--lost-imu", "3"], "2 numbers"),
+        (["four-cables-abduction", "--flange"], "shoulder unit"),
         (["held-abduction", "--design", "prototype"], "--design"), (["abduction", "--out", "x.txt"], ".csv"),
         (["abduction", "--fault", "burst,nan,2"], "1 to 3"), (["abduction", "--fault", "burst,4,2"], "1 to 3"),
         (["abduction", "--fault", "burst,inf,2"], "from 1 to 3"), (["abduction", "--html", "run.png"], ".html"),
@@ -112,7 +113,7 @@ def test_experiments_are_listed(capsys):
         (["abduction", "--fault", "no-current,1,2"], "pneumatic muscles"),
         (["four-cables-abduction", "--fault", "burst,1,2"], "a motor"),
         (["four-cables-abduction", "--fault", "torn,5,2"], "1 to 4"),
-        (["four-cables-abduction", "--supply", "3"], "motors"),
+        (["four-cables-abduction", "--supply", "3"], "pneumatic muscles"),
         (["abduction", "--fault", "burst,3,99"], "when the run ends"), (["abduction", "--noise", "-1"], "got -1"),
         (["abduction", "--plot", "nowhere/x.png"], "no folder nowhere"),
     ],

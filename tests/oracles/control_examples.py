@@ -45,10 +45,8 @@ def _motor_examples(reference):
     )
     pose = reference(0.0).orientation
     start = cables.held(pose, np.full(4, 10.0))
-    lengths = cables.held(pose, np.zeros(4)).drive_positions
-    seen = control.Measurement(
-        pose, np.zeros(3), np.zeros(4), 0.0, lengths, np.zeros(4), start.drive_positions, np.zeros(4)
-    )
+    lengths, out = (np.array(cables.held(pose, np.full(4, f)).drive_positions) for f in (0.0, 10.0))
+    seen = control.Measurement(pose, np.zeros(3), np.zeros(4), 0.0, lengths, np.zeros(4), out, np.zeros(4))
     length, model = control.LengthController(cables, reference), control.ModelController(cables, reference)
     for controller in (length, model):
         controller(0.0, seen)

@@ -62,3 +62,18 @@ def integrated(plant, start, forces, times):
     )
     found = solve_ivp(rate, (0.0, times[-1]), first, method="DOP853", t_eval=times, rtol=1e-12, atol=1e-12)
     return Rotation.from_matrix(found.y[:9].T.reshape(-1, 3, 3))
+
+
+def limb_mjcf(exo):
+    """The arm on a ball joint with a tendon a limb, each with a motor, as MJCF."""
+    arm, tendons, motors, sites, points = exo.arm, "", "", "", ""
+    for i, (a, b) in enumerate(zip(exo.geometry.base_points, exo.geometry.platform_points, strict=True)):
+        points += f'<site name="a{i}" pos="{a[0]!r} {a[1]!r} {a[2]!r}"/>'
+        sites += f'<site name="b{i}" pos="{b[0]!r} {b[1]!r} {b[2]!r}"/>'
+        tendons += f'<spatial name="t{i}"><site site="a{i}"/><site site="b{i}"/></spatial>'
+        motors += f'<motor tendon="t{i}"/>'
+    J, c = arm.inertia, arm.centre_of_mass
+    full = " ".join(repr(float(v)) for v in (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
+    return f"""<mujoco><compiler balanceinertia="false"/><worldbody>{points}<body><joint type="ball"/>
+      <inertial pos="{c[0]!r} {c[1]!r} {c[2]!r}" mass="{arm.mass!r}" fullinertia="{full}"/>{sites}</body></worldbody>
+      <tendon>{tendons}</tendon><actuator>{motors}</actuator></mujoco>""".replace("np.float64(", "").replace(")", "")

@@ -175,6 +175,8 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     if options.controller is not None:
         changes["controller"] = options.controller
     if options.flange:
+        if chosen.mechanism.shoulder.half_diagonal is None:
+            raise InvalidInput(f"--flange is for the dummy's shoulder unit, and {chosen.mechanism.name} has none")
         changes["second_flange"] = True
     if options.supply is not None:
         from ...muscle.valve.supply import Supply
@@ -182,7 +184,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         if not 0.0 < options.supply <= _HIGHEST:
             raise InvalidInput(f"expected --supply in bar, above 0 and up to {_HIGHEST:g}, got {options.supply:g}")
         if chosen.plant.supply is None:
-            raise InvalidInput("--supply is for pneumatic muscles: the limbs of this design have motors")
+            raise InvalidInput(f"--supply is for pneumatic muscles, and {chosen.mechanism.name} has none")
         changes["supply"] = Supply(1e5 * options.supply)
     imu = _imu(options)
     if imu is not None:

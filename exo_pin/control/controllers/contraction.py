@@ -22,7 +22,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
 from ...core.validation import FloatArray, as_finite, as_rotation
-from ...design import Limb, Mechanism
+from ...design import Mechanism
+from ..plant.drives.drive import contraction_span
 
 __all__ = ["Contractions", "WantedByLengths", "WantedByOrientation"]
 
@@ -56,7 +57,7 @@ class Contractions:
             raise MissingData(names, "a contraction ratio", mechanism.name)
         self._base = np.array(mechanism.geometry.base_points)
         self._platform = np.array(mechanism.geometry.platform_points)
-        spans = [_span(limb) for limb in mechanism.limbs]
+        spans = [contraction_span(limb) for limb in mechanism.limbs]
         self.nominal = np.array([span for _, span in spans])
         self.fittings = np.array([start - span for start, span in spans])
 
@@ -70,16 +71,6 @@ class Contractions:
         """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched."""
         l = as_finite("lengths", lengths, (len(self.nominal),), stack=True)  # noqa: E741
         return np.asarray((self.nominal + self.fittings - l) / self.nominal)
-
-
-def _span(limb: Limb) -> tuple[float, float]:
-    """Length of a limb at which its ratio is zero, and the length that counts as 1, m."""
-    stroke, tackle = limb.stroke, None if limb.actuator is None else limb.actuator.tackle
-    assert stroke is not None
-    assert stroke.end_fitting is not None
-    if tackle is not None:
-        return stroke.nominal_length * stroke.longest + stroke.end_fitting, tackle.ratio * tackle.muscle_length
-    return stroke.nominal_length + stroke.end_fitting, stroke.nominal_length
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,6 @@ class ValveLoop:
         """Air in one muscle of each limb that holds tensions in N at limb lengths in m, shape (n,), kg.
 
         Zero for motors.
-
-        Source: thesis (3-2), (3-3), (3-4).
         """
         tables, mass = self._plant.tables, np.zeros(len(lengths))
         pressures = self._plant.drive_states(lengths, tensions).pressures

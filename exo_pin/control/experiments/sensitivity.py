@@ -20,7 +20,7 @@ from .catalogue import hung_outward
 from .experiment import Experiment
 from .tracking import Tracking
 
-__all__ = ["CHANGES", "sensitivity"]
+__all__ = ["CHANGES", "MOTOR_CHANGES", "sensitivity"]
 
 #: A change: parameter, its value in words, and what makes the changed experiment.
 Change = tuple[str, str, Callable[[Experiment], Experiment]]
@@ -133,6 +133,44 @@ CHANGES: tuple[Change, ...] = (
 )  # fmt: skip
 
 
+def _drive(name: str, factor: float) -> Change:
+    """A parameter of winch and linear actuator times a factor, under a controller that does not know it."""
+
+    def changed(experiment: Experiment) -> Experiment:
+        options = experiment.options
+        parts = {part: getattr(options, part) for part in ("winch", "linear_actuator")}
+        own = {
+            part: replace(value, **{name: factor * getattr(value, name)})
+            for part, value in parts.items()
+            if hasattr(value, name) and any(getattr(d, "parameters", None) == value for d in experiment.plant.drives)
+        }
+        if not own:
+            raise InvalidInput(f"no drive of the design has {name}")
+        return _believing(experiment, experiment.replace(**own))
+
+    return name.replace("_", " "), f"× {factor:g}", changed
+
+
+def _believing(experiment: Experiment, changed: Experiment) -> Experiment:
+    """The changed experiment with the controller of the one that was."""
+    return changed.replace(controller=experiment.made_controller(experiment.plant))
+
+
+def _heavier(factor: float) -> Change:
+    name, words, heavier = _mass(factor)
+    return name, words, lambda e: _believing(e, heavier(e))
+
+
+#: The same for designs with motors; the controller keeps believing the estimates.
+MOTOR_CHANGES: tuple[Change, ...] = (
+    _heavier(1.2), _drive("coulomb", 0.0), _drive("coulomb", 3.0), _drive("viscous", 3.0),
+    _drive("load_friction", 3.0), _drive("rotor_inertia", 4.0), _drive("axial_stiffness", 0.2),
+    _drive("stiffness", 0.1), _drive("damping_time", 0.25), _drive("presliding", 4.0), _drive("no_load_speed", 0.5),
+    _drive("stall_ratio", 0.5),
+    _option("shoulder_viscous", "0.3 N m s/rad", lambda _: 0.3),
+)  # fmt: skip
+
+
 def _printed_friction() -> LoadDependentFriction:
     """Friction of (3-31)."""
     from ...muscle.io.dynamic_files import dynamic_model
@@ -151,9 +189,9 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
     experiment : Experiment
         Which one.
     changes : iterable of Change, optional
-        Parameter, value in words, and a function from experiment to changed experiment; :data:`CHANGES` if left out.
-        A change that does not fit the experiment (one with which it cannot start, too), or changes nothing in it, is
-        left out.
+        Parameter, value in words, and a function from experiment to changed experiment; :data:`CHANGES` if left out, or
+        :data:`MOTOR_CHANGES` for a design with motors. A change that does not fit the experiment (one with which it
+        cannot start, too), or changes nothing in it, is left out.
     progress : bool
         Whether to show a bar.
 
@@ -165,7 +203,8 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
     """
     if not isinstance(experiment, Experiment):
         raise InvalidInput(f"expected an Experiment, got {type(experiment).__name__}")
-    chosen = list(CHANGES if changes is None else changes)
+    standard = MOTOR_CHANGES if experiment.plant.motors.any() else CHANGES
+    chosen = list(standard if changes is None else changes)
     rows = [_row("as estimated", "", experiment.run())]
     for name, words, change in track(chosen, "changing", progress):
         try:

@@ -16,6 +16,7 @@ from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
 from .assumptions import Assumption, assumptions_of
+from .drives.drive import contraction_span
 from .drives.drives import drives_of
 from .drives.motor_drive import MotorDrive
 from .drives.statics import DriveStates, drive_states, force_limits
@@ -87,7 +88,7 @@ class Plant(Record):
         self.drives = drives_of(mechanism, self.options)
         self.tables = plant_tables(mechanism, self.drives, self.options, load)
         self.supply = supply_of(self.drives, self.options)
-        starts, spans = zip(*(drive.contraction_ratio() for drive in self.drives), strict=True)
+        starts, spans = zip(*(contraction_span(limb) for limb in mechanism.limbs), strict=True)
         self._starts, self._spans = np.array(starts), np.array(spans)
 
     @property

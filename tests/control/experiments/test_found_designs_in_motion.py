@@ -11,6 +11,7 @@ from command_line import run
 import exo_pin as ep
 from exo_pin import control
 from exo_pin.control.experiments.found_designs import FOUND_DESIGNS, FOUND_MAKERS
+from exo_pin.control.experiments.sensitivity import MOTOR_CHANGES
 from exo_pin.core.errors import InvalidInput
 
 MOTORS = ["four-cables", "four-linear-actuators", "three-linear-actuators"]
@@ -113,13 +114,13 @@ def test_a_movement_of_the_thesis_on_another_design(capsys):
 def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     whole, torn = tracked("four-cables-abduction"), tracked("four-cables-torn")
     assert torn.run.status == "completed"
+    assert np.diff(torn.times).max() < 1.1e-3
     assert torn.summary()["peak_F_s_N"] > 3.0 * whole.summary()["peak_F_s_N"]
     said = next(text for text in torn.findings if "torn" in text)
     assert f"|F_s| reaches {torn.summary()['peak_F_s_N']:.0f} N" in said
     braked, slipping = tracked("four-cables-no-current"), tracked("four-cables-slipping-brake")
     # A brake that holds keeps the arm higher than one that slips, and neither lets it drop as a broken cable does.
-    after = whole.times >= 3.5
-    lowest = [t.angles()[after, 1].min() for t in (torn, slipping, braked)]
+    lowest = [t.angles()[t.times >= 3.5, 1].min() for t in (torn, slipping, braked)]
     assert lowest == sorted(lowest)
     assert max(t.summary()["peak_F_s_N"] for t in (braked, slipping)) < 60.0
     status, out, _ = run(capsys, "track", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress")
@@ -166,3 +167,16 @@ def test_poses_beyond_a_stroke_are_marked():
     assert tracking.reachable[0]
     assert not tracking.reachable.all()
     assert any("stroke" in text or "longer" in text or "shorter" in text for text in tracking.findings)
+
+
+def test_each_estimate_can_be_changed_behind_the_controller_s_back():
+    experiment = ep.experiment("four-cables-abduction").replace(duration=1.5)
+    chosen = [change for change in MOTOR_CHANGES if change[0] in ("coulomb", "axial stiffness", "stiffness")]
+    table = control.sensitivity(experiment, chosen)
+    # A winch has no lead and no stiffness of its own, so that change is left out.
+    assert table["parameter"].tolist() == ["as estimated", "coulomb", "coulomb", "axial stiffness"]
+    errors = table["rms_error_deg"]
+    assert (errors[1:] > 1.05 * errors[0]).all()
+    assert errors.max() < 3.0
+    standard = control.sensitivity(experiment.replace(duration=0.02))
+    assert len(standard["parameter"]) == len(MOTOR_CHANGES)

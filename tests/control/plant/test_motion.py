@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
+from drive_plants import limb_mjcf
 
 import exo_pin as ep
 from exo_pin.control.plant.equations.muscle_kernels import air_volume
@@ -60,22 +61,8 @@ def test_tighter_tolerances_lead_to_the_same_motion(swing, finer):
     assert np.abs(finer.energy_residual).max() < 1e-9 * finer.kinetic_energy.max()
 
 
-def muscle_mjcf(exo):
-    arm, tendons, motors, sites, points = exo.arm, "", "", "", ""
-    for i, (a, b) in enumerate(zip(exo.geometry.base_points, exo.geometry.platform_points, strict=True)):
-        points += f'<site name="a{i}" pos="{a[0]!r} {a[1]!r} {a[2]!r}"/>'
-        sites += f'<site name="b{i}" pos="{b[0]!r} {b[1]!r} {b[2]!r}"/>'
-        tendons += f'<spatial name="t{i}"><site site="a{i}"/><site site="b{i}"/></spatial>'
-        motors += f'<motor tendon="t{i}"/>'
-    J, c = arm.inertia, arm.centre_of_mass
-    full = " ".join(repr(float(v)) for v in (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
-    return f"""<mujoco><compiler balanceinertia="false"/><worldbody>{points}<body><joint type="ball"/>
-      <inertial pos="{c[0]!r} {c[1]!r} {c[2]!r}" mass="{arm.mass!r}" fullinertia="{full}"/>{sites}</body></worldbody>
-      <tendon>{tendons}</tendon><actuator>{motors}</actuator></mujoco>""".replace("np.float64(", "").replace(")", "")
-
-
 def test_accelerations_lengths_and_energy_are_mujoco_s(swing, prototype):
-    model = mujoco.MjModel.from_xml_string(muscle_mjcf(prototype))
+    model = mujoco.MjModel.from_xml_string(limb_mjcf(prototype))
     model.opt.gravity[:] = prototype.mechanism.gravity
     data = mujoco.MjData(model)
     R = swing.rotations.as_matrix()

@@ -2,9 +2,10 @@
 
 from dataclasses import fields, replace
 
+import mujoco
 import numpy as np
 import pytest
-from drive_plants import SMOOTH, held, integrated
+from drive_plants import SMOOTH, held, integrated, limb_mjcf
 
 import exo_pin as ep
 from exo_pin import control
@@ -48,6 +49,24 @@ def test_the_closed_chain_moves_as_the_minimal_coordinates(name, options):
     np.testing.assert_allclose(other.tensions, own.tensions, atol=1e-4)
     np.testing.assert_allclose(other.drive_positions, own.drive_positions, atol=1e-9)
     np.testing.assert_allclose(other.tension_work, own.tension_work, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", MOTORS)
+def test_accelerations_are_mujoco_s(name):
+    plant, tensions, start = held(name, None, spin=SPIN)
+    run = plant.simulate(shaken(plant, tensions), 0.5, start)
+    exo = ep.ShoulderExo.from_mechanism(plant.mechanism)
+    model = mujoco.MjModel.from_xml_string(limb_mjcf(exo))
+    model.opt.gravity[:] = plant.mechanism.gravity
+    data, R = mujoco.MjData(model), run.rotations.as_matrix()
+    for k in range(0, len(run.times), 10):
+        data.qpos[:] = np.roll(run.rotations[k].as_quat(), 1)
+        data.qvel[:] = R[k].T @ run.angular_velocity[k]
+        data.ctrl[:] = -run.tensions[k]
+        mujoco.mj_forward(model, data)
+        scale = max(1.0, np.abs(run.angular_acceleration[k]).max())
+        np.testing.assert_allclose(R[k] @ data.qacc, run.angular_acceleration[k], atol=1e-8 * scale)
+        np.testing.assert_allclose(data.ten_length, run.lengths[k], atol=1e-12)
 
 
 @pytest.mark.full

@@ -28,16 +28,12 @@ class MotorDrive(Drive):
         Of motor and transmission.
     pull_limit, push_limit : float
         Greatest forces of the limb by the design, N; the motor's own limit is the larger of the two, either way.
-    nominal_length, end_fitting : float
-        Of the limb's stroke, m.
     """
 
     is_motor: ClassVar[bool] = True
     parameters: MotorParameters
     pull_limit: float
     push_limit: float
-    nominal_length: float
-    end_fitting: float
 
     @property
     def pushes(self) -> bool:
@@ -58,10 +54,6 @@ class MotorDrive(Drive):
     def stiffness(self) -> float:
         """Of the limb between drive and arm, N/m."""
         return self.parameters.series_stiffness(self.longest)
-
-    def contraction_ratio(self) -> tuple[float, float]:
-        """See :meth:`Drive.contraction_ratio`."""
-        return self.nominal_length + self.end_fitting, self.nominal_length
 
     def row(self) -> FloatArray:
         """See :meth:`Drive.row`."""
@@ -117,5 +109,4 @@ def motor_drive(limb: Limb, place: str, options: PlantOptions) -> MotorDrive:
     word = "cable" if actuator.family == "cable" else "actuator"
     return MotorDrive(
         word, short, long, parameters.least_tension, parameters, actuator.pull_limit, actuator.push_limit,
-        stroke.nominal_length, stroke.end_fitting,
     )  # fmt: skip

@@ -59,10 +59,6 @@ class MuscleDrive(Drive):
         """Whether the limb is a cable over pulleys."""
         return self.word == "cable"
 
-    def contraction_ratio(self) -> tuple[float, float]:
-        """See :meth:`Drive.contraction_ratio`."""
-        return self.taut_length, self.ratio * self.model.length
-
     def row(self) -> FloatArray:
         """See :meth:`Drive.row`."""
         model, options = self.model, self.options

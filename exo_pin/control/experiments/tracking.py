@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["Tracking", "labelled"]
 
 #: Units that end the keys of a summary, as they are written in text.
-_UNITS = {"deg": "°", "N": "N", "J": "J", "g": "g"}
+_UNITS = {"deg": "°", "N": "N", "J": "J", "W": "W", "g": "g"}
 
 
 def labelled(key: str) -> str:

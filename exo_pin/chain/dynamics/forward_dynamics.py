@@ -30,7 +30,7 @@ from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
 
-__all__ = ["METHODS", "ClosedMotion", "efforts_of", "forward_dynamics"]
+__all__ = ["METHODS", "ClosedMotion", "efforts_of", "forward_dynamics", "has_hinges"]
 
 Method = Literal["auto", "proximal", "projected"]
 #: How the constrained equations of motion are solved.
@@ -38,6 +38,9 @@ METHODS = ("auto", "proximal", "projected")
 #: Largest error of Pinocchio's acceleration in the closures' rows, as a share of the motion, all scaled: that of
 #: rounding and of a proximal step.
 _MISSED = 1e-9
+#: Residual of the loops above which Pinocchio's two points of a hinge give another acceleration: its relative error is
+#: some fifty times the residual.
+_HINGE_OPEN = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +126,9 @@ def forward_dynamics(
     "proximal" is Pinocchio's constrained dynamics, for rigid, spherical
     and revolute closures and chains whose links all have inertia. "projected" solves the equations in the null
     space of the closures, a = a_0 + Z z with J Z = 0. It takes every closure type, redundant closures, and links
-    without mass if every motion of the chain has inertia. "auto" takes Pinocchio's where it is applicable.
+    without mass if every motion of the chain has inertia. "auto" takes Pinocchio's where it is applicable, and
+    not where a loop that closes by a hinge is open by more than 1e-11: Pinocchio has two points for the hinge, which
+    contradict each other there.
 
     Parameters
     ----------
@@ -184,6 +189,8 @@ def forward_dynamics(
         if method == "proximal":
             raise MasslessMotion(massless_joints(state, q, np.eye(state.model.nv)))
         chosen = "projected"
+    if chosen == "proximal" and method == "auto" and worst > _HINGE_OPEN and has_hinges(state):
+        chosen = "projected"
     forces = None
     if stops or state.passive.rubs:
         applied = Applied(efforts, external, chosen, stabilisation)
@@ -222,6 +229,11 @@ def forward_dynamics(
         _contacts=forces,
     )
     return found
+
+
+def has_hinges(state: ChainState) -> bool:
+    """Whether a loop closes by a hinge."""
+    return any(closure.type == "revolute" for closure in state.closures)
 
 
 def efforts_of(state: ChainState, tau: ArrayLike | Mapping[str, ArrayLike] | None) -> FloatArray:

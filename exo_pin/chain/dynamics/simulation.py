@@ -15,7 +15,7 @@ from ..kinematics.loops import closed_configuration, residual
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .equations_of_motion import moving_loops, refuse_opening
-from .forward_dynamics import Method, forward_dynamics
+from .forward_dynamics import Method, forward_dynamics, has_hinges
 from .integration import Instant, Rates, efforts_at, energies_of, external_at, integrated
 from .nonsmooth.contact_forces import stops_at
 from .nonsmooth.event_integration import EventFunction, EventIntegration
@@ -189,8 +189,7 @@ def simulate(
 
 def _method(state: ChainState, method: Method) -> Method:
     """The method to ask forward dynamics for; see :func:`simulate`."""
-    hinged = any(closure.type == "revolute" for closure in state.closures)
-    return "projected" if method == "auto" and hinged else method
+    return "projected" if method == "auto" and has_hinges(state) else method
 
 
 def _event_functions(events: EventFunction | Sequence[EventFunction]) -> tuple[EventFunction, ...]:

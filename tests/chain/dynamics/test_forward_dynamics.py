@@ -70,6 +70,19 @@ def test_own_solution_equals_pinocchios_where_both_apply(name):
     np.testing.assert_allclose(one.a, other.a, atol=1e-11 * (1 + np.abs(one.a).max()))
 
 
+@pytest.mark.parametrize("turn", [3e-11, 1e-9])
+def test_a_hinge_that_is_slightly_open_is_no_two_points(turn):
+    """An acceleration changes as little as the configuration; that of two points changes a hundred times as much."""
+    case = moving("revolute loop")
+    exact = case.chain.forward_dynamics(case.q, case.v).a
+    q = case.q + turn * np.random.default_rng(0).normal(size=len(case.q))
+    v = case.chain.project_velocity(q, case.v)
+    auto, points = (case.chain.forward_dynamics(q, v, method=method) for method in ("auto", "proximal"))
+    assert auto.method == "projected"
+    assert np.abs(auto.a - exact).max() <= 3 * turn * np.abs(exact).max()
+    assert np.abs(points.a - exact).max() >= (4 if turn < 1e-10 else 100) * np.abs(auto.a - exact).max()
+
+
 def test_a_rigid_closure_in_place_of_any_type_moves_alike():
     # A revolute closure is a hinge of the tree with a rigid closure behind it.
     named = random_loop("revolute")

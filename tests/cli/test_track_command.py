@@ -64,8 +64,8 @@ def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     gained = named["kinetic_energy_J"] + named["potential_energy_J"]
     gained -= gained[0]
     assert named["shoulder_loss_J"][-1] > 1e-3
-    work = named["muscle_work_J"] - named["shoulder_loss_J"]
-    np.testing.assert_allclose(gained, work, atol=1e-4 * np.abs(named["muscle_work_J"]).max())
+    work = named["tension_work_J"] - named["shoulder_loss_J"]
+    np.testing.assert_allclose(gained, work, atol=1e-4 * np.abs(named["tension_work_J"]).max())
 
 
 def test_track_as_json_with_faults_and_sensor(capsys):

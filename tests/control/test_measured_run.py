@@ -105,7 +105,7 @@ def test_command_prints_the_calibration_and_writes_the_design(tmp_path, run, cap
     assert "no part of it: cuff offset" in capsys.readouterr().out.splitlines()[-1]
     np.testing.assert_array_equal(ep.load(design).geometry.base_points, ep.load("prototype").geometry.base_points)
     assert main(["calibrate", str(tmp_path / "run.csv"), "--unknowns", "joints"]) == 2
-    assert "unknown group of unknowns 'joints'" in capsys.readouterr().err
+    assert "unknown quantity to calibrate 'joints'" in capsys.readouterr().err
     assert main(["calibrate", str(tmp_path / "run.csv"), "--tolerance", "base_points"]) == 2
     assert "NAME=SIZE" in capsys.readouterr().err
     mixed = MeasuredRun(run.orientations, 1e3 * np.asarray(run.lengths))

@@ -58,7 +58,7 @@ def test_abduction_from_beyond_it_falls_short_by_the_stroke():
     times = out_of_stroke(tracking)
     assert np.isnan(times[0])
     # No wanted pose can be held: a dash, not a number.
-    assert "rms error reachable deg    -\n" in str(tracking)
+    assert "rms error reachable, °     -\n" in str(tracking)
     assert 2.0 < times[2] < 3.0
     # At the end the limbs 2 and 3 are wanted far beyond what their muscles can do.
     assert (tracking.wanted_ratios[-1, 1:] > greatest_ratios(tracking)[1:] + 0.15).all()

@@ -20,9 +20,9 @@ def test_a_muscle_that_is_wanted_too_short_for_a_while_only():
     beyond = tracking.wanted_ratios[:, 1] > greatest_ratios(tracking)[1]
     assert 0.0 < beyond.mean() < 0.5
     assert not beyond[-1]
-    text = next(text for text in tracking.findings if text.startswith("muscle 2 is wanted shorter"))
+    text = next(text for text in tracking.findings if text.startswith("the reference needs muscle 2 to contract"))
     assert f"for {100.0 * beyond.mean():.0f} % of the time, first at {tracking.times[beyond.argmax()]:.2f} s" in text
-    assert "on (" not in text
+    assert " s on " not in text
 
 
 def test_a_delayed_sensor_lacks_readings_later():

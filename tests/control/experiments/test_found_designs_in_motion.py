@@ -146,7 +146,7 @@ def test_an_animation_has_the_forces_of_the_run(design):
 def test_a_sensitivity_table_of_motors_has_no_rows_of_air():
     table = control.sensitivity(ep.experiment("four-cables-abduction", "pi").replace(duration=0.2))
     parameters = set(table["parameter"].tolist())
-    assert {"mass and inertia of the arm", "centre of mass of the arm", "shoulder coulomb"} <= parameters
+    assert {"mass and inertia of the arm", "coulomb", "stall ratio", "shoulder viscous"} <= parameters
     assert not parameters & {
         "supply", "valves", "dead volume", "braid stiffness", "muscle damping", "muscle friction", "gains of Table 5-5",
         "polytropic exponent", "stop stiffness", "second flange",

@@ -118,5 +118,5 @@ def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
 
 
 def test_the_page_for_contributors_lists_the_rooms_from_the_ground_up():
-    page = (FOLDER.parent / "docs" / "contributing.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[1] / "docs" / "contributing.md").read_text(encoding="utf-8")
     assert ", ".join(f"`{name}`" for name in ORDER) in " ".join(page.split())

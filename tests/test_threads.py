@@ -125,6 +125,7 @@ def test_shared_kinematics():
     assert_same_as_alone([lambda pose=pose: job(pose, motion) for pose in poses])
 
 
+@pytest.mark.full
 def test_unknowns_and_movements_of_a_shared_design():
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
     poses = ep.shoulder_rotation(np.linspace(20, 70, THREADS), 30, 0, degrees=True)

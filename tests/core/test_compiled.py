@@ -18,8 +18,15 @@ JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 needs_jit = pytest.mark.skipif(JIT_IS_OFF, reason="with NUMBA_DISABLE_JIT there is no compiled form")
 #: One can be called from compiled code only, the other returns memory that is not filled.
 NOT_COMPARED = {"numerics.vectors.root", "numerics.shortest_variables.workspace"}
-#: Their plain form searches for half a second: one call is compared by default, and all in the full set.
+#: Their plain form searches for half a second: they are compared in the full set.
 SLOW = {f"wrist.singularities.nearest_singularity_search.{name}" for name in ("_nearest", "nearest_stack")}
+#: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, all others
+#: in the full set.
+MAIN_LINE = ("core", "numerics", "load_case", "wrist", "wrist_chain", "reaction")
+COMPARED = [
+    pytest.param(name, marks=[] if name.split(".")[0] in MAIN_LINE and name not in SLOW else pytest.mark.full)
+    for name in sorted(set(KERNELS) - NOT_COMPARED)
+]
 #: Orthonormal bases have free signs, so products with themselves are compared.
 BASES = {"chain.dynamics.solution_kernels.solutions"}
 
@@ -81,18 +88,11 @@ CHANGES = {"as recorded": lambda array: array, "zero": zero, "NaN": not_a_number
 
 
 @needs_jit
-@pytest.mark.parametrize("name", sorted(set(KERNELS) - NOT_COMPARED))
+@pytest.mark.parametrize("name", COMPARED)
 def test_plain_and_compiled_forms_agree(name, calls):
     each = KERNELS[name]
     assert each in calls, "add a query that uses this kernel to tests/oracles/kernel_calls.py"
-    compare(name, calls[each][: 1 if name in SLOW else None])
-
-
-@needs_jit
-@pytest.mark.full
-@pytest.mark.parametrize("name", sorted(SLOW))
-def test_every_recorded_call_of_a_slow_kernel_agrees(name, calls):
-    compare(name, calls[KERNELS[name]])
+    compare(name, calls[each])
 
 
 def compare(name, recorded):

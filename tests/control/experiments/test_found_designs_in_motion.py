@@ -85,6 +85,7 @@ def test_tracking_needs_no_option(design, controller):
     assert "|F_s| up to" in tracking.verdict
 
 
+@pytest.mark.full
 def test_the_page_of_plots_and_the_table_show_motors(tmp_path, capsys):
     table, picture, page = (tmp_path / name for name in ("run.csv", "run.png", "run.html"))
     files = ["--out", str(table), "--plot", str(picture), "--html", str(page)]
@@ -111,6 +112,7 @@ def test_a_movement_of_the_thesis_on_another_design(capsys):
     assert data["electric_energy_J"] > 10.0
 
 
+@pytest.mark.full
 def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     whole, torn = tracked("four-cables-abduction"), tracked("four-cables-torn")
     assert torn.run.status == "completed"
@@ -169,6 +171,7 @@ def test_poses_beyond_a_stroke_are_marked():
     assert any("stroke" in text or "longer" in text or "shorter" in text for text in tracking.findings)
 
 
+@pytest.mark.full
 def test_each_estimate_can_be_changed_behind_the_controller_s_back():
     experiment = ep.experiment("four-cables-abduction").replace(duration=1.5)
     chosen = [change for change in MOTOR_CHANGES if change[0] in ("coulomb", "axial stiffness", "stiffness")]

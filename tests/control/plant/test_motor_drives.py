@@ -22,7 +22,7 @@ def shaken(plant, tensions):
     return lambda t, measured=None: tensions / limit * (1.0 + 0.3 * np.sin(5.0 * np.floor(100.0 * t + 1e-6) / 100.0))
 
 
-@pytest.mark.parametrize("name", MOTORS)
+@pytest.mark.parametrize("name", [MOTORS[0], pytest.param(MOTORS[1], marks=pytest.mark.full)])
 def test_the_motion_is_that_of_an_integration_of_its_own(name):
     plant, tensions, start = held(name, SMOOTH, spin=SPIN)
     run = plant.simulate(shaken(plant, tensions), 1.0, start, rtol=1e-11)
@@ -37,7 +37,9 @@ def test_the_motion_is_that_of_an_integration_of_its_own(name):
 
 
 @pytest.mark.parametrize("name", [*MOTORS, "four-muscle-cables"])
-@pytest.mark.parametrize("options", [SMOOTH, None], ids=["smooth", "with friction"])
+@pytest.mark.parametrize(
+    "options", [pytest.param(SMOOTH, id="smooth"), pytest.param(None, id="with friction", marks=pytest.mark.full)]
+)
 def test_the_closed_chain_moves_as_the_minimal_coordinates(name, options):
     plant, tensions, start = held(name, options, spin=SPIN)
     command = shaken(plant, tensions) if plant.motors.all() else lambda t, measured: [0.1, -0.2, 0.3, 0.0]

@@ -62,7 +62,7 @@ def with_muscle(exo, pose, point, pull):
 @pytest.mark.parametrize(
     ("cone", "count"),
     [
-        (None, 40), (GlenoidCone(muscle_compression=60.0), 40), (GlenoidCone(), 12),
+        (None, 40), (GlenoidCone(muscle_compression=60.0), 40), (GlenoidCone(), 6),
         pytest.param(GlenoidCone(), 40, marks=pytest.mark.full),
     ],
 )  # fmt: skip

@@ -55,7 +55,7 @@ def _caution(violated: NDArray[np.bool_]) -> str:
     if not violated.any():
         return ""
     where = "" if violated.size == 1 else f" in {int(violated.sum())} of {violated.size} poses"
-    return f"The device cannot supply these limb forces{where}."
+    return f"Limb lengths or forces are beyond the device's limits{where}."
 
 
 def action_of_limbs(

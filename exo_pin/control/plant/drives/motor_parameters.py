@@ -107,8 +107,6 @@ class Winch(MotorParameters):
     pulleys on its way rub in proportion to the tension (``load_friction``).
     """
 
-    coulomb: float = 8.0
-    load_friction: float = 0.1
     least_tension: float = 5.0
     drum_radius: float = 0.02
     gear_ratio: float = 26.0

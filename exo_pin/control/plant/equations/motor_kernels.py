@@ -15,7 +15,8 @@ A cable has T = 0 where l <= s, and its damping takes or adds at most k (l - s),
 
 The motor is a direct-current machine with a current-controlled amplifier: the amplifier's current limits |F| to F_max,
 its voltage to F <= F_0 (1 - v/v_0), v = -s' the speed at which the drive pulls in, v_0 the speed without load and F_0
-the stall force at full voltage; and likewise the other way. From F_0 v_0 = U²/R the copper takes F² v_0/F_0.
+the stall force at full voltage; and likewise the other way. From F_0 v_0 = U²/R the copper takes F² v_0/F_0. Energy
+that a motor gives back when it is driven is not counted: its amplifier burns it.
 """
 
 from __future__ import annotations

@@ -109,7 +109,8 @@ def test_accelerations_are_those_of_a_complementarity_problem():
             a = chain.forward_dynamics(q, v, tau, stops=True).a
             differ.append(np.abs(a - theirs).max() / max(1.0, np.abs(smooth).max()))
     assert len(differ) >= 30
-    assert max(differ) <= 1e-9
+    # Singular values go down to 1e-3, and errors with their inverse square: 1.3e-9 on one processor, 3e-12 on another.
+    assert max(differ) <= 1e-8
 
 
 def test_the_states_have_friction_stops_and_locked_joints():

@@ -18,13 +18,11 @@ JIT_IS_OFF = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 needs_jit = pytest.mark.skipif(JIT_IS_OFF, reason="with NUMBA_DISABLE_JIT there is no compiled form")
 #: One can be called from compiled code only, the other returns memory that is not filled.
 NOT_COMPARED = {"numerics.vectors.root", "numerics.shortest_variables.workspace"}
-#: Their plain form searches for half a second: they are compared in the full set.
-SLOW = {f"wrist.singularities.nearest_singularity_search.{name}" for name in ("_nearest", "nearest_stack")}
 #: Rooms of the main line, from a pose to the force on the shoulder: their kernels are compared by default, all others
 #: in the full set.
-MAIN_LINE = ("core", "numerics", "load_case", "wrist", "wrist_chain", "reaction")
+MAIN_LINE = ("core.", "numerics.", "load_case.", "wrist.limbs.", "wrist.forces.", "reaction.")
 COMPARED = [
-    pytest.param(name, marks=[] if name.split(".")[0] in MAIN_LINE and name not in SLOW else pytest.mark.full)
+    pytest.param(name, marks=[] if name.startswith(MAIN_LINE) else pytest.mark.full)
     for name in sorted(set(KERNELS) - NOT_COMPARED)
 ]
 #: Orthonormal bases have free signs, so products with themselves are compared.

@@ -145,9 +145,9 @@ def walk(designs, cells):
 
 
 def test_a_part_of_all_combinations(designs):
-    """Every 31st: prime to the lengths of all options, so that it meets every value of each. The full set has all."""
-    counts = walk(designs, CELLS[::31])
-    assert min(counts.values()) >= 8, counts
+    """Every 61st: prime to the lengths of all options, so that it meets every value of each. The full set has all."""
+    counts = walk(designs, CELLS[::61])
+    assert min(counts.values()) >= 4, counts
 
 
 @pytest.mark.full
@@ -177,7 +177,7 @@ def near(cells, designs):
 
 
 def test_hardly_any_offset_changes_nothing_in_a_part(designs):
-    assert near([cell for cell in CELLS if cell[1] == "none"][::29], designs) >= 15
+    assert near([cell for cell in CELLS if cell[1] == "none"][::59], designs) >= 7
 
 
 @pytest.mark.full

@@ -19,8 +19,9 @@ def find(source, quantity):
 
 
 def test_rows_are_unique_and_hold_both_numbers():
-    assert len({(row.source, row.quantity) for row in rows()}) == len(rows())
-    for row in rows():
+    every = rows()
+    assert len({(row.source, row.quantity) for row in every}) == len(every)
+    for row in every:
         assert row.printed.shape == row.computed.shape
         assert np.isfinite(row.computed).all() or row.verdict in ("not reproducible", "input not printed")
         assert bool(row.reading) == (row.verdict == "reproduced under another reading")

@@ -88,7 +88,7 @@ STEPS = {
 @pytest.mark.parametrize(
     ("kind", "split"),
     [
-        ("prototype", "spherical"), ("random-4", "elastic_linear"),
+        ("random-4", "elastic_linear"), pytest.param("prototype", "spherical", marks=pytest.mark.full),
         pytest.param("prototype", "elastic_linear", marks=pytest.mark.full),
         pytest.param("random-4", "spherical", marks=pytest.mark.full),
     ],

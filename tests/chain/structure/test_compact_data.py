@@ -49,8 +49,10 @@ def tree(rng, count, kinds=tuple(KINDS)):
     return model
 
 
-@pytest.mark.parametrize("most", [8, pytest.param(20, marks=pytest.mark.full)])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    ("seed", "most"),
+    [(0, 8), (7, 8), *(pytest.param(k, most, marks=pytest.mark.full) for k in range(8) for most in (8, 20))],
+)
 def test_every_member_is_that_of_a_new_data(seed, most):
     """Random trees: all that is not left out is in Pinocchio's own archive of the Data, number by number.
 

@@ -15,6 +15,7 @@ from exo_pin.core.errors import InvalidInput
 NEARLY_ZERO = ep.shoulder_rotation(-0.2, np.full(6, -0.1), -0.2, degrees=True)
 
 
+@pytest.mark.full
 def test_a_muscle_that_is_wanted_too_short_for_a_while_only():
     tracking = ep.experiment("hand-to-mouth-outward").run()
     beyond = tracking.wanted_ratios[:, 1] > greatest_ratios(tracking)[1]

@@ -25,7 +25,7 @@ def shaken(plant, tensions):
 @pytest.mark.parametrize("name", [MOTORS[0], pytest.param(MOTORS[1], marks=pytest.mark.full)])
 def test_the_motion_is_that_of_an_integration_of_its_own(name):
     plant, tensions, start = held(name, SMOOTH, spin=SPIN)
-    run = plant.simulate(shaken(plant, tensions), 1.0, start, rtol=1e-11)
+    run = plant.simulate(shaken(plant, tensions), 0.3, start, rtol=1e-11)
     constant = plant.simulate(lambda t, measured: tensions / 400.0, 0.6, start, rtol=1e-11)
     assert constant.status == "completed"
     other = integrated(plant, start, lambda t: tensions, constant.times)
@@ -36,7 +36,7 @@ def test_the_motion_is_that_of_an_integration_of_its_own(name):
     assert run.status == "completed"
 
 
-@pytest.mark.parametrize("name", [*MOTORS, "four-muscle-cables"])
+@pytest.mark.parametrize("name", [MOTORS[0], pytest.param(MOTORS[1], marks=pytest.mark.full), "four-muscle-cables"])
 @pytest.mark.parametrize(
     "options", [pytest.param(SMOOTH, id="smooth"), pytest.param(None, id="with friction", marks=pytest.mark.full)]
 )

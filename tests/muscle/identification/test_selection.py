@@ -100,8 +100,8 @@ def test_shipped_fits_are_what_a_refit_gives():
         np.testing.assert_allclose(muscle_model(name).validity.capability, fresh["best"].validity.capability, rtol=1e-6)
 
 
-@pytest.mark.parametrize("draws", [3, pytest.param(9, marks=pytest.mark.full)])
-def test_a_truth_of_second_order_is_not_overfitted(draws):
+@pytest.mark.full
+def test_a_truth_of_second_order_is_not_overfitted():
     truth = muscle_model("tang-optimised")
     states = steady_states(valid_only=True)
     rng = np.random.default_rng(12)
@@ -110,7 +110,7 @@ def test_a_truth_of_second_order_is_not_overfitted(draws):
         select_model(
             states.contraction, states.pressure, exact + rng.normal(0, 0.4, 25), 0.3
         ).winner.candidate.parameters
-        for _ in range(draws)
+        for _ in range(9)
     ]
     assert np.median(sizes) <= 6
 

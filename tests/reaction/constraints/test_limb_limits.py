@@ -17,7 +17,7 @@ DEGREES = {"degrees": True}
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
 
 
-@pytest.mark.parametrize("count", [12, pytest.param(30, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [6, pytest.param(30, marks=pytest.mark.full)])
 def test_relief_is_what_one_limit_must_give(count):
     rng = np.random.default_rng(54)
     finite = {"range": 0, "hard_cone": 0}
@@ -62,7 +62,7 @@ def with_muscle(exo, pose, point, pull):
 @pytest.mark.parametrize(
     ("cone", "count"),
     [
-        (None, 40), (GlenoidCone(muscle_compression=60.0), 40), (GlenoidCone(), 6),
+        (None, 20), (GlenoidCone(muscle_compression=60.0), 10), (GlenoidCone(), 4),
         pytest.param(GlenoidCone(), 40, marks=pytest.mark.full),
     ],
 )  # fmt: skip
@@ -197,7 +197,7 @@ def test_right_shoulder_with_limits_and_socket_is_the_mirror_image(split):
 
     left = ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(67), 5, ["SPS"] * 5))
     right = left.mirrored()
-    poses = regular_poses(left.mechanism, np.random.default_rng(68), 60)
+    poses = regular_poses(left.mechanism, np.random.default_rng(68), 25)
     options = {
         "actuator_bounds": (0, 400),
         "split": split,
@@ -206,7 +206,7 @@ def test_right_shoulder_with_limits_and_socket_is_the_mirror_image(split):
     a, b = left.reaction(poses, **options), right.reaction(mirrored(poses), **options)
     np.testing.assert_array_equal(a.status, b.status)
     held = a.has_answer
-    assert 3 < held.sum() < 60
+    assert 3 < held.sum() < 25
     np.testing.assert_allclose(b.actuator_forces[held], a.actuator_forces[held], atol=1e-6)
     np.testing.assert_allclose(b.shoulder_force[held], a.shoulder_force[held] @ MIRROR, atol=1e-6)
     np.testing.assert_allclose(

@@ -97,7 +97,7 @@ def test_equals_maximal_coordinates_in_many_poses(worn, split):
     assert alone <= 0.1 * compared
 
 
-@pytest.mark.parametrize("split", ["elastic", "elastic_locked"])
+@pytest.mark.parametrize("split", [pytest.param("elastic", marks=pytest.mark.full), "elastic_locked"])
 def test_soft_interfaces_equal_maximal_coordinates(worn, split):
     exo = guided(worn, ep.LimbGuide(60.0, 50.0), 2e4).replace(interfaces=SOFT)
     rng = np.random.default_rng(34)
@@ -121,7 +121,7 @@ def test_another_branch_beyond_two_folds_is_no_answer(worn):
 def test_most_poses_have_an_answer(worn):
     rng = np.random.default_rng(33)
     box = ep.adl_box(10).as_quat().reshape(-1, 4)
-    poses = Rotation.from_quat(box[rng.choice(len(box), 300, replace=False)])
+    poses = Rotation.from_quat(box[rng.choice(len(box), 100, replace=False)])
     poses = poses[np.abs(worn.singularity(poses).determinant) > 0.05]
     for K, EI, GJ in RANGE:
         exo = guided(worn, ep.LimbGuide(EI, GJ), K)
@@ -134,8 +134,8 @@ def test_most_poses_have_an_answer(worn):
 def test_guides_without_a_stable_shape_spoil_no_other_pose(worn):
     """Soft guides under a large misfit: some find no shape at the full offset, which is no answer and no NaN."""
     exo, rng = guided(worn, ep.LimbGuide(2.0, 200.0), 3e4), np.random.default_rng(41)
-    poses = regular_poses(exo.mechanism, rng, 60, margin=0.02)
-    base, cuff = offsets(rng, 60, 0.1), offsets(rng, 60, 0.1)
+    poses = regular_poses(exo.mechanism, rng, 30, margin=0.02)
+    base, cuff = offsets(rng, 30, 0.1), offsets(rng, 30, 0.1)
     answer = exo.reaction(poses, split="elastic", centre_offset=ep.CentreOffset(base, cuff))
     assert 0.2 < answer.has_answer.mean() < 1.0
     assert np.isfinite(answer.shoulder_force[answer.has_answer]).all()

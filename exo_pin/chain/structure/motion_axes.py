@@ -8,7 +8,17 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 
-__all__ = ["carried_joints", "in_metres", "motion_axes", "moving_coordinates"]
+__all__ = ["carried_joints", "in_metres", "motion_axes", "moving_coordinates", "q_slice", "v_slice"]
+
+
+def q_slice(model: pin.Model, joint: int) -> slice:
+    """Indices of a joint's coordinates in q."""
+    return slice(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
+
+
+def v_slice(model: pin.Model, joint: int) -> slice:
+    """Indices of a joint's coordinates in v."""
+    return slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
 
 
 def motion_axes(model: pin.Model) -> list[FloatArray]:
@@ -32,8 +42,7 @@ def moving_coordinates(model: pin.Model) -> FloatArray:
     moved = np.zeros((model.njoints, model.nv))
     for joint in range(1, model.njoints):
         moved[joint] = moved[model.parents[joint]]
-        first = model.idx_vs[joint]
-        moved[joint, first : first + model.nvs[joint]] = 1.0
+        moved[joint, v_slice(model, joint)] = 1.0
     return moved
 
 

@@ -27,7 +27,6 @@ _AXES = {
     "fixed": 0,
 }
 _NOT_READ = ("screw", "gearbox")
-_ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 #: From this size on a limit is none, as in the specification.
 _NO_LIMIT = 1e16
 _SHORTEST_AXIS = 1e-6

@@ -19,7 +19,7 @@ from ..joint_data import NO_LIMIT
 from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
 from ..xml_numbers import number, vector
-from .urdf_grammar import check_grammar, is_extension
+from .urdf_grammar import check_grammar
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
@@ -127,7 +127,7 @@ def _link_lines(link: Element, version: tuple[int, int]) -> list[str]:
         if vector(origin, "xyz", (0.0,) * 3).any() or vector(origin, "rpy", (0.0,) * 3).any():
             raise origin.error("a link has no origin of its own in URDF: place its joint, its inertial or its visual")
     for child in link.children:
-        if child.tag in ("visual", "collision") and not is_extension(link, child):
+        if child.tag in ("visual", "collision"):
             check_picture(child, version)
     inertial = link.first("inertial")
     if inertial is None:

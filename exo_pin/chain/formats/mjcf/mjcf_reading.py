@@ -29,19 +29,20 @@ after its name, then the site, which gets "_site". A closure called as a joint g
 from __future__ import annotations
 
 from os import PathLike
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
-from ...structure.closures import COEFFICIENTS, Closure, Placement
+from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Closures, Roles, Root
+from ...structure.topology import placement_of
+from ..bodies import free_name
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
 from .mjcf_refusals import refuse_unreadable
-from .mjcf_tree import Tree, build_tree, free_name, pose
+from .mjcf_tree import Tree, build_tree, pose
 
 __all__ = ["read_mjcf"]
 
@@ -118,7 +119,6 @@ def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
         name = source.name("EQUALITY", index)
         if not name or name in joints:
             name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
-            taken.add(name)
         if source.model.eq_active0[index]:
             couples = int(source.model.eq_type[index]) == int(source.mujoco.mjtEq.mjEQ_JOINT)
             found.append((_coupling if couples else _closure)(source, tree, index, name))
@@ -160,14 +160,8 @@ def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
         named = " and ".join(repr(tree.frames[body]) for body in bodies)
         raise source.error(f"equality {name!r} joins {named}, which are one rigid body: remove it")
     kind = "rigid" if is_weld and data[10] else "spherical"
-    ends = [_placement(*place) for place in places]
+    ends = [placement_of(pose(*place)) for place in places]
     return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
-
-
-def _placement(position: FloatArray, quaternion: FloatArray) -> Placement:
-    place = pose(position, quaternion)
-    coefficients: Any = pin.Quaternion(place.rotation).normalized().coeffs()
-    return Placement(tuple(place.translation.tolist()), tuple(coefficients.tolist()))
 
 
 def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:

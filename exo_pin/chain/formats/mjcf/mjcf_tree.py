@@ -8,7 +8,6 @@ body have no mass. So hinges and slides have MuJoCo's coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,9 +16,10 @@ import pinocchio as pin
 
 from ....core.validation import FloatArray
 from ...structure.description import JointProperties
+from ..bodies import axis_joint, free_name
 from .mjcf_compiling import Compiled
 
-__all__ = ["Tree", "build_tree", "free_name", "own_configuration", "pose"]
+__all__ = ["Tree", "build_tree", "own_configuration", "pose"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,17 +96,9 @@ def _joint_names(source: Compiled) -> list[str]:
     names = []
     for joint, name in enumerate(given):
         if not name or name == "universe":
-            name = free_name(f"joint_{joint}" if not name else "universe_joint", taken)
-            taken.add(name)
+            name = free_name("universe_joint" if name else f"joint_{joint}", taken)
         names.append(name)
     return names
-
-
-def free_name(base: str, taken: Iterable[str]) -> str:
-    """The name, with underscores after it if it is taken."""
-    while base in taken:
-        base += "_"
-    return base
 
 
 def _add_body(source: Compiled, tree: Tree, body: int, names: list[str]) -> None:
@@ -143,11 +135,7 @@ def _joint_model(source: Compiled, joint: int) -> tuple[str, Any]:
     if kind in ("free", "ball"):
         return kind, pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical()
     axis = source.model.jnt_axis[joint].copy()
-    along = np.flatnonzero(axis == 1.0)
-    if along.size and np.count_nonzero(axis) == 1:
-        letter = "XYZ"[int(along[0])]
-        return kind, getattr(pin, f"JointModel{'R' if kind == 'hinge' else 'P'}{letter}")()
-    return kind, pin.JointModelRevoluteUnaligned(axis) if kind == "hinge" else pin.JointModelPrismaticUnaligned(axis)
+    return kind, axis_joint(kind == "slide", axis)
 
 
 def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
@@ -227,7 +215,6 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
         name = source.name("KEY", key)
         if not name or name == "qpos0":
             name = free_name(f"key_{key}", taken)
-            taken.add(name)
         model.referenceConfigurations[name] = own_configuration(source, tree, theirs.key_qpos[key])
     model.referenceConfigurations["qpos0"] = own_configuration(source, tree, theirs.qpos0)
 

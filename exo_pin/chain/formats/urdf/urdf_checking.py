@@ -18,7 +18,7 @@ from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
 from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
-from ..xml_numbers import number, vector
+from ..xml_numbers import MOMENTS, number, vector
 from .urdf_grammar import check_grammar
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
@@ -134,13 +134,12 @@ def _link_lines(link: Element, version: tuple[int, int]) -> list[str]:
         return [_element("link", name=link.attributes["name"])]
     check_origin(inertial.first("origin"), version)
     mass, matrix = inertia_of(inertial)
-    keys = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
     return [
         _opening("link", name=link.attributes["name"]),
         "<inertial>",
         *_origin_lines(inertial.first("origin")),
         _element("mass", value=_spelt(mass)),
-        _element("inertia", **{key: _spelt(matrix[entry]) for key, entry in keys.items()}),
+        _element("inertia", **{key: _spelt(matrix[entry]) for key, entry in MOMENTS.items()}),
         "</inertial></link>",
     ]
 

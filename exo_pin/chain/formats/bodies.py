@@ -13,7 +13,7 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data
 
-__all__ = ["TreeBody", "axis_joint", "free_name", "link_name", "refuse_massless", "tree_bodies", "world_link"]
+__all__ = ["TreeBody", "axis_joint", "free_name", "refuse_massless", "tree_bodies", "world_link"]
 
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
@@ -124,11 +124,6 @@ def free_name(base: str, taken: set[str], more: str = "_") -> str:
         base += more
     taken.add(base)
     return base
-
-
-def link_name(bodies: list[TreeBody], index: int) -> str:
-    """Name of the body after a joint, "world" for the world."""
-    return "world" if index == 0 else next(body.name for body in bodies if body.index == index)
 
 
 def world_link(chain: ChainState) -> str:

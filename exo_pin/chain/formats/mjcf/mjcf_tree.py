@@ -131,7 +131,7 @@ def pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
 
 
 def _joint_model(source: Compiled, joint: int) -> tuple[str, Any]:
-    kind = source.mujoco.mjtJoint(int(source.model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
+    kind = source.kind("mjtJoint", source.model.jnt_type[joint])
     if kind in ("free", "ball"):
         return kind, pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical()
     axis = source.model.jnt_axis[joint].copy()

@@ -22,7 +22,7 @@ from .inertia import InertiaBound, inertia_bound
 from .memory.workspace import PINOCCHIO_TYPES, PROXIMAL_TYPES, ProximalProblem, Workspace, proximal_constraints
 from .motion_axes import q_slice, v_slice
 from .passive import PassiveForces
-from .topology import FrameTable, Part, all_parts, make_topology, refuse_model
+from .topology import FrameTable, Part, make_topology, refuse_model
 
 __all__ = ["CLOSED", "ChainState", "Drive"]
 
@@ -169,7 +169,8 @@ class ChainState:
     @cached_property
     def all_parts(self) -> tuple[Part, ...]:
         """All joints but the world's, then all closures."""
-        return all_parts(self.model, self.topology.joints)
+        pairs = [*enumerate(list(self.model.parents)[1:], 1), *self.topology.joints.tolist()]
+        return tuple(Part(place, receiver, other) for place, (receiver, other) in enumerate(pairs))
 
     @cached_property
     def parts(self) -> dict[str, Part]:

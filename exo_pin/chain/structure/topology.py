@@ -21,7 +21,7 @@ from .couplings import make_couplings
 from .description import Closures
 from .motion_axes import carried_joints, in_metres, moving_coordinates
 
-__all__ = ["FrameTable", "Part", "Topology", "all_parts", "make_topology", "placement_of", "refuse_model", "se3"]
+__all__ = ["FrameTable", "Part", "Topology", "make_topology", "placement_of", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
 
@@ -115,13 +115,6 @@ class Part(NamedTuple):
     place: int
     receiver: int
     other: int
-
-
-def all_parts(model: pin.Model, joints: IntArray) -> tuple[Part, ...]:
-    """All joints but the world's, then all closures, which join the bodies ``joints``, shape (m, 2)."""
-    parents = [int(parent) for parent in model.parents]
-    pairs = [*enumerate(parents[1:], 1), *joints.tolist()]
-    return tuple(Part(place, *pair) for place, pair in enumerate(pairs))
 
 
 def se3(placement: Placement) -> pin.SE3:

@@ -107,12 +107,9 @@ def _joints(source: Compiled) -> Iterator[str]:
                 yield f"the {field} of free joint {name} {_FREE}"
         if model.jnt_limited[joint] and kind in ("free", "ball"):
             yield f"joint {name} is a ball (or free) joint with a range, which is not read: remove the range"
-        low, high = model.jnt_actfrcrange[joint]
-        if model.jnt_actfrclimited[joint] and not low <= 0.0 <= high:
-            yield (
-                f"the actuators of joint {name} exert a force without control, because its actuatorfrcrange is "
-                f"{low:g} to {high:g}: let the range have 0 in it"
-            )
+        if model.jnt_actfrclimited[joint]:
+            limits = model.jnt_actfrcrange[joint]
+            yield from _without_zero(f"the actuators of joint {name} exert", "actuatorfrcrange", limits)
         if model.jnt_limited[joint] and model.jnt_margin[joint]:
             yield f"the limits of joint {name} have a margin, {model.jnt_margin[joint]:g}: set it to 0"
 
@@ -158,13 +155,17 @@ def _actuators(source: Compiled) -> Iterator[str]:
         if own := _own_force(source, index):
             yield f"actuator {name} {own}, which is not read: make it a <motor>"
         for field, values in _ranges(source, index).items():
-            if not values[0] <= 0.0 <= values[1]:
-                yield (
-                    f"actuator {name} exerts a force without control, because its {field} is {values[0]:g} to "
-                    f"{values[1]:g}: let the range have 0 in it"
-                )
+            yield from _without_zero(f"actuator {name} exerts", field, values)
         if model.actuator_dampingpoly[index].any():
             yield f"the damping of actuator {name} is not linear: use one coefficient"
+
+
+def _without_zero(who: str, field: str, limits: FloatArray) -> Iterator[str]:
+    if not limits[0] <= 0.0 <= limits[1]:
+        yield (
+            f"{who} a force without control, because its {field} is {limits[0]:g} to {limits[1]:g}: let the range have "
+            "0 in it"
+        )
 
 
 def _own_force(source: Compiled, index: int) -> str:

@@ -89,7 +89,9 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
             _add_links(tree, members.get(body, []), tree.carriers[body])
             for closing in more:
                 if graph.body[closing.parent] == body:
-                    _add_end(tree, closing, tree.carriers[body])
+                    # Its own body after it has no mass.
+                    index, _ = _add_joint(tree, closing, tree.carriers[body], True)
+                    tree.model.addBodyFrame(f"{closing.name}_end", index, pin.SE3.Identity(), -1)
             for other, ahead in reversed(hanging.get(body, [])):
                 if other is not joint:
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
@@ -156,12 +158,6 @@ def _fill(tree: Tree, index: int, name: str, axis: Axis) -> None:
     model.lowerDryFrictionLimit[v], model.upperDryFrictionLimit[v] = -axis.friction, axis.friction
     if axis.stiffness:
         tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit_of(model, index)))
-
-
-def _add_end(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3]) -> None:
-    """A closing joint in the tree, with a massless body after it."""
-    index, _ = _add_joint(tree, joint, carrier, True)
-    tree.model.addBodyFrame(f"{joint.name}_end", index, pin.SE3.Identity(), -1)
 
 
 def _end_closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
 from ...core.errors import FileFormatError
 from .xml_elements import Element
 
-__all__ = ["Rule", "is_left_out", "read_children"]
+__all__ = ["Rule", "is_left_out", "read_children", "read_rules"]
 
 
 class Rule(NamedTuple):
@@ -18,13 +21,13 @@ class Rule(NamedTuple):
 
     Attributes
     ----------
-    required, optional, others : tuple of str
+    required, optional, others : sequence of str
         Attributes; the others are of other programs and pass unread.
-    once, often : tuple of str
+    once, often : sequence of str
         Children that are read, once or any number of times.
-    needed : tuple of str
+    needed : sequence of str
         Children that have to be there.
-    left_out : tuple of str
+    left_out : sequence of str
         Children that are not read.
     refused : dict of str to str
         Children that no chain can hold, with the reason.
@@ -34,16 +37,23 @@ class Rule(NamedTuple):
         Whether it has text instead of children.
     """
 
-    required: tuple[str, ...] = ()
-    optional: tuple[str, ...] = ()
-    others: tuple[str, ...] = ()
-    once: tuple[str, ...] = ()
-    often: tuple[str, ...] = ()
-    needed: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
+    required: Sequence[str] = ()
+    optional: Sequence[str] = ()
+    others: Sequence[str] = ()
+    once: Sequence[str] = ()
+    often: Sequence[str] = ()
+    needed: Sequence[str] = ()
+    left_out: Sequence[str] = ()
     refused: Mapping[str, str] = MappingProxyType({})
     fixed: Mapping[str, str] = MappingProxyType({})
     text: bool = False
+
+
+@cache
+def read_rules(name: str) -> dict[str, Rule]:
+    """Rules by the elements' tags, of a format "urdf" or "sdf"."""
+    text = (Path(__file__).parent / name / f"{name}_grammar.toml").read_text(encoding="utf-8")
+    return {tag: Rule(**rule) for tag, rule in tomllib.loads(text).items()}
 
 
 def is_left_out(child: Element, rule: Rule) -> bool:

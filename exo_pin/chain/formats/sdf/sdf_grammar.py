@@ -1,6 +1,6 @@
 """Which elements an SDF may have, and what becomes of each: read, left out and listed, or refused.
 
-After the specification at sdformat.org, versions 1.5 to 1.12. Elements that change the motion are read, or are an
+The rules are in ``sdf_grammar.toml``. Elements that change the motion are read, or are an
 error as soon as they have another value than the one without effect. Elements for drawing, contact, sensors and
 programs are left out; :func:`check_grammar` lists them. So are elements of other programs, with a prefix
 (``drake:...``), with a warning, because they may change the motion.
@@ -12,7 +12,7 @@ import warnings
 from collections import Counter
 
 from ..xml_elements import Element
-from ..xml_grammar import Rule, is_left_out, read_children
+from ..xml_grammar import Rule, is_left_out, read_children, read_rules
 
 __all__ = ["VERSIONS", "check_grammar", "flag"]
 
@@ -20,68 +20,6 @@ VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
 
 
 _TEXT = Rule(text=True)
-_AXIS = Rule(
-    once=("xyz", "limit", "dynamics", "use_parent_model_frame", "mimic"),
-    fixed={"initial_position": "0"},
-)
-_ELSEWHERE = "is in another file: expand the file first (gz sdf -p)"
-_RULES = {
-    "sdf": Rule(("version",), once=("world", "model")),
-    "world": Rule(
-        ("name",),
-        once=("gravity",),
-        often=("model", "joint", "frame"),
-        left_out=(
-            *("audio", "wind", "atmosphere", "gui", "physics", "scene", "light", "plugin", "magnetic_field"),
-            *("spherical_coordinates",),
-        ),
-        refused={"include": _ELSEWHERE, "actor": "moves by a script", "population": "makes models at random"}
-        | dict.fromkeys(("road", "state"), "is not read: remove it"),
-    ),
-    "model": Rule(
-        ("name",),
-        ("canonical_link", "placement_frame"),
-        once=("pose",),
-        often=("link", "joint", "frame", "model"),
-        left_out=("plugin", "self_collide", "allow_auto_disable", "gripper"),
-        refused={"include": _ELSEWHERE},
-        fixed={"static": "false", "enable_wind": "false"},
-    ),
-    "link": Rule(
-        ("name",),
-        once=("pose", "inertial"),
-        left_out=(
-            *("visual", "collision", "sensor", "light", "plugin", "self_collide", "audio_sink", "audio_source"),
-            *("battery", "particle_emitter", "projector"),
-        ),
-        fixed={"gravity": "true", "kinematic": "false", "enable_wind": "false", "must_be_base_link": "false"}
-        | {"velocity_decay": "0"},
-    ),
-    "inertial": Rule(
-        optional=("auto",),
-        once=("pose", "mass", "inertia"),
-        refused={"density": "needs the collision shapes: state mass and inertia"}
-        | dict.fromkeys(("fluid_added_mass", "auto_inertia_params"), "is not read: remove it"),
-    ),
-    "inertia": Rule(once=("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
-    "joint": Rule(
-        ("name", "type"),
-        once=("pose", "parent", "child", "axis", "axis2"),
-        left_out=("sensor", "physics"),
-        refused=dict.fromkeys(
-            ("gearbox_ratio", "gearbox_reference_body", "thread_pitch", "screw_thread_pitch"),
-            "is of a joint type that is not read",
-        ),
-    ),
-    "axis": _AXIS,
-    "axis2": _AXIS,
-    "limit": Rule(once=("lower", "upper", "effort", "velocity"), left_out=("stiffness", "dissipation")),
-    "dynamics": Rule(once=("damping", "friction", "spring_reference", "spring_stiffness")),
-    "mimic": Rule(("joint",), ("axis",), once=("multiplier", "offset", "reference")),
-    "frame": Rule(("name",), ("attached_to",), once=("pose",)),
-    "pose": Rule(optional=("relative_to", "frame", "rotation_format", "degrees"), text=True),
-    "xyz": Rule(optional=("expressed_in",), text=True),
-}
 
 
 def check_grammar(root: Element) -> tuple[str, ...]:
@@ -114,11 +52,11 @@ def check_grammar(root: Element) -> tuple[str, ...]:
     if version not in VERSIONS:
         raise root.error(f"expected one of {', '.join(VERSIONS)}, got {version!r}: convert the file (gz sdf -p)")
     left: Counter[str] = Counter()
-    waiting = [root]
+    rules, waiting = read_rules("sdf"), [root]
     while waiting:
         element = waiting.pop()
         _refuse_other_version(element, VERSIONS.index(version) >= VERSIONS.index("1.7"), version)
-        rule = _RULES.get(element.tag, _TEXT)
+        rule = rules.get(element.tag, _TEXT)
         children = read_children(element, rule)
         for attribute in rule.required:
             if not element.attributes[attribute]:

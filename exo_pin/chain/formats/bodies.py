@@ -13,7 +13,7 @@ from ..structure.chain_state import ChainState
 from ..structure.motion_axes import motion_axes
 from .joint_data import JointData, joint_data
 
-__all__ = ["TreeBody", "link_name", "refuse_massless", "tree_bodies", "world_link"]
+__all__ = ["TreeBody", "axis_joint", "free_name", "refuse_massless", "tree_bodies", "world_link"]
 
 #: Joints by Pinocchio's name that are no single hinge or slide, under the names that are used here.
 _COMPOUND = {
@@ -110,9 +110,20 @@ def refuse_massless(bodies: list[TreeBody], what: str) -> None:
         )
 
 
-def link_name(bodies: list[TreeBody], index: int) -> str:
-    """Name of the body after a joint, "world" for the world."""
-    return "world" if index == 0 else next(body.name for body in bodies if body.index == index)
+def axis_joint(slides: bool, axis: FloatArray) -> pin.JointModel:
+    """Pinocchio's slide along an axis of length 1, or hinge about it; there are special ones for x, y and z."""
+    along = np.flatnonzero(axis == 1.0)
+    if along.size and np.count_nonzero(axis) == 1:
+        return getattr(pin, f"JointModel{'P' if slides else 'R'}{'XYZ'[int(along[0])]}")()
+    return pin.JointModelPrismaticUnaligned(axis) if slides else pin.JointModelRevoluteUnaligned(axis)
+
+
+def free_name(base: str, taken: set[str], more: str = "_") -> str:
+    """The name, with ``more`` after it as often as it is taken; from now on it is."""
+    while base in taken:
+        base += more
+    taken.add(base)
+    return base
 
 
 def world_link(chain: ChainState) -> str:

@@ -77,7 +77,6 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_text
@@ -225,12 +224,16 @@ def _read_root_table(table: Table) -> Closures:
     )
 
 
+def _given(**values: Any) -> dict[str, Any]:
+    """Those that a file states, the others to be left to the defaults."""
+    return {key: value for key, value in values.items() if value is not None}
+
+
 def _read_root(table: Table) -> Root:
     joint, name = table.text("joint", required=False), table.text("name", required=False)
     gravity = table.quantity("acceleration", "gravity", (3,), required=False)
     table.finish()
-    given = {"joint": joint, "name": name, "gravity": gravity}
-    return Root(**{key: value for key, value in given.items() if value is not None})
+    return Root(**_given(joint=joint, name=name, gravity=gravity))
 
 
 def _read_closure(table: Table) -> Closure:
@@ -242,16 +245,14 @@ def _read_closure(table: Table) -> Closure:
     for end in ("a", "b"):
         translation = table.quantity("length", f"translation_{end}", (3,), required=False)
         quaternion = table.quantity("number", f"quaternion_{end}_xyzw", (4,), required=False)
-        given: dict[str, ArrayLike | None] = {"translation": translation, "quaternion": quaternion}
         try:
-            placements.append(Placement(**{key: value for key, value in given.items() if value is not None}))  # type: ignore[arg-type]
+            placements.append(Placement(**_given(translation=translation, quaternion=quaternion)))
         except InvalidInput as error:
             raise table.error(str(error), f"quaternion_{end}_xyzw") from error
     axis = table.quantity("number", "axis", (3,), required=False)
     distance = table.quantity("length", "distance", (), required=False)
     table.finish()
-    extra = {"axis": axis, "distance": distance}
-    return Closure(*texts, *placements, **{key: value for key, value in extra.items() if value is not None})  # type: ignore[arg-type]
+    return Closure(*texts, *placements, **_given(axis=axis, distance=distance))  # type: ignore[arg-type]
 
 
 def _read_coupling(table: Table, name: str) -> Closure:
@@ -259,9 +260,8 @@ def _read_coupling(table: Table, name: str) -> Closure:
     polynomial = table.quantity("number", "polynomial", (None,))
     references = table.quantity("number", "references", (2,), required=False)
     table.finish()
-    given = {} if references is None else {"references": references}
-    ends = ("universe" if joint_a is None else joint_a, str(joint_b))
-    return Closure(name, "coupling", *ends, polynomial=polynomial, **given)
+    joint_a = "universe" if joint_a is None else joint_a
+    return Closure(name, "coupling", joint_a, str(joint_b), polynomial=polynomial, **_given(references=references))
 
 
 def _read_joint(table: Table) -> JointProperties:

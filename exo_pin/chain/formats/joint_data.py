@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ..structure.description import JointProperties
-from ..structure.motion_axes import motion_axes
+from ..structure.motion_axes import q_slice, unit_of, v_slice
+from ..structure.passive import find_joint
 
 __all__ = ["NO_LIMIT", "JointData", "apply_joint_properties", "joint_data", "refuse_data", "repair_limits"]
 
@@ -103,11 +104,10 @@ def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[
         armature is what is read).
     """
     springs = {item.joint: item for item in properties}
-    axes, found = motion_axes(model), []
+    found = []
     for index in range(model.njoints):
         name = model.names[index]
-        v = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index]) if index else slice(0, 0)
-        q = slice(model.idx_qs[index], model.idx_qs[index] + model.nqs[index]) if index else slice(0, 0)
+        q, v = q_slice(model, index), v_slice(model, index)
         friction = np.array(model.upperDryFrictionLimit[v])
         if not np.array_equal(friction, -np.asarray(model.lowerDryFrictionLimit[v])):
             raise InvalidInput(f"joint {name!r}: expected a friction that is the same in both directions")
@@ -116,7 +116,7 @@ def joint_data(model: pin.Model, properties: Iterable[JointProperties]) -> list[
         spring = springs.get(name)
         found.append(
             JointData(
-                _unit(axes[index]),
+                unit_of(model, index),
                 np.array(model.damping[v]),
                 friction,
                 np.array(model.armature[v]),
@@ -154,45 +154,13 @@ def apply_joint_properties(model: pin.Model, properties: Iterable[JointPropertie
 
     Raises
     ------
-    UnknownName
-        If there is no such moving joint.
-    InvalidInput
-        If a value has another unit or number of components than the joint, or a reference is no configuration.
+    UnknownName, InvalidInput
+        As :func:`exo_pin.chain.structure.passive.find_joint`.
     """
-    axes = motion_axes(model)
     for item in properties:
-        names = list(model.names)
-        if item.joint not in names[1:]:
-            raise UnknownName("moving joint", item.joint, names[1:], where="joints")
-        index = names.index(item.joint, 1)
-        unit = _unit(axes[index])
-        if item.unit is not None and item.unit != unit:
-            moves = {"m": "in m", "rad": "in rad", None: "in m and rad"}[unit]
-            raise InvalidInput(
-                f"joints: {item.joint!r} moves {moves}; its data are given for one that moves in {item.unit}"
-            )
-        _check_size(item, "armature", item.armature, model.nvs[index])
-        _check_size(item, "spring_reference", item.spring_reference, model.nqs[index])
-        if item.spring_reference is not None:
-            q = pin.neutral(model)
-            q[model.idx_qs[index] : model.idx_qs[index] + model.nqs[index]] = item.spring_reference
-            if not pin.isNormalized(model, q, 1e-9):
-                raise InvalidInput(
-                    f"joints: expected a spring_reference of {item.joint!r} of length 1 (quaternion x, y, z, w, or "
-                    f"cosine and sine), got {item.spring_reference}"
-                )
+        own = v_slice(model, find_joint(model, item))
         if item.armature is not None:
-            model.armature[model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]] = item.armature
-
-
-def _check_size(item: JointProperties, key: str, values: tuple[float, ...] | None, count: int) -> None:
-    if values is not None and len(values) != count:
-        raise InvalidInput(f"joints: expected {count} numbers for the {key} of {item.joint!r}, got {len(values)}")
-
-
-def _unit(subspace: FloatArray) -> str | None:
-    linear, angular = bool(subspace[:3].any()), bool(subspace[3:].any())
-    return None if linear == angular else "m" if linear else "rad"
+            model.armature[own] = item.armature
 
 
 def _limits(model: pin.Model, key: str, part: slice) -> FloatArray:

@@ -29,6 +29,7 @@ from ...core.errors import FileFormatError, MissingExtra, UnknownName
 from ...core.files.text_files import read_text
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
+from ..structure.motion_axes import q_slice, v_slice
 from .joint_data import joint_data, refuse_data
 from .older_robot_yaml import OLDER_KEYS, is_older, present_layout, refuse_indices, refuse_spatial
 from .urdf.urdf_loading import load_model
@@ -215,11 +216,9 @@ def _changed(model: pin.Model, changes: dict[str, str]) -> pin.Model:
 
 def _copy_data(model: pin.Model, joint: int, new: pin.Model, other: int) -> None:
     """A joint's limits, damping, friction and armature, from one model to another."""
-    for names, first, count in ((_PER_V, "idx_vs", "nvs"), (_PER_Q, "idx_qs", "nqs")):
-        here, there = getattr(model, first)[joint], getattr(new, first)[other]
-        size = getattr(model, count)[joint]
+    for names, part in ((_PER_V, v_slice), (_PER_Q, q_slice)):
         for name in names:
-            getattr(new, name)[there : there + size] = getattr(model, name)[here : here + size]
+            getattr(new, name)[part(new, other)] = getattr(model, name)[part(model, joint)]
 
 
 _OP = pin.FrameType.OP_FRAME

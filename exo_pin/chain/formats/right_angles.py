@@ -25,8 +25,8 @@ def refuse_tolerance(tolerance: float) -> None:
         raise InvalidInput(f"expected a right_angle_tolerance up to {_LARGEST:g} rad, got {tolerance}")
 
 
-def exact_right_angles(root: Element, tolerance: float) -> int:
-    """Replace angles near a multiple of π/2 by that multiple, in place, and return their number.
+def exact_right_angles(root: Element, tolerance: float) -> None:
+    """Replace angles near a multiple of π/2 by that multiple, in place.
 
     Angles are those of ``rpy`` attributes (URDF) and of ``<pose>`` in radians (SDF). Text that is no number is left for
     the reader to refuse.
@@ -34,38 +34,32 @@ def exact_right_angles(root: Element, tolerance: float) -> int:
     Parameters
     ----------
     root : Element
-        The file.
+        The file, or a part of it.
     tolerance : float
         Largest change of an angle, rad, checked; with 0 nothing changes.
     """
-    return _exact(root, tolerance) if tolerance else 0
-
-
-def _exact(element: Element, tolerance: float) -> int:
-    changed = 0
-    given = element.attributes
+    given = root.attributes
     if "rpy" in given:
-        given["rpy"], changed = _rounded(given["rpy"], 0, 3, tolerance)
+        given["rpy"] = _rounded(given["rpy"], 0, 3, tolerance)
     in_degrees = given.get("degrees", "false").lower() not in ("false", "0")
-    if element.tag == "pose" and not in_degrees and given.get("rotation_format", "euler_rpy") == "euler_rpy":
-        element.text, changed = _rounded(element.text, 3, 6, tolerance)
-    return changed + sum(_exact(child, tolerance) for child in element.children)
+    if root.tag == "pose" and not in_degrees and given.get("rotation_format", "euler_rpy") == "euler_rpy":
+        root.text = _rounded(root.text, 3, 6, tolerance)
+    for child in root.children:
+        exact_right_angles(child, tolerance)
 
 
-def _rounded(text: str, first: int, count: int, tolerance: float) -> tuple[str, int]:
-    """Words of a text, those from ``first`` on as exact right angles, and how many have changed."""
+def _rounded(text: str, first: int, count: int, tolerance: float) -> str:
+    """A text of ``count`` words, those from ``first`` on as exact right angles."""
     words = text.split()
     if len(words) != count:
-        return text, 0
-    changed = 0
-    for k in range(first, count):
-        try:
-            angle = float(words[k])
-        except ValueError:
-            return text, 0
-        if not math.isfinite(angle):
-            return text, 0
-        exact = round(angle / (math.pi / 2)) * (math.pi / 2)
-        if exact != angle and abs(exact - angle) <= tolerance:
-            words[k], changed = repr(exact), changed + 1
-    return (" ".join(words), changed) if changed else (text, 0)
+        return text
+    try:
+        angles = [float(word) for word in words[first:]]
+        exact = [round(angle / (math.pi / 2)) * (math.pi / 2) for angle in angles]
+    except (ValueError, OverflowError):
+        return text
+    found = words.copy()
+    for k, (right, angle) in enumerate(zip(exact, angles, strict=True), first):
+        if 0.0 < abs(right - angle) <= tolerance:
+            found[k] = repr(right)
+    return text if found == words else " ".join(found)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
 from xml.parsers import expat
 
 from ...core.errors import FileFormatError
+from ...core.files.text_files import read_file
 
-__all__ = ["Element", "parse_xml"]
+__all__ = ["Element", "parse_xml", "read_source"]
 
 #: Elements within elements that no robot's file has; it bounds the work on a hostile file.
 _DEEPEST = 200
@@ -52,6 +55,15 @@ class Element:
         """An error that names the element, its attribute and its line."""
         key = f"{self.place} {attribute}" if attribute else self.place
         return FileFormatError(f"line {self.line}: {key}: {message}", None, key)
+
+
+def read_source(source: str | PathLike[str]) -> tuple[str | bytes, Path | None]:
+    """The XML, and the file that it came from; None for XML that is given itself."""
+    if isinstance(source, str):
+        text = source.lstrip("\ufeff \t\r\n")
+        if text.startswith("<"):
+            return text, None
+    return read_file(source), Path(source)
 
 
 def parse_xml(source: str | bytes, what: str = "a URDF") -> Element:

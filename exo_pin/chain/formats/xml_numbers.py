@@ -6,11 +6,15 @@ import math
 import re
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...core.validation import FloatArray
 from .xml_elements import Element
 
-__all__ = ["half_unit", "number", "numbers", "numbers_of", "vector"]
+__all__ = ["MOMENTS", "as_numbers", "half_unit", "number", "numbers", "numbers_of", "vector"]
+
+#: Entries of an inertia by their names.
+MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 
 #: What C and Python both read, and read alike: no hexadecimal, no underscores, no digits but 0 to 9, no "nan", "inf".
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -58,6 +62,11 @@ def vector(element: Element | None, attribute: str, default: tuple[float, ...]) 
     if element is None or attribute not in element.attributes:
         return np.array(default)
     return np.array(numbers(element, attribute, len(default)))
+
+
+def as_numbers(values: ArrayLike) -> str:
+    """Numbers with blanks between them, so that they read back bit for bit (but for the sign of zero)."""
+    return " ".join(repr(float(value) + 0.0) for value in np.asarray(values, dtype=float).reshape(-1))
 
 
 def half_unit(text: str) -> float:

@@ -19,18 +19,12 @@ from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
 from .inertia import InertiaBound, inertia_bound
-from .memory.workspace import (
-    PINOCCHIO_TYPES,
-    PROXIMAL_TYPES,
-    ProximalProblem,
-    Workspace,
-    constraint_models,
-    proximal_constraints,
-)
+from .memory.workspace import PINOCCHIO_TYPES, PROXIMAL_TYPES, ProximalProblem, Workspace, proximal_constraints
+from .motion_axes import q_slice, v_slice
 from .passive import PassiveForces
-from .topology import FrameTable, Part, all_parts, make_topology, refuse_model
+from .topology import FrameTable, Part, make_topology, refuse_model
 
-__all__ = ["CLOSED", "PINOCCHIO_TYPES", "ChainState", "Drive"]
+__all__ = ["CLOSED", "ChainState", "Drive"]
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
@@ -145,7 +139,13 @@ class ChainState:
         InvalidInput
             If a closure is neither rigid nor spherical: Pinocchio has no others.
         """
-        return constraint_models(self.model, self.closures, self.topology)
+        for closure in self.closures:
+            if closure.type not in PINOCCHIO_TYPES:
+                raise InvalidInput(
+                    f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
+                    f"of type {' or '.join(PINOCCHIO_TYPES)}"
+                )
+        return proximal_constraints(self.model, self.closures, self.topology)
 
     @cached_property
     def fits_pinocchio(self) -> bool:
@@ -169,7 +169,8 @@ class ChainState:
     @cached_property
     def all_parts(self) -> tuple[Part, ...]:
         """All joints but the world's, then all closures."""
-        return all_parts(self.model, self.topology.joints)
+        pairs = [*enumerate(list(self.model.parents)[1:], 1), *self.topology.joints.tolist()]
+        return tuple(Part(place, receiver, other) for place, (receiver, other) in enumerate(pairs))
 
     @cached_property
     def parts(self) -> dict[str, Part]:
@@ -212,32 +213,24 @@ class ChainState:
 
     def configuration_slice(self, joint: str) -> slice:
         """Indices of a joint's coordinates in q."""
-        index = self.joint_index(joint)
-        return slice(self.model.idx_qs[index], self.model.idx_qs[index] + self.model.nqs[index])
+        return q_slice(self.model, self.joint_index(joint))
 
     def velocity_slice(self, joint: str) -> slice:
         """Indices of a joint's coordinates in v and a."""
-        index = self.joint_index(joint)
-        return slice(self.model.idx_vs[index], self.model.idx_vs[index] + self.model.nvs[index])
+        return v_slice(self.model, self.joint_index(joint))
 
     def velocity_indices(self, joints: Iterable[str]) -> np.ndarray:
         """Indices in v of the coordinates of several joints, in the order of ``joints``."""
-        if isinstance(joints, str):
-            joints = (joints,)
-        if not isinstance(joints, Iterable):
-            raise InvalidInput(f"expected names of joints, got {joints!r}")
-        pieces = [np.arange(self.model.nv)[self.velocity_slice(joint)] for joint in joints]
+        pieces = [np.arange(self.nv)[self.velocity_slice(joint)] for joint in _names(joints)]
         return np.concatenate([np.zeros(0, dtype=np.int64), *pieces])
 
     def drive(self, joints: Iterable[str] | None) -> Drive:
         """Coordinates with and without actuator, given the actuated joints; those of the roles for None."""
-        if joints is not None and not isinstance(joints, Iterable):
-            raise InvalidInput(f"expected names of joints, got {joints!r}")
-        names = self.roles.actuated if joints is None else (joints,) if isinstance(joints, str) else tuple(joints)
+        names = self.roles.actuated if joints is None else _names(joints)
         known = self._drives.get(names)
         if known is None:
             driven = self.velocity_indices(names)
-            passive = np.setdiff1d(np.arange(self.model.nv), driven)
+            passive = np.setdiff1d(np.arange(self.nv), driven)
             known = self._drives[names] = Drive(frozen(driven), frozen(passive))
         return known
 
@@ -295,3 +288,10 @@ class ChainState:
             constraints = proximal_constraints(self.model, self.closures, self.topology)
             problem = self._local.proximal = ProximalProblem(self.model, self.workspace.data, constraints)
         return problem
+
+
+def _names(joints: Iterable[str]) -> tuple[str, ...]:
+    """Names of joints, of which one may stand alone."""
+    if not isinstance(joints, Iterable):
+        raise InvalidInput(f"expected names of joints, got {joints!r}")
+    return (joints,) if isinstance(joints, str) else tuple(joints)

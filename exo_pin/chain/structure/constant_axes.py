@@ -19,6 +19,7 @@ import pinocchio as pin
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
+from .motion_axes import v_slice
 
 __all__ = ["ConstantAxes", "has_constant_axes"]
 
@@ -106,23 +107,23 @@ class ConstantAxes:
 
     def _add_subspace_rate(self, data: pin.Data, joint: int, q: FloatArray, v: FloatArray) -> None:
         """Add the ellipsoid's Ṡ, turned into world axes about the world's origin, to its columns of ``data.dJ``."""
-        kind, first = self.model.joints[joint], self.model.idx_vs[joint]
-        local, size = kind.createData(), self.model.nvs[joint]
+        kind, columns = self.model.joints[joint], v_slice(self.model, joint)
+        local = kind.createData()
 
         def bias(motion: FloatArray) -> FloatArray:
             whole = np.zeros(self.model.nv)
-            whole[first : first + size] = motion
+            whole[columns] = motion
             kind.calc(local, q, whole)
             return np.array(local.c.vector)
 
-        own = np.asarray(v[first : first + size])
+        own = np.asarray(v[columns])
         steady = bias(own)
         subspace = np.array(local.S)
         moving = pin.Motion(subspace @ own)
-        for k, unit in enumerate(np.eye(size)):
+        for k, unit in enumerate(np.eye(len(own))):
             turned = moving.cross(pin.Motion(subspace[:, k])).vector
             rate = (bias(own + unit) - steady - bias(unit) - turned) / 2.0
-            data.dJ[:, first + k] += data.oMi[joint].act(pin.Motion(rate)).vector
+            data.dJ[:, columns.start + k] += data.oMi[joint].act(pin.Motion(rate)).vector
 
     def rnea_derivatives(
         self, data: pin.Data, q: FloatArray, v: FloatArray, a: FloatArray

@@ -181,9 +181,8 @@ class Closures:
 
     def __post_init__(self) -> None:
         require_name("name", self.name)
-        object.__setattr__(self, "left_out", tuple(self.left_out))
-        object.__setattr__(self, "closures", tuple(self.closures))
-        object.__setattr__(self, "joints", tuple(self.joints))
+        for key in ("left_out", "closures", "joints"):
+            object.__setattr__(self, key, tuple(getattr(self, key)))
         _require_distinct("joint", [properties.joint for properties in self.joints])
         names = [closure.name for closure in self.closures]
         _require_distinct("closure", names)

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from ...core.validation import FloatArray
 from .constant_axes import has_constant_axes
-from .motion_axes import motion_axes
+from .motion_axes import motion_axes, q_slice, v_slice
 from .topology import Topology
 
 if TYPE_CHECKING:
@@ -61,8 +61,7 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
             return InertiaBound(False, np.zeros(0, dtype=np.int64), 0.0)
         sizes = np.linalg.eigvalsh(model.inertias[joint].matrix() * scale[:, None] * scale)
         lightest[joint], heavy[joint] = sizes[0], sizes[-1]
-        first = model.idx_vs[joint]
-        column = topology.column[first : first + model.nvs[joint]]
+        column = topology.column[v_slice(model, joint)]
         subspace = axes[joint] / scale[:, None] * column
         strength[joint] = np.linalg.svd(subspace, compute_uv=False)[-1] if len(column) else np.inf
         size[joint] = (subspace**2).sum()
@@ -70,7 +69,8 @@ def inertia_bound(model: pin.Model, topology: Topology) -> InertiaBound:
             shift[joint] = np.linalg.norm(model.jointPlacements[joint].translation) / length
             if np.abs(subspace[:3]).max(initial=0.0) > 0.0:
                 shift[joint] += np.sqrt(3.0) * _TRAVEL * max(np.abs(subspace[:3]).max(), 1.0)
-                travelling += range(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
+                own = q_slice(model, joint)
+                travelling += range(own.start, own.stop)
     lightest[0] = np.inf
     if count == 1 or not (lightest.min() > 0.0 and strength[1:].min() > 0.0 and (model.armature >= 0.0).all()):
         return InertiaBound(False, np.zeros(0, dtype=np.int64), 0.0)

@@ -48,17 +48,15 @@ class Limits:
 
 def limits_of(model: pin.Model) -> Limits:
     """The limits of a model's joints whose configuration is a vector."""
-    joints, q_index, v_index = [], [], []
     lower, upper = np.asarray(model.lowerPositionLimit), np.asarray(model.upperPositionLimit)
-    for joint in range(1, model.njoints):
+    limited = np.isfinite(lower) | np.isfinite(upper)
+    found = [
+        (model.names[joint], model.idx_qs[joint] + k, model.idx_vs[joint] + k)
+        for joint in range(1, model.njoints)
         # Quaternions and cosine-sine pairs have more coordinates than velocities.
-        if model.nqs[joint] != model.nvs[joint]:
-            continue
-        for k in range(model.nqs[joint]):
-            index = model.idx_qs[joint] + k
-            if np.isfinite(lower[index]) or np.isfinite(upper[index]):
-                joints.append(model.names[joint])
-                q_index.append(index)
-                v_index.append(model.idx_vs[joint] + k)
-    at = np.array(q_index, dtype=np.int64)
-    return Limits(tuple(joints), at, np.array(v_index, dtype=np.int64), lower[at], upper[at])
+        if model.nqs[joint] == model.nvs[joint]
+        for k in range(model.nqs[joint])
+        if limited[model.idx_qs[joint] + k]
+    ]
+    q_index, v_index = (np.array([place[part] for place in found], dtype=np.int64) for part in (1, 2))
+    return Limits(tuple(name for name, _, _ in found), q_index, v_index, lower[q_index], upper[q_index])

@@ -8,18 +8,38 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 
-__all__ = ["carried_joints", "in_metres", "motion_axes", "moving_coordinates"]
+__all__ = ["carried_joints", "in_metres", "motion_axes", "moving_coordinates", "q_slice", "unit_of", "v_slice"]
+
+
+def q_slice(model: pin.Model, joint: int) -> slice:
+    """Indices of a joint's coordinates in q."""
+    return slice(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
+
+
+def v_slice(model: pin.Model, joint: int) -> slice:
+    """Indices of a joint's coordinates in v."""
+    return slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
 
 
 def motion_axes(model: pin.Model) -> list[FloatArray]:
     """Motion subspace of every joint at rest, shape (6, nv) each, linear part first, in the joint's frame."""
     rest = pin.neutral(model)
-    found = [np.zeros((6, 0))]
-    for joint in list(model.joints)[1:]:
-        data = joint.createData()
-        joint.calc(data, rest)
-        found.append(np.array(data.S, dtype=np.float64).reshape(6, -1))
-    return found
+    return [np.zeros((6, 0)), *(_subspace(joint, rest) for joint in list(model.joints)[1:])]
+
+
+def unit_of(model: pin.Model, joint: int) -> str | None:
+    """Unit of a joint's coordinates, "m" or "rad"; None for a joint that moves in both, and for the world."""
+    if joint == 0:
+        return None
+    subspace = _subspace(model.joints[joint], pin.neutral(model))
+    linear, angular = bool(subspace[:3].any()), bool(subspace[3:].any())
+    return None if linear == angular else "m" if linear else "rad"
+
+
+def _subspace(joint: pin.JointModel, q: FloatArray) -> FloatArray:
+    data = joint.createData()
+    joint.calc(data, q)
+    return np.array(data.S, dtype=np.float64).reshape(6, -1)
 
 
 def in_metres(model: pin.Model) -> NDArray[np.bool_]:
@@ -32,8 +52,7 @@ def moving_coordinates(model: pin.Model) -> FloatArray:
     moved = np.zeros((model.njoints, model.nv))
     for joint in range(1, model.njoints):
         moved[joint] = moved[model.parents[joint]]
-        first = model.idx_vs[joint]
-        moved[joint, first : first + model.nvs[joint]] = 1.0
+        moved[joint, v_slice(model, joint)] = 1.0
     return moved
 
 

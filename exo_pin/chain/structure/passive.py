@@ -20,8 +20,9 @@ import pinocchio as pin
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray
 from .description import JointProperties
+from .motion_axes import q_slice, unit_of, v_slice
 
-__all__ = ["PassiveForces", "frictionless"]
+__all__ = ["PassiveForces", "find_joint", "frictionless"]
 
 
 class _Spring(NamedTuple):
@@ -33,6 +34,42 @@ class _Spring(NamedTuple):
     flies: bool
     shift: FloatArray
     turn: FloatArray
+
+
+def find_joint(model: pin.Model, item: JointProperties) -> int:
+    """Index of the joint whose data these are, after a check that they fit it.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such moving joint.
+    InvalidInput
+        If a value has another unit or number of components than the joint, or a reference is no configuration.
+    """
+    names = list(model.names)
+    if item.joint not in names[1:]:
+        raise UnknownName("moving joint", item.joint, names[1:], where="joints")
+    index = names.index(item.joint, 1)
+    unit = None if item.unit is None else unit_of(model, index)
+    if item.unit != unit:
+        moves = {"m": "in m", "rad": "in rad", None: "in m and rad"}[unit]
+        raise InvalidInput(
+            f"joints: {item.joint!r} moves {moves}; its data are given for one that moves in {item.unit}"
+        )
+    sizes = {"armature": model.nvs[index], "spring_reference": model.nqs[index]}
+    for key, count in sizes.items():
+        values = getattr(item, key)
+        if values is not None and len(values) != count:
+            raise InvalidInput(f"joints: expected {count} numbers for the {key} of {item.joint!r}, got {len(values)}")
+    if item.spring_reference is not None:
+        q = pin.neutral(model)
+        q[q_slice(model, index)] = item.spring_reference
+        if not pin.isNormalized(model, q, 1e-9):
+            raise InvalidInput(
+                f"joints: expected a spring_reference of {item.joint!r} of length 1 (quaternion x, y, z, w, or "
+                f"cosine and sine), got {item.spring_reference}"
+            )
+    return index
 
 
 class PassiveForces:
@@ -50,7 +87,7 @@ class PassiveForces:
     UnknownName
         If a joint is not in the model.
     InvalidInput
-        If a reference does not have the joint's number of coordinates, or the joint cannot carry a spring.
+        If data do not fit their joint, see :func:`find_joint`, or the joint cannot carry a spring.
     """
 
     def __init__(self, model: pin.Model, joints: Iterable[JointProperties]) -> None:
@@ -61,32 +98,18 @@ class PassiveForces:
         self._stiffness, self._reference = np.zeros(model.nv), np.zeros(model.nv)
         self._linear = np.zeros(model.nv, dtype=np.int64)
         self._turning: list[_Spring] = []
-        neutral = pin.neutral(model)
         for own in joints:
-            if own.joint not in model.names or own.joint == "universe":
-                raise UnknownName("joint", own.joint, list(model.names)[1:], where="joints")
-            self._add(own, model.getJointId(own.joint), neutral)
+            self._add(own, find_joint(model, own))
         self._indices = np.flatnonzero(self._stiffness)
         self._q_indices = self._linear[self._indices]
         self._has_springs = bool(len(self._indices) or self._turning)
 
-    def _add(self, own: JointProperties, joint: int, neutral: FloatArray) -> None:
-        model = self._model
-        q = slice(model.idx_qs[joint], model.idx_qs[joint] + model.nqs[joint])
-        v = slice(model.idx_vs[joint], model.idx_vs[joint] + model.nvs[joint])
-        if own.armature is not None and len(own.armature) != v.stop - v.start:
-            raise InvalidInput(
-                f"expected {v.stop - v.start} armatures for joint {own.joint!r}, got {len(own.armature)}"
-            )
-        given = own.spring_reference
-        if given is not None and len(given) != q.stop - q.start:
-            raise InvalidInput(
-                f"expected a spring reference of {q.stop - q.start} coordinates for joint {own.joint!r}, "
-                f"got {len(given)}"
-            )
-        reference = np.array(neutral[q] if given is None else given)
+    def _add(self, own: JointProperties, joint: int) -> None:
         if own.stiffness == 0.0:
             return
+        model = self._model
+        q, v = q_slice(model, joint), v_slice(model, joint)
+        reference = np.array(pin.neutral(model)[q] if own.spring_reference is None else own.spring_reference)
         if model.nqs[joint] == model.nvs[joint]:
             self._stiffness[v], self._reference[v] = own.stiffness, reference
             self._linear[v] = np.arange(q.start, q.stop)
@@ -97,8 +120,6 @@ class PassiveForces:
                 f"joint {own.joint!r} ({kind}) cannot carry a spring, because its coordinates do not count turns: use "
                 "a joint with limits"
             )
-        if abs(float(np.linalg.norm(reference[-4:])) - 1.0) > 1e-9:
-            raise InvalidInput(f"expected a unit quaternion as spring reference of joint {own.joint!r}, got {given}")
         turn = pin.Quaternion(reference[-4:]).normalized().toRotationMatrix()
         flies = kind == "JointModelFreeFlyer"
         self._turning.append(_Spring(q, v, own.stiffness, flies, reference[:3], turn))

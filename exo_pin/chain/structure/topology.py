@@ -21,7 +21,7 @@ from .couplings import make_couplings
 from .description import Closures
 from .motion_axes import carried_joints, in_metres, moving_coordinates
 
-__all__ = ["FrameTable", "Part", "Topology", "all_parts", "make_topology", "refuse_model", "se3"]
+__all__ = ["FrameTable", "Part", "Topology", "make_topology", "placement_of", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
 
@@ -94,6 +94,11 @@ class Topology(Record):
         """Number of constraint rows."""
         return int(self.rows[-1])
 
+    def frame(self, c: int, end: int) -> pin.SE3:
+        """Frame a (end 0) or b (1) of a closure, in the joint that carries it."""
+        local = self.local[c, end]
+        return pin.SE3(local[:3].T.copy(), local[3].copy())
+
 
 class Part(NamedTuple):
     """A joint or closure.
@@ -112,17 +117,16 @@ class Part(NamedTuple):
     other: int
 
 
-def all_parts(model: pin.Model, joints: IntArray) -> tuple[Part, ...]:
-    """All joints but the world's, then all closures, which join the bodies ``joints``, shape (m, 2)."""
-    parents = [int(parent) for parent in model.parents]
-    pairs = [*enumerate(parents[1:], 1), *joints.tolist()]
-    return tuple(Part(place, *pair) for place, pair in enumerate(pairs))
-
-
 def se3(placement: Placement) -> pin.SE3:
     """A placement as Pinocchio's."""
     quaternion = pin.Quaternion(np.array(placement.quaternion)).normalized()
     return pin.SE3(quaternion, np.array(placement.translation))
+
+
+def placement_of(pose: pin.SE3) -> Placement:
+    """The opposite of :func:`se3`."""
+    quaternion = np.asarray(pin.Quaternion(pose.rotation).normalized().coeffs())
+    return Placement(tuple(pose.translation.tolist()), tuple(quaternion.tolist()))
 
 
 class FrameTable(dict[str, int]):
@@ -218,59 +222,49 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
             raise InvalidInput(
                 f"closure {closure.name!r} joins {closure.frame_a!r} and {closure.frame_b!r}, which are one rigid body"
             )
-    kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
-    heights = [closure.rows for closure in closures.closures]
-    rows = np.concatenate([[0], np.cumsum(heights)]).astype(np.int64)
+    types = [TYPES[closure.type] for closure in closures.closures]
+    kinds = np.array([kind.code for kind in types], dtype=np.int64)
+    rows = np.cumsum([0, *(kind.rows for kind in types)], dtype=np.int64)
     coupled, polynomials = make_couplings(model, closures.closures, rows)
     metres = in_metres(model)
     sliding = metres[coupled[:, 4]]
     kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
-    moved = moving_coordinates(model)
-    supports = moved[joints].reshape(count, 2, model.nv)
+    supports = moving_coordinates(model)[joints].reshape(count, 2, model.nv)
+    signs = supports[:, 0] - supports[:, 1]
+    _mark_coupled(signs, rows, coupled)
     outward = carried_joints(model)
-    carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
     length = _characteristic_length(model, joints, local)
-    types = [TYPES[closure.type] for closure in closures.closures]
+    column = np.where(metres, length, 1.0)
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_metres[coupled[:, 0]] = sliding
-    row_scale = np.where(row_metres, 1.0 / length, 1.0)
-    distances = np.array([closure.distance or 0.0 for closure in closures.closures])
-    for array in (joints, local, kinds, rows, supports, row_metres, row_scale, distances):
-        array.setflags(write=False)
-    signs = np.ascontiguousarray(supports[:, 0] - supports[:, 1])
-    _mark_coupled(signs, rows, coupled)
-    column = frozen(np.where(metres, length, 1.0))
-    per_newton = frozen(np.where(metres, 1.0, 1.0 / length))
-    weight = frozen(column**2)
     return Topology(
-        joints,
-        local,
-        kinds,
-        rows,
-        supports,
-        signs,
-        carried,
-        length,
-        row_metres,
-        row_scale,
-        distances,
-        metres,
-        column,
-        per_newton,
-        weight,
-        blocks_of(signs, rows),
-        coupled,
-        polynomials,
+        joints=frozen(joints),
+        local=frozen(local),
+        kinds=frozen(kinds),
+        rows=frozen(rows),
+        supports=frozen(supports),
+        signs=frozen(signs),
+        carried=frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]]),
+        length=length,
+        row_metres=frozen(row_metres),
+        row_scale=frozen(np.where(row_metres, 1.0 / length, 1.0)),
+        distances=frozen(np.array([closure.distance or 0.0 for closure in closures.closures])),
+        metres=metres,
+        column=frozen(column),
+        per_newton=frozen(np.where(metres, 1.0, 1.0 / length)),
+        weight=frozen(column**2),
+        blocks=blocks_of(signs, rows),
+        coupled=coupled,
+        polynomials=polynomials,
     )
 
 
 def _mark_coupled(signs: FloatArray, rows: IntArray, coupled: IntArray) -> None:
-    """Mark the coordinates that move couplings; then the array is read-only."""
+    """Mark the coordinates that move couplings."""
     own = np.searchsorted(rows, coupled[:, 0])
     led = coupled[:, 2] >= 0
     signs[own[led], coupled[led, 2]] = -1.0
     signs[own, coupled[:, 4]] = 1.0
-    signs.setflags(write=False)
 
 
 def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:

@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from ....core.validation import FloatArray
+from ...structure.motion_axes import q_slice
 from ...structure.passive import PassiveForces
 from .mjcf_compiling import Compiled, mujoco_warnings
 from .mjcf_tree import Tree
@@ -70,9 +71,8 @@ def _put(source: Compiled, tree: Tree, data: Any, q: FloatArray, v: FloatArray) 
     theirs, model = source.model, tree.model
     T, rate = np.zeros((2, model.nv, model.nv))
     for joint, index in enumerate(tree.joints):
-        own = q[model.idx_qs[index] : model.idx_qs[index] + model.nqs[index]]
-        start, dof, at = int(theirs.jnt_qposadr[joint]), int(theirs.jnt_dofadr[joint]), model.idx_vs[index]
-        count = model.nvs[index]
+        own, at, count = q[q_slice(model, index)], model.idx_vs[index], model.nvs[index]
+        start, dof = int(theirs.jnt_qposadr[joint]), int(theirs.jnt_dofadr[joint])
         T[dof : dof + count, at : at + count] = np.eye(count)
         if count == 6:
             R = pin.Quaternion(own[3:]).toRotationMatrix()

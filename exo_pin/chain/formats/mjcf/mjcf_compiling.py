@@ -75,6 +75,10 @@ class Compiled(OneProcess):
         """An object's name for a message, or its number."""
         return repr(self.name(kind, index)) if self.name(kind, index) else f"number {index} (unnamed)"
 
+    def kind(self, enumeration: str, value: Any) -> str:
+        """A number of an enumeration in lower case, for example "hinge" for mjJNT_HINGE of "mjtJoint"."""
+        return str(getattr(self.mujoco, enumeration)(int(value)).name.partition("_")[2].lower())
+
     def disabled(self, flag: str) -> bool:
         """Whether a flag of ``<option><flag .../></option>`` is disabled; as in mjtDisableBit, e.g. "GRAVITY"."""
         return bool(self.model.opt.disableflags & int(getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{flag}")))

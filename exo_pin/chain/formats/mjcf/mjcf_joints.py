@@ -25,22 +25,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ..bodies import TreeBody
 from ..joint_data import NO_LIMIT, JointData, refuse_data
+from ..xml_numbers import as_numbers
 
-__all__ = ["JoinedBody", "as_numbers", "joined_bodies", "write_joints"]
+__all__ = ["JoinedBody", "joined_bodies", "write_joints"]
 
 _TINY = float(np.finfo(np.float64).tiny)
 _FORMAT = "MJCF"
-
-
-def as_numbers(values: ArrayLike) -> str:
-    """Numbers with blanks between them, so that they read back bit for bit (but for the sign of zero)."""
-    return " ".join(repr(float(value) + 0.0) for value in np.asarray(values, dtype=float).reshape(-1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,19 +29,20 @@ after its name, then the site, which gets "_site". A closure called as a joint g
 from __future__ import annotations
 
 from os import PathLike
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput
 from ....core.validation import FloatArray
-from ...structure.closures import COEFFICIENTS, Closure, Placement
+from ...structure.closures import COEFFICIENTS, Closure
 from ...structure.description import Closures, Roles, Root
+from ...structure.topology import placement_of
+from ..bodies import free_name
 from .mjcf_check import refuse_disagreement
 from .mjcf_compiling import Compiled, compile_mjcf
 from .mjcf_refusals import refuse_unreadable
-from .mjcf_tree import Tree, build_tree, free_name, pose
+from .mjcf_tree import Tree, build_tree, pose
 
 __all__ = ["read_mjcf"]
 
@@ -118,9 +119,8 @@ def _closures(source: Compiled, tree: Tree) -> tuple[Closure, ...]:
         name = source.name("EQUALITY", index)
         if not name or name in joints:
             name = free_name(f"{name}_closure" if name else f"equality_{index}", taken)
-            taken.add(name)
         if source.model.eq_active0[index]:
-            couples = int(source.model.eq_type[index]) == int(source.mujoco.mjtEq.mjEQ_JOINT)
+            couples = source.kind("mjtEq", source.model.eq_type[index]) == "joint"
             found.append((_coupling if couples else _closure)(source, tree, index, name))
     return tuple(found)
 
@@ -145,12 +145,12 @@ def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
     ``eq_data`` of a connect is the point in body 1 and in body 2. Of a weld it is the point in body 2, the point in
     body 1, the orientation of body 2 in body 1, and the scale of the rows that hold the orientation.
     """
-    theirs, mujoco = source.model, source.mujoco
+    theirs = source.model
     data = theirs.eq_data[index]
-    is_weld = int(theirs.eq_type[index]) == int(mujoco.mjtEq.mjEQ_WELD)
+    is_weld = source.kind("mjtEq", theirs.eq_type[index]) == "weld"
     ids = int(theirs.eq_obj1id[index]), int(theirs.eq_obj2id[index])
     still = np.array([1.0, 0.0, 0.0, 0.0])
-    if int(theirs.eq_objtype[index]) == int(mujoco.mjtObj.mjOBJ_SITE):
+    if source.kind("mjtObj", theirs.eq_objtype[index]) == "site":
         bodies = [int(theirs.site_bodyid[site]) for site in ids]
         places = [(theirs.site_pos[site], theirs.site_quat[site]) for site in ids]
     else:
@@ -160,14 +160,8 @@ def _closure(source: Compiled, tree: Tree, index: int, name: str) -> Closure:
         named = " and ".join(repr(tree.frames[body]) for body in bodies)
         raise source.error(f"equality {name!r} joins {named}, which are one rigid body: remove it")
     kind = "rigid" if is_weld and data[10] else "spherical"
-    ends = [_placement(*place) for place in places]
+    ends = [placement_of(pose(*place)) for place in places]
     return Closure(name, kind, tree.frames[bodies[0]], tree.frames[bodies[1]], ends[0], ends[1])
-
-
-def _placement(position: FloatArray, quaternion: FloatArray) -> Placement:
-    place = pose(position, quaternion)
-    coefficients: Any = pin.Quaternion(place.rotation).normalized().coeffs()
-    return Placement(tuple(place.translation.tolist()), tuple(coefficients.tolist()))
 
 
 def _limit_efforts(source: Compiled, tree: Tree) -> list[int]:
@@ -193,10 +187,10 @@ def _effort_range(source: Compiled, index: int) -> FloatArray:
     A control range limits the force of a motor (a constant gain, no dynamics), an activation range that of an
     actuator with dynamics and a constant gain; a force range limits every one.
     """
-    theirs, mujoco = source.model, source.mujoco
+    theirs = source.model
     limits = np.array([-np.inf, np.inf])
-    constant = int(theirs.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED)
-    dynamic = int(theirs.actuator_dyntype[index]) != int(mujoco.mjtDyn.mjDYN_NONE)
+    constant = source.kind("mjtGain", theirs.actuator_gaintype[index]) == "fixed"
+    dynamic = source.kind("mjtDyn", theirs.actuator_dyntype[index]) != "none"
     control = int(theirs.actuator_ctrladr[index])
     if constant and not dynamic and theirs.actuator_ctrllimited[control] and not source.disabled("CLAMPCTRL"):
         limits = theirs.actuator_gainprm[index, 0] * theirs.actuator_ctrlrange[control]

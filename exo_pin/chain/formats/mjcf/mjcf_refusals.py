@@ -1,13 +1,8 @@
-"""Parts of a compiled MuJoCo model that are read, that do not change the motion, and that raise an error.
+"""Parts of a compiled MuJoCo model that are read, and those that raise an error as soon as a file uses them.
 
-Every field of MuJoCo 4.0's mjModel and mjOption is in one of three groups; a test compares them with the installed
-version.
-
-* :data:`READ`: the fields that the chain is made of. Their numbers have to be finite.
-* :data:`IRRELEVANT`: names, pictures, sensors, user data, keyframes' controls, settings of the solver and of the time
-  integration, and everything about contact, which this package does not have. Quantities that MuJoCo derives from
-  other fields are here too.
-* :data:`REFUSED`: physics that a chain cannot hold. Each is an error as soon as the file uses it.
+:data:`READ` are the fields that the chain is made of. Their numbers have to be finite. Refused is physics that a chain
+cannot hold. All other fields of MuJoCo 4.0's mjModel and mjOption do not change the motion of rigid bodies without
+contact; ``tests/oracles/mujoco_fields.py`` lists them, and a test compares them with the installed version.
 """
 
 from __future__ import annotations
@@ -19,7 +14,7 @@ import numpy as np
 from ....core.validation import FloatArray
 from .mjcf_compiling import Compiled
 
-__all__ = ["IRRELEVANT", "READ", "REFUSED", "refuse_unreadable"]
+__all__ = ["READ", "refuse_unreadable"]
 
 #: Fields that are read, of the model and, after "opt.", of its options.
 READ = (
@@ -34,49 +29,6 @@ READ = (
     *("actuator_ctrladr", "actuator_ctrllimited", "actuator_ctrlrange", "actuator_forcelimited"),
     *("actuator_forcerange", "actuator_damping", "actuator_armature", "actuator_actlimited", "actuator_actrange"),
     *("opt.gravity", "opt.density", "opt.viscosity", "opt.disableflags", "opt.disableactuator"),
-)
-
-#: Fields that do not change the motion of rigid bodies without contact. A name that ends in * is a group.
-IRRELEVANT = (
-    # Sizes of other groups and of memory, names, paths.
-    *("n*", "name_*", "names_map", "paths", "signature", "buffer"),
-    # Derived from fields that are read.
-    *("body_rootid", "body_weldid", "body_dofnum", "body_dofadr", "body_treeid", "body_simple", "body_sameframe"),
-    *("body_subtreemass", "body_invweight0", "dof_bodyid", "dof_jntid", "dof_parentid", "dof_treeid", "dof_Madr"),
-    *("dof_simplenum", "dof_invweight0", "dof_M0", "dof_length", "site_sameframe", "tree_*", "flg_*", "B_*", "M_*"),
-    *(
-        "D_*",
-        "mapM2M",
-        "mapM2D",
-        "mapD2M",
-        "jnt_actuatorid",
-        "actuator_acc0",
-        "actuator_length0",
-        "actuator_lengthrange",
-        "stat",
-    ),
-    # Contact and collision, which are not read.
-    *("geom_*", "bvh_*", "oct_*", "mesh_*", "hfield_*", "pair_*", "exclude_*", "body_geomnum", "body_geomadr"),
-    *("body_margin", "body_contype", "body_conaffinity", "body_bvhadr", "body_bvhnum"),
-    # Pictures, sensors, user data, other parts of keyframes.
-    *("cam_*", "light_*", "skin_*", "tex_*", "mat_*", "vis", "sensor_*", "numeric_*", "text_*", "tuple_*", "key_*"),
-    *("body_user", "jnt_group", "jnt_user", "site_type", "site_dataid", "site_matid", "site_group", "site_size"),
-    *("site_user", "site_rgba", "actuator_user"),
-    # How soft MuJoCo makes its constraints, and how it integrates.
-    *("jnt_solref", "jnt_solimp", "dof_solref", "dof_solimp", "eq_solref", "eq_solimp", "opt.*"),
-    # How a control becomes a force: the efforts of a chain are given as forces.
-    *("actuator_ctrlnum", "actuator_ctrlspec", "actuator_outnum", "actuator_actadr", "actuator_actnum"),
-    *("actuator_cranklength", "actuator_dynprm", "actuator_actearly"),
-    *("actuator_history", "actuator_historyadr", "actuator_delay"),
-    # Of gravity compensation, which is refused.
-    "jnt_actgravcomp",
-)
-
-#: Fields, or groups, that no chain can hold; the rest of this module lists when they are refused.
-REFUSED = (
-    *("body_mocapid", "body_gravcomp", "body_plugin", "jnt_stiffnesspoly", "jnt_springyield", "jnt_plasticadr"),
-    *("dof_dampingpoly", "actuator_dampingpoly", "actuator_plugin", "plugin*", "flex*", "efm*", "tendon_*", "ten_*"),
-    *("wrap_*", "opt.wind"),
 )
 
 #: Fields that are places, m and rad, and MuJoCo's own bound for them, mjMAXVAL.
@@ -137,11 +89,11 @@ def _bodies(source: Compiled) -> Iterator[str]:
 
 
 def _joints(source: Compiled) -> Iterator[str]:
-    model, kinds = source.model, source.mujoco.mjtJoint
+    model = source.model
     rigid = np.zeros(model.njnt)
     for joint in range(model.njnt):
-        name, kind = source.called("JOINT", joint), int(model.jnt_type[joint])
-        dofs = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + {0: 6, 1: 3}.get(kind, 1))
+        name, kind = source.called("JOINT", joint), source.kind("mjtJoint", model.jnt_type[joint])
+        dofs = slice(model.jnt_dofadr[joint], model.jnt_dofadr[joint] + {"free": 6, "ball": 3}.get(kind, 1))
         # MuJoCo 3 has no plastic springs.
         if model.jnt_stiffnesspoly[joint].any() or getattr(model, "jnt_springyield", rigid)[joint]:
             yield f"the spring of joint {name} is not linear (polynomial or plastic): use one stiffness"
@@ -151,16 +103,13 @@ def _joints(source: Compiled) -> Iterator[str]:
             values = getattr(model, f"dof_{field}")[dofs]
             if (values < 0.0).any():
                 yield f"expected a {field} of zero or more for joint {name}, got {values.min():g}"
-            if kind == int(kinds.mjJNT_FREE) and values.any() and field != "damping":
+            if kind == "free" and values.any() and field != "damping":
                 yield f"the {field} of free joint {name} {_FREE}"
-        if model.jnt_limited[joint] and kind in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL)):
+        if model.jnt_limited[joint] and kind in ("free", "ball"):
             yield f"joint {name} is a ball (or free) joint with a range, which is not read: remove the range"
-        low, high = model.jnt_actfrcrange[joint]
-        if model.jnt_actfrclimited[joint] and not low <= 0.0 <= high:
-            yield (
-                f"the actuators of joint {name} exert a force without control, because its actuatorfrcrange is "
-                f"{low:g} to {high:g}: let the range have 0 in it"
-            )
+        if model.jnt_actfrclimited[joint]:
+            limits = model.jnt_actfrcrange[joint]
+            yield from _without_zero(f"the actuators of joint {name} exert", "actuatorfrcrange", limits)
         if model.jnt_limited[joint] and model.jnt_margin[joint]:
             yield f"the limits of joint {name} have a margin, {model.jnt_margin[joint]:g}: set it to 0"
 
@@ -177,23 +126,20 @@ def _tendons(source: Compiled) -> Iterator[str]:
 
 
 def _equalities(source: Compiled) -> Iterator[str]:
-    model, kinds = source.model, source.mujoco.mjtEq
-    for index in range(model.neq):
-        name, kind = source.called("EQUALITY", index), int(model.eq_type[index])
-        if kind not in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD), int(kinds.mjEQ_JOINT)):
-            what = kinds(kind).name.removeprefix("mjEQ_").lower()
-            yield f"equality {name} is a {what} coupling: only connect, weld and joint are read"
+    for index, number in enumerate(source.model.eq_type):
+        kind = source.kind("mjtEq", number)
+        if kind not in ("connect", "weld", "joint"):
+            name = source.called("EQUALITY", index)
+            yield f"equality {name} is a {kind} coupling: only connect, weld and joint are read"
 
 
 def _actuators(source: Compiled) -> Iterator[str]:
-    model, mujoco = source.model, source.mujoco
-    transmissions = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
-    scalar = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
+    model = source.model
     for index in range(model.nactuator):
         name, group = source.called("ACTUATOR", index), int(model.actuator_group[index])
-        if int(model.actuator_trntype[index]) not in transmissions:
+        if source.kind("mjtTrn", model.actuator_trntype[index]) not in ("joint", "jointinparent"):
             yield f"actuator {name} does not act on a joint: only actuators of joints are read"
-        elif int(model.jnt_type[model.actuator_trnid[index, 0]]) not in scalar:
+        elif source.kind("mjtJoint", model.jnt_type[model.actuator_trnid[index, 0]]) not in ("hinge", "slide"):
             joint = source.called("JOINT", int(model.actuator_trnid[index, 0]))
             yield (
                 f"actuator {name} acts along one direction of joint {joint}, which has several; an actuated joint is "
@@ -203,34 +149,38 @@ def _actuators(source: Compiled) -> Iterator[str]:
             yield f"actuator {name} has a gear of 0 and moves nothing: remove it"
         if 0 <= group < 31 and model.opt.disableactuator >> group & 1:
             yield f"actuator {name} is in group {group}, which is disabled: remove it, or enable the group"
-        gain = model.actuator_gainprm[index]
-        if int(model.actuator_gaintype[index]) == int(mujoco.mjtGain.mjGAIN_FIXED) and gain[0] == 0.0:
+        gain = source.kind("mjtGain", model.actuator_gaintype[index])
+        if gain == "fixed" and model.actuator_gainprm[index, 0] == 0.0:
             yield f"actuator {name} has a gain of 0 and exerts nothing: remove it"
         if own := _own_force(source, index):
             yield f"actuator {name} {own}, which is not read: make it a <motor>"
         for field, values in _ranges(source, index).items():
-            if not values[0] <= 0.0 <= values[1]:
-                yield (
-                    f"actuator {name} exerts a force without control, because its {field} is {values[0]:g} to "
-                    f"{values[1]:g}: let the range have 0 in it"
-                )
+            yield from _without_zero(f"actuator {name} exerts", field, values)
         if model.actuator_dampingpoly[index].any():
             yield f"the damping of actuator {name} is not linear: use one coefficient"
 
 
+def _without_zero(who: str, field: str, limits: FloatArray) -> Iterator[str]:
+    if not limits[0] <= 0.0 <= limits[1]:
+        yield (
+            f"{who} a force without control, because its {field} is {limits[0]:g} to {limits[1]:g}: let the range have "
+            "0 in it"
+        )
+
+
 def _own_force(source: Compiled, index: int) -> str:
     """The reason why an actuator's force is not a control times a gain, empty if it is."""
-    model, mujoco = source.model, source.mujoco
-    known = (
-        ("actuator_dyntype", mujoco.mjtDyn, "mjDYN_", {"none", "integrator", "filter", "filterexact"}),
-        ("actuator_gaintype", mujoco.mjtGain, "mjGAIN_", {"fixed", "affine"}),
-        ("actuator_biastype", mujoco.mjtBias, "mjBIAS_", {"none", "affine"}),
-    )
-    for field, kinds, prefix, simple in known:
-        kind = kinds(int(getattr(model, field)[index])).name.removeprefix(prefix).lower()
+    model = source.model
+    known = {
+        "Dyn": {"none", "integrator", "filter", "filterexact"},
+        "Gain": {"fixed", "affine"},
+        "Bias": {"none", "affine"},
+    }
+    for name, simple in known.items():
+        kind = source.kind(f"mjt{name}", getattr(model, f"actuator_{name.lower()}type")[index])
         if kind not in simple:
-            return f"has a {field.removeprefix('actuator_').removesuffix('type')} of type {kind}"
-    if int(model.actuator_biastype[index]) != int(mujoco.mjtBias.mjBIAS_NONE) and model.actuator_biasprm[index].any():
+            return f"has a {name.lower()} of type {kind}"
+    if source.kind("mjtBias", model.actuator_biastype[index]) != "none" and model.actuator_biasprm[index].any():
         return "exerts a force without control (a servo, or a general actuator with a bias)"
     return ""
 

@@ -8,7 +8,6 @@ body have no mass. So hinges and slides have MuJoCo's coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,9 +16,11 @@ import pinocchio as pin
 
 from ....core.validation import FloatArray
 from ...structure.description import JointProperties
+from ...structure.motion_axes import q_slice, v_slice
+from ..bodies import axis_joint, free_name
 from .mjcf_compiling import Compiled
 
-__all__ = ["Tree", "build_tree", "free_name", "own_configuration", "pose"]
+__all__ = ["Tree", "build_tree", "own_configuration", "pose"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ def own_configuration(source: Compiled, tree: Tree, qpos: FloatArray) -> FloatAr
             own = own[[1, 2, 3, 0]]
         elif count == 7:
             own = own[[0, 1, 2, 4, 5, 6, 3]]
-        q[tree.model.idx_qs[index] : tree.model.idx_qs[index] + count] = own
+        q[q_slice(tree.model, index)] = own
     return np.asarray(pin.normalize(tree.model, q))
 
 
@@ -96,17 +97,9 @@ def _joint_names(source: Compiled) -> list[str]:
     names = []
     for joint, name in enumerate(given):
         if not name or name == "universe":
-            name = free_name(f"joint_{joint}" if not name else "universe_joint", taken)
-            taken.add(name)
+            name = free_name("universe_joint" if name else f"joint_{joint}", taken)
         names.append(name)
     return names
-
-
-def free_name(base: str, taken: Iterable[str]) -> str:
-    """The name, with underscores after it if it is taken."""
-    while base in taken:
-        base += "_"
-    return base
 
 
 def _add_body(source: Compiled, tree: Tree, body: int, names: list[str]) -> None:
@@ -139,15 +132,11 @@ def pose(position: FloatArray, quaternion: FloatArray) -> pin.SE3:
 
 
 def _joint_model(source: Compiled, joint: int) -> tuple[str, Any]:
-    kind = source.mujoco.mjtJoint(int(source.model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
+    kind = source.kind("mjtJoint", source.model.jnt_type[joint])
     if kind in ("free", "ball"):
         return kind, pin.JointModelFreeFlyer() if kind == "free" else pin.JointModelSpherical()
     axis = source.model.jnt_axis[joint].copy()
-    along = np.flatnonzero(axis == 1.0)
-    if along.size and np.count_nonzero(axis) == 1:
-        letter = "XYZ"[int(along[0])]
-        return kind, getattr(pin, f"JointModel{'R' if kind == 'hinge' else 'P'}{letter}")()
-    return kind, pin.JointModelRevoluteUnaligned(axis) if kind == "hinge" else pin.JointModelPrismaticUnaligned(axis)
+    return kind, axis_joint(kind == "slide", axis)
 
 
 def _reference(source: Compiled, joint: int, kind: str) -> pin.SE3:
@@ -166,35 +155,23 @@ def _add_frames(source: Compiled, tree: Tree) -> None:
     bodies = {body: source.name("BODY", body) for body in range(1, theirs.nbody)}
     sites = {site: source.name("SITE", site) for site in range(theirs.nsite)}
     taken = {*bodies.values(), *sites.values()}
+
+    def add(name: str, what: str, carrier: int, place: pin.SE3) -> str:
+        known = there.get(name)
+        if known is not None and not (known[0] == carrier and known[1].isApprox(place, 1e-12)):
+            name = free_name(f"{name}_{what}", {*there, *taken})
+        there[name] = (carrier, place)
+        kind = pin.FrameType.BODY if what == "body" else pin.FrameType.OP_FRAME
+        parent = model.getFrameId(model.names[carrier], pin.FrameType.JOINT) if carrier else 0
+        model.addFrame(pin.Frame(name, carrier, parent, place, kind, pin.Inertia.Zero()))
+        return name
+
     for body, given in bodies.items():
-        carrier, place = tree.carriers[body]
-        name = given or free_name(f"body_{body}", {*there, *taken})
-        tree.frames[body] = _add_frame(model, there, taken, (name, "body"), carrier, place)
+        tree.frames[body] = add(given or free_name(f"body_{body}", {*there, *taken}), "body", *tree.carriers[body])
     for site, name in sites.items():
         if name:
             carrier, place = tree.carriers[int(theirs.site_bodyid[site])]
-            place = place * pose(theirs.site_pos[site], theirs.site_quat[site])
-            _add_frame(model, there, taken, (name, "site"), carrier, place)
-
-
-def _add_frame(
-    model: pin.Model,
-    there: dict[str, tuple[int, pin.SE3]],
-    taken: set[str],
-    called: tuple[str, str],
-    carrier: int,
-    place: pin.SE3,
-) -> str:
-    """Add a frame ``called`` by a name and its kind, and return the name that it gets."""
-    name, what = called
-    known = there.get(name)
-    if known is not None and not (known[0] == carrier and known[1].isApprox(place, 1e-12)):
-        name = free_name(f"{name}_{what}", {*there, *taken})
-    there[name] = (carrier, place)
-    kind = pin.FrameType.BODY if what == "body" else pin.FrameType.OP_FRAME
-    parent = model.getFrameId(model.names[carrier], pin.FrameType.JOINT) if carrier else 0
-    model.addFrame(pin.Frame(name, carrier, parent, place, kind, pin.Inertia.Zero()))
-    return name
+            add(name, "site", carrier, place * pose(theirs.site_pos[site], theirs.site_quat[site]))
 
 
 def _fill_coordinates(source: Compiled, tree: Tree) -> None:
@@ -203,8 +180,8 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
     lower, upper = np.full(model.nq, -np.inf), np.full(model.nq, np.inf)
     damping, friction, armature = np.zeros((3, model.nv))
     for joint, index in enumerate(tree.joints):
-        own = slice(model.idx_vs[index], model.idx_vs[index] + model.nvs[index])
-        dofs = slice(int(theirs.jnt_dofadr[joint]), int(theirs.jnt_dofadr[joint]) + model.nvs[index])
+        own, first = v_slice(model, index), int(theirs.jnt_dofadr[joint])
+        dofs = slice(first, first + model.nvs[index])
         armature[own], damping[own] = theirs.dof_armature[dofs], theirs.dof_damping[dofs]
         # Motors' rotors and their friction, before the gear.
         for actuator in np.flatnonzero(theirs.actuator_trnid[:, 0] == joint).tolist():
@@ -227,7 +204,6 @@ def _fill_coordinates(source: Compiled, tree: Tree) -> None:
         name = source.name("KEY", key)
         if not name or name == "qpos0":
             name = free_name(f"key_{key}", taken)
-            taken.add(name)
         model.referenceConfigurations[name] = own_configuration(source, tree, theirs.key_qpos[key])
     model.referenceConfigurations["qpos0"] = own_configuration(source, tree, theirs.qpos0)
 
@@ -241,6 +217,6 @@ def _springs(source: Compiled, tree: Tree) -> tuple[JointProperties, ...]:
     for joint, index in enumerate(tree.joints):
         stiffness = float(source.model.jnt_stiffness[joint])
         if stiffness:
-            at = slice(model.idx_qs[index], model.idx_qs[index] + model.nqs[index])
-            found.append(JointProperties(model.names[index], stiffness, tuple(slack[at].tolist())))
+            rest = tuple(slack[q_slice(model, index)].tolist())
+            found.append(JointProperties(model.names[index], stiffness, rest))
     return tuple(found)

@@ -1,6 +1,6 @@
 """Which elements an SDF may have, and what becomes of each: read, left out and listed, or refused.
 
-After the specification at sdformat.org, versions 1.5 to 1.12. Elements that change the motion are read, or are an
+The rules are in ``sdf_grammar.toml``. Elements that change the motion are read, or are an
 error as soon as they have another value than the one without effect. Elements for drawing, contact, sensors and
 programs are left out; :func:`check_grammar` lists them. So are elements of other programs, with a prefix
 (``drake:...``), with a warning, because they may change the motion.
@@ -10,111 +10,16 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from difflib import get_close_matches
-from types import MappingProxyType
-from typing import NamedTuple
 
-from ....core.errors import FileFormatError
 from ..xml_elements import Element
+from ..xml_grammar import Rule, is_left_out, read_children, read_rules
 
 __all__ = ["VERSIONS", "check_grammar", "flag"]
 
 VERSIONS = ("1.5", "1.6", "1.7", "1.8", "1.9", "1.10", "1.11", "1.12")
 
 
-class _Rule(NamedTuple):
-    """Attributes and children of an element.
-
-    Attributes
-    ----------
-    required, optional : tuple of str
-        Attributes.
-    once, often : tuple of str
-        Children that are read, once or any number of times.
-    left_out : tuple of str
-        Children that do not change the motion.
-    refused : dict of str to str
-        Children that no chain can hold, with the reason.
-    fixed : dict of str to str
-        Children with a value that has no effect; any other value is an error.
-    text : bool
-        Whether it has text instead of children.
-    """
-
-    required: tuple[str, ...] = ()
-    optional: tuple[str, ...] = ()
-    once: tuple[str, ...] = ()
-    often: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    refused: Mapping[str, str] = MappingProxyType({})
-    fixed: Mapping[str, str] = MappingProxyType({})
-    text: bool = False
-
-
-_TEXT = _Rule(text=True)
-_AXIS = _Rule(
-    once=("xyz", "limit", "dynamics", "use_parent_model_frame", "mimic"),
-    fixed={"initial_position": "0"},
-)
-_ELSEWHERE = "is in another file: expand the file first (gz sdf -p)"
-_RULES = {
-    "sdf": _Rule(("version",), once=("world", "model")),
-    "world": _Rule(
-        ("name",),
-        once=("gravity",),
-        often=("model", "joint", "frame"),
-        left_out=(
-            *("audio", "wind", "atmosphere", "gui", "physics", "scene", "light", "plugin", "magnetic_field"),
-            *("spherical_coordinates",),
-        ),
-        refused={"include": _ELSEWHERE, "actor": "moves by a script", "population": "makes models at random"}
-        | dict.fromkeys(("road", "state"), "is not read: remove it"),
-    ),
-    "model": _Rule(
-        ("name",),
-        ("canonical_link", "placement_frame"),
-        once=("pose",),
-        often=("link", "joint", "frame", "model"),
-        left_out=("plugin", "self_collide", "allow_auto_disable", "gripper"),
-        refused={"include": _ELSEWHERE},
-        fixed={"static": "false", "enable_wind": "false"},
-    ),
-    "link": _Rule(
-        ("name",),
-        once=("pose", "inertial"),
-        left_out=(
-            *("visual", "collision", "sensor", "light", "plugin", "self_collide", "audio_sink", "audio_source"),
-            *("battery", "particle_emitter", "projector"),
-        ),
-        fixed={"gravity": "true", "kinematic": "false", "enable_wind": "false", "must_be_base_link": "false"}
-        | {"velocity_decay": "0"},
-    ),
-    "inertial": _Rule(
-        optional=("auto",),
-        once=("pose", "mass", "inertia"),
-        refused={"density": "needs the collision shapes: state mass and inertia"}
-        | dict.fromkeys(("fluid_added_mass", "auto_inertia_params"), "is not read: remove it"),
-    ),
-    "inertia": _Rule(once=("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
-    "joint": _Rule(
-        ("name", "type"),
-        once=("pose", "parent", "child", "axis", "axis2"),
-        left_out=("sensor", "physics"),
-        refused=dict.fromkeys(
-            ("gearbox_ratio", "gearbox_reference_body", "thread_pitch", "screw_thread_pitch"),
-            "is of a joint type that is not read",
-        ),
-    ),
-    "axis": _AXIS,
-    "axis2": _AXIS,
-    "limit": _Rule(once=("lower", "upper", "effort", "velocity"), left_out=("stiffness", "dissipation")),
-    "dynamics": _Rule(once=("damping", "friction", "spring_reference", "spring_stiffness")),
-    "mimic": _Rule(("joint",), ("axis",), once=("multiplier", "offset", "reference")),
-    "frame": _Rule(("name",), ("attached_to",), once=("pose",)),
-    "pose": _Rule(optional=("relative_to", "frame", "rotation_format", "degrees"), text=True),
-    "xyz": _Rule(optional=("expressed_in",), text=True),
-}
+_TEXT = Rule(text=True)
 
 
 def check_grammar(root: Element) -> tuple[str, ...]:
@@ -147,11 +52,20 @@ def check_grammar(root: Element) -> tuple[str, ...]:
     if version not in VERSIONS:
         raise root.error(f"expected one of {', '.join(VERSIONS)}, got {version!r}: convert the file (gz sdf -p)")
     left: Counter[str] = Counter()
-    waiting = [root]
+    rules, waiting = read_rules("sdf"), [root]
     while waiting:
         element = waiting.pop()
         _refuse_other_version(element, VERSIONS.index(version) >= VERSIONS.index("1.7"), version)
-        waiting += reversed(list(_checked(element, _RULES.get(element.tag, _TEXT), left)))
+        rule = rules.get(element.tag, _TEXT)
+        children = read_children(element, rule)
+        for attribute in rule.required:
+            if not element.attributes[attribute]:
+                raise element.error(f"the attribute {attribute!r} is empty")
+        for child in children:
+            if child.tag in rule.fixed:
+                _refuse_effect(child, rule.fixed[child.tag])
+        waiting += [child for child in reversed(children) if child.tag not in rule.fixed]
+        left.update(f"<{child.tag}> in <{element.tag}>" for child in element.children if is_left_out(child, rule))
     prefixed = [name for name in left if ":" in name]
     if prefixed:
         warnings.warn(f"not read: {', '.join(prefixed)}, of other programs", RuntimeWarning, stacklevel=3)
@@ -171,37 +85,6 @@ def flag(element: Element) -> bool:
     if element.text.lower() in ("false", "0"):
         return False
     raise element.error(f"expected true or false, got {element.text!r:.60}")
-
-
-def _checked(element: Element, rule: _Rule, left: Counter[str]) -> Iterator[Element]:
-    """The children that are read, after a check of the element."""
-    for attribute in rule.required:
-        if not element.attributes.get(attribute):
-            raise element.error(f"the attribute {attribute!r} is missing or empty")
-    known = (*rule.required, *rule.optional)
-    for attribute in element.attributes:
-        if ":" not in attribute and attribute != "xmlns" and attribute not in known:
-            raise _unknown(element, f"attribute {attribute!r}", attribute, known)
-    if element.text and not rule.text:
-        raise element.error(f"expected no text in <{element.tag}>, got {element.text!r:.60}")
-    read = (*rule.once, *rule.often, *rule.fixed)
-    seen: dict[str, Element] = {}
-    for child in element.children:
-        tag = child.tag
-        if tag in rule.refused:
-            raise child.error(f"<{tag}> {rule.refused[tag]}")
-        if ":" in tag or tag in rule.left_out:
-            left[f"<{tag}> in <{element.tag}>"] += 1
-            continue
-        if tag not in read:
-            raise _unknown(child, f"element <{tag}>", tag, (*read, *rule.left_out))
-        if tag in seen and tag not in rule.often:
-            raise child.error(f"expected one <{tag}>, this is a second one; the first is on line {seen[tag].line}")
-        seen.setdefault(tag, child)
-        if tag in rule.fixed:
-            _refuse_effect(child, rule.fixed[tag])
-        else:
-            yield child
 
 
 def _refuse_other_version(element: Element, is_new: bool, version: str) -> None:
@@ -224,10 +107,3 @@ def _refuse_effect(element: Element, harmless: str) -> None:
         fits = element.text.strip("0.+-") == ""
     if not fits:
         raise element.error(f"expected {harmless}: another value changes the motion and is not read")
-
-
-def _unknown(element: Element, what: str, name: str, known: Iterable[str]) -> FileFormatError:
-    known = tuple(known)
-    near = get_close_matches(name, list(known), n=1)
-    meant = f" (did you mean {near[0]!r}?)" if near else ""
-    return element.error(f"unknown {what}{meant}; there are: {', '.join(known) or 'none'}")

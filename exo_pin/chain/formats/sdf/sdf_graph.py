@@ -8,7 +8,7 @@ gone through from its child to its parent.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .sdf_model import SdfJoint, SdfLink
@@ -38,26 +38,6 @@ class Graph:
     closing: list[SdfJoint]
 
 
-class _Groups:
-    """Sets of names that are joined step by step."""
-
-    def __init__(self, names: Iterable[str]) -> None:
-        self._above = {name: name for name in names}
-        self._order = {name: k for k, name in enumerate(self._above)}
-
-    def first(self, name: str) -> str:
-        """The name that stands for the set, the first one of it."""
-        while self._above[name] != name:
-            name = self._above[name]
-        return name
-
-    def join(self, one: str, other: str) -> bool:
-        """Join the sets of two names; False if they are the same one."""
-        one, other = sorted((self.first(one), self.first(other)), key=self._order.__getitem__)
-        self._above[other] = one
-        return one != other
-
-
 def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint]) -> Graph:
     """Choose the tree.
 
@@ -66,40 +46,37 @@ def make_graph(links: Sequence[SdfLink], joints: Sequence[SdfJoint]) -> Graph:
     FileFormatError
         If fixed joints alone make a loop.
     """
+    from scipy.cluster.hierarchy import DisjointSet  # takes long to import, and no other file format needs it
+
     names = ["world", *(link.name for link in links)]
-    welds = _Groups(names)
+    welds, reached = DisjointSet(names), DisjointSet(names)
     for joint in joints:
-        if joint.kind == "fixed" and not welds.join(joint.parent, joint.child):
+        if joint.kind == "fixed" and not welds.merge(joint.parent, joint.child):
             raise joint.element.error(
                 f"links {joint.parent!r} and {joint.child!r} are fixed to each other already, by other fixed joints: "
                 "remove one"
             )
-    body = {name: welds.first(name) for name in names}
-    reached, tree = _Groups(names), []
-    for joint in sorted((item for item in joints if item.kind != "fixed"), key=_rank):
-        if body[joint.parent] != body[joint.child] and reached.join(body[joint.parent], body[joint.child]):
-            tree.append(joint)
-        elif body[joint.parent] == body[joint.child]:
+    first: dict[str, str] = {}
+    body = {name: first.setdefault(welds[name], name) for name in names}
+    tree = []
+    moving = [joint for joint in joints if joint.kind != "fixed"]
+    for joint in sorted(moving, key=_rank):
+        if body[joint.parent] == body[joint.child]:
             raise joint.element.error(
                 f"links {joint.parent!r} and {joint.child!r} are one rigid body, by fixed joints: it cannot move"
             )
+        if reached.merge(body[joint.parent], body[joint.child]):
+            tree.append(joint)
     carried = {body[joint.child] for joint in tree}
     bases = ["world"]
     for link in links:
         own = body[link.name]
-        group = reached.first(own)
-        if own == link.name and not any(reached.first(base) == group for base in bases):
-            members = [name for name in dict.fromkeys(body.values()) if reached.first(name) == group]
+        if own == link.name and not any(reached.connected(base, own) for base in bases):
+            members = [name for name in dict.fromkeys(body.values()) if reached.connected(name, own)]
             # A body that is no joint's child, as its maker thought of it; there is none if all joints go in a circle.
             bases.append(next((name for name in members if name not in carried), members[0]))
-    chosen = {id(joint) for joint in tree}
-    moving = [joint for joint in joints if joint.kind != "fixed"]
-    return Graph(
-        body,
-        bases,
-        [joint for joint in moving if id(joint) in chosen],
-        [joint for joint in moving if id(joint) not in chosen],
-    )
+    closing = [joint for joint in moving if joint not in tree]
+    return Graph(body, bases, [joint for joint in moving if joint in tree], closing)
 
 
 def _rank(joint: SdfJoint) -> tuple[bool, int]:

@@ -27,7 +27,6 @@ _AXES = {
     "fixed": 0,
 }
 _NOT_READ = ("screw", "gearbox")
-_ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 #: From this size on a limit is none, as in the specification.
 _NO_LIMIT = 1e16
 _SHORTEST_AXIS = 1e-6
@@ -134,9 +133,11 @@ def read_link(scope: Scope, element: Element) -> SdfLink:
     """
     name = element.attributes["name"]
     inertial = element.first("inertial")
-    place = scope.pose(name, element)
-    if inertial is None:
-        return SdfLink(f"{scope.name}{name}", place, pin.Inertia(1.0, np.zeros(3), np.eye(3)), element)
+    inertia = pin.Inertia(1.0, np.zeros(3), np.eye(3)) if inertial is None else _inertia(inertial)
+    return SdfLink(f"{scope.name}{name}", scope.pose(name, element), inertia, element)
+
+
+def _inertia(inertial: Element) -> pin.Inertia:
     if inertial.attributes.get("auto", "false") not in ("false", "0"):
         raise inertial.error("an inertia from the collision shapes is not read: state mass and inertia", "auto")
     pose = inertial.first("pose")
@@ -145,25 +146,17 @@ def read_link(scope: Scope, element: Element) -> SdfLink:
     mass, tensor = inertia_of(_as_urdf(inertial))
     centre = place_of(pose)
     if mass == 0.0:
-        return SdfLink(f"{scope.name}{name}", place, pin.Inertia.Zero(), element)
-    turned = centre.rotation @ tensor @ centre.rotation.T
-    return SdfLink(f"{scope.name}{name}", place, pin.Inertia(mass, centre.translation, turned), element)
+        return pin.Inertia.Zero()
+    return pin.Inertia(mass, centre.translation, centre.rotation @ tensor @ centre.rotation.T)
 
 
 def _as_urdf(inertial: Element) -> Element:
     """Mass and inertia as attributes, with the specification's defaults, for the check that URDF has, too."""
-    mass, inertia = inertial.first("mass"), inertial.first("inertia")
+    mass, inertia = inertial.first("mass") or inertial, inertial.first("inertia") or inertial
+    value = {"value": "1" if mass is inertial else mass.text}
     entries = {"ixx": "1", "ixy": "0", "ixz": "0", "iyy": "1", "iyz": "0", "izz": "1"}
-    found = []
-    if inertia is not None:
-        for child in inertia.children:
-            entries[child.tag] = child.text
-    for tag, given, attributes in (
-        ("mass", mass, {"value": "1" if mass is None else mass.text}),
-        ("inertia", inertia, entries),
-    ):
-        where = inertial if given is None else given
-        found.append(Element(tag, attributes, where.line, where.place))
+    entries |= {child.tag: child.text for child in inertia.children if child.tag in entries}
+    found = [Element("mass", value, mass.line, mass.place), Element("inertia", entries, inertia.line, inertia.place)]
     return Element("inertial", {}, inertial.line, inertial.place, found)
 
 

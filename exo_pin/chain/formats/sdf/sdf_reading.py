@@ -22,20 +22,17 @@ simulators. Anything else is an error that names it.
 
 from __future__ import annotations
 
-import os
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
 from ....core.conventions import GRAVITY
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
-from ....core.files.text_files import read_file
 from ....core.validation import FloatArray
 from ...structure.description import ROOT_JOINTS, Closures, Roles, Root
 from ..right_angles import exact_right_angles, refuse_tolerance
-from ..xml_elements import Element, parse_xml
+from ..xml_elements import Element, parse_xml, read_source
 from ..xml_numbers import numbers_of
 from .sdf_frames import Scope
 from .sdf_grammar import check_grammar
@@ -74,15 +71,13 @@ def read_sdf(
     if root_joint is not None and root_joint not in ROOT_JOINTS:
         raise UnknownName("root joint", root_joint, ROOT_JOINTS)
     refuse_tolerance(right_angle_tolerance)
-    is_text = isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<")
-    path = None if is_text else Path(os.fspath(source))
+    content, path = read_source(source)
     try:
-        content = str(source).lstrip("\ufeff \t\r\n") if is_text else read_file(source)
         root = parse_xml(content, "an SDF")
         exact_right_angles(root, right_angle_tolerance)
         return _read(root, root_joint)
     except FileFormatError as error:
-        raise error if error.path is not None else FileFormatError(str(error), path, error.key) from error
+        raise FileFormatError(str(error), path, error.key) from error
     except InvalidInput as error:
         raise FileFormatError(str(error), path) from error
 

@@ -11,8 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pinocchio as pin
 
-from ...structure.closures import Closure, Placement
+from ...structure.closures import Closure
 from ...structure.description import JointProperties
+from ...structure.motion_axes import unit_of
+from ...structure.topology import placement_of
+from ..bodies import axis_joint
 from ..urdf.urdf_loading import ROOT_MODELS
 from .sdf_graph import Graph
 from .sdf_model import Axis, SdfJoint, SdfLink
@@ -86,7 +89,9 @@ def build_tree(name: str, links: list[SdfLink], graph: Graph, root_joint: str | 
             _add_links(tree, members.get(body, []), tree.carriers[body])
             for closing in more:
                 if graph.body[closing.parent] == body:
-                    _add_end(tree, closing, tree.carriers[body])
+                    # Its own body after it has no mass.
+                    index, _ = _add_joint(tree, closing, tree.carriers[body], True)
+                    tree.model.addBodyFrame(f"{closing.name}_end", index, pin.SE3.Identity(), -1)
             for other, ahead in reversed(hanging.get(body, [])):
                 if other is not joint:
                     waiting.append((graph.body[other.child if ahead else other.parent], other, ahead))
@@ -129,7 +134,7 @@ def _add_joint(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forwar
     order = list(zip(names, joint.axes, strict=True))
     for name, axis in order if forward else reversed(order):
         direction = axis.direction if forward else -axis.direction
-        index = model.addJoint(index, _moving(joint.kind, direction), local, name)
+        index = model.addJoint(index, axis_joint(joint.kind == "prismatic", direction), local, name)
         model.addJointFrame(index, -1)
         local = pin.SE3.Identity()
         _fill(tree, index, name, axis)
@@ -143,15 +148,6 @@ def axis_names(joint: SdfJoint) -> tuple[str, ...]:
     return ((), (joint.name,), (f"{joint.name}_axis", f"{joint.name}_axis2"))[len(joint.axes)]
 
 
-def _moving(kind: str, direction: np.ndarray) -> pin.JointModel:
-    along = np.flatnonzero(direction == 1.0)
-    letter = "XYZ"[int(along[0])] if along.size and np.count_nonzero(direction) == 1 else ""
-    sort = "P" if kind == "prismatic" else "R"
-    if letter:
-        return getattr(pin, f"JointModel{sort}{letter}")()
-    return pin.JointModelPrismaticUnaligned(direction) if sort == "P" else pin.JointModelRevoluteUnaligned(direction)
-
-
 def _fill(tree: Tree, index: int, name: str, axis: Axis) -> None:
     model = tree.model
     q, v = model.idx_qs[index], model.idx_vs[index]
@@ -161,18 +157,11 @@ def _fill(tree: Tree, index: int, name: str, axis: Axis) -> None:
     model.damping[v] = axis.damping
     model.lowerDryFrictionLimit[v], model.upperDryFrictionLimit[v] = -axis.friction, axis.friction
     if axis.stiffness:
-        unit = "m" if "P" in model.joints[index].shortname().removeprefix("JointModel")[:1] else "rad"
-        tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit))
-
-
-def _add_end(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3]) -> None:
-    """A closing joint in the tree, with a massless body after it."""
-    index, _ = _add_joint(tree, joint, carrier, True)
-    tree.model.addBodyFrame(f"{joint.name}_end", index, pin.SE3.Identity(), -1)
+        tree.springs.append(JointProperties(name, axis.stiffness, (axis.reference,), unit=unit_of(model, index)))
 
 
 def _end_closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
-    place = _placement(places[joint.child].actInv(joint.place))
+    place = placement_of(places[joint.child].actInv(joint.place))
     return Closure(f"{joint.name}_closure", "rigid", joint.child, f"{joint.name}_end", place)
 
 
@@ -192,13 +181,8 @@ def _closure(joint: SdfJoint, places: dict[str, pin.SE3]) -> Closure:
     elif joint.axes:
         axis = tuple(joint.axes[0].direction.tolist())
     kind, parent = kinds.get(joint.kind, joint.kind), "universe" if joint.parent == "world" else joint.parent
-    at_child, at_parent = (_placement(places[end].actInv(place)) for end in (joint.child, joint.parent))
+    at_child, at_parent = (placement_of(places[end].actInv(place)) for end in (joint.child, joint.parent))
     return Closure(joint.name, kind, joint.child, parent, at_child, at_parent, axis)  # type: ignore[arg-type]
-
-
-def _placement(place: pin.SE3) -> Placement:
-    quaternion = pin.Quaternion(place.rotation).normalized().coeffs()
-    return Placement(tuple(place.translation.tolist()), tuple(np.asarray(quaternion).tolist()))
 
 
 def _add_mimics(tree: Tree, joints: list[SdfJoint]) -> None:

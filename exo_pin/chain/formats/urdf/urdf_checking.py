@@ -18,8 +18,8 @@ from ...structure.closures import Closure
 from ..joint_data import NO_LIMIT
 from ..right_angles import exact_right_angles
 from ..xml_elements import Element, parse_xml
-from ..xml_numbers import number, vector
-from .urdf_grammar import check_grammar, is_extension
+from ..xml_numbers import MOMENTS, number, vector
+from .urdf_grammar import check_grammar
 from .urdf_mimic import coupled_joints, mimic_couplings
 from .urdf_values import check_joint, check_material, check_origin, check_picture, inertia_of, unread_physics
 
@@ -127,20 +127,19 @@ def _link_lines(link: Element, version: tuple[int, int]) -> list[str]:
         if vector(origin, "xyz", (0.0,) * 3).any() or vector(origin, "rpy", (0.0,) * 3).any():
             raise origin.error("a link has no origin of its own in URDF: place its joint, its inertial or its visual")
     for child in link.children:
-        if child.tag in ("visual", "collision") and not is_extension(link, child):
+        if child.tag in ("visual", "collision"):
             check_picture(child, version)
     inertial = link.first("inertial")
     if inertial is None:
         return [_element("link", name=link.attributes["name"])]
     check_origin(inertial.first("origin"), version)
     mass, matrix = inertia_of(inertial)
-    keys = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
     return [
         _opening("link", name=link.attributes["name"]),
         "<inertial>",
         *_origin_lines(inertial.first("origin")),
         _element("mass", value=_spelt(mass)),
-        _element("inertia", **{key: _spelt(matrix[entry]) for key, entry in keys.items()}),
+        _element("inertia", **{key: _spelt(matrix[entry]) for key, entry in MOMENTS.items()}),
         "</inertial></link>",
     ]
 

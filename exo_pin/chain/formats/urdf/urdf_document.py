@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ..joint_data import NO_LIMIT
+from ..xml_numbers import MOMENTS, as_numbers
 
 __all__ = ["COLOURS", "Body", "Document", "JointStrength", "Picture"]
 
@@ -139,15 +140,15 @@ class Document:
         joint = ET.SubElement(self._robot, "joint", name=name, type=kind)
         ET.SubElement(joint, "parent", link=parent)
         ET.SubElement(joint, "child", link=child)
-        place = ET.SubElement(joint, "origin", xyz=_numbers(origin))
+        place = ET.SubElement(joint, "origin", xyz=as_numbers(origin))
         if rotation is not None:
-            place.set("rpy", _numbers(_roll_pitch_yaw(rotation)))
-        ET.SubElement(joint, "axis", xyz=_numbers(axis))
+            place.set("rpy", as_numbers(_roll_pitch_yaw(rotation)))
+        ET.SubElement(joint, "axis", xyz=as_numbers(axis))
         if kind not in ("fixed", "floating"):
             _limit_and_dynamics(joint, kind, limits, strength)
         if mimic is not None:
             leader, multiplier, offset = mimic
-            ET.SubElement(joint, "mimic", joint=leader, multiplier=_number(multiplier), offset=_number(offset))
+            ET.SubElement(joint, "mimic", joint=leader, multiplier=as_numbers(multiplier), offset=as_numbers(offset))
 
     def text(self) -> str:
         """The XML."""
@@ -155,7 +156,7 @@ class Document:
         used = {material.get("name") for material in robot.iter("material")}
         for place, key in enumerate(key for key in COLOURS if key in used):
             material = ET.Element("material", name=key)
-            ET.SubElement(material, "color", rgba=_numbers(COLOURS[key]))
+            ET.SubElement(material, "color", rgba=as_numbers(COLOURS[key]))
             robot.insert(place, material)
         ET.indent(robot)
         # ElementTree writes no comment before the root.
@@ -171,16 +172,11 @@ def _limit_and_dynamics(joint: ET.Element, kind: str, limits: ArrayLike | None, 
         limit = ET.SubElement(joint, "limit")
         if limits is not None:
             low, high = np.asarray(limits, dtype=float)
-            limit.attrib |= {"lower": _number(low), "upper": _number(high)}
-        limit.set("effort", _number(min(strength.effort, NO_LIMIT)))
-        limit.set("velocity", _number(min(strength.velocity, NO_LIMIT)))
+            limit.attrib |= {"lower": as_numbers(low), "upper": as_numbers(high)}
+        limit.set("effort", as_numbers(min(strength.effort, NO_LIMIT)))
+        limit.set("velocity", as_numbers(min(strength.velocity, NO_LIMIT)))
     if strength.damping != 0.0 or strength.friction != 0.0:
-        ET.SubElement(joint, "dynamics", damping=_number(strength.damping), friction=_number(strength.friction))
-
-
-def _number(value: float) -> str:
-    # Adding zero turns -0.0 into 0.0.
-    return repr(float(value) + 0.0)
+        ET.SubElement(joint, "dynamics", damping=as_numbers(strength.damping), friction=as_numbers(strength.friction))
 
 
 def _roll_pitch_yaw(R: FloatArray) -> list[float]:
@@ -192,16 +188,11 @@ def _roll_pitch_yaw(R: FloatArray) -> list[float]:
     return [float(np.arctan2(-left[1, 2], left[1, 1])), float(np.arctan2(-left[2, 0], left[0, 0])), yaw]
 
 
-def _numbers(values: ArrayLike) -> str:
-    return " ".join(_number(value) for value in np.asarray(values, dtype=float))
-
-
 def _inertial(link: ET.Element, body: Body) -> None:
     inertial = ET.SubElement(link, "inertial")
-    ET.SubElement(inertial, "origin", xyz=_numbers(body.centre))
-    ET.SubElement(inertial, "mass", value=_number(body.mass))
-    entries = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-    ET.SubElement(inertial, "inertia", {key: _number(body.inertia[entry]) for key, entry in entries.items()})
+    ET.SubElement(inertial, "origin", xyz=as_numbers(body.centre))
+    ET.SubElement(inertial, "mass", value=as_numbers(body.mass))
+    ET.SubElement(inertial, "inertia", {key: as_numbers(body.inertia[entry]) for key, entry in MOMENTS.items()})
 
 
 def _visual(link: ET.Element, picture: Picture) -> None:
@@ -209,13 +200,13 @@ def _visual(link: ET.Element, picture: Picture) -> None:
     visual = ET.SubElement(link, "visual")
     origin, geometry = ET.SubElement(visual, "origin"), ET.SubElement(visual, "geometry")
     if picture.end is None:
-        origin.set("xyz", _numbers(start))
-        ET.SubElement(geometry, "sphere", radius=_number(picture.radius))
+        origin.set("xyz", as_numbers(start))
+        ET.SubElement(geometry, "sphere", radius=as_numbers(picture.radius))
     else:
         line = np.array(picture.end) - start
         # Rz(yaw) Ry(pitch) turns the cylinder's own z axis onto the line.
         pitch, yaw = np.arctan2(np.hypot(line[0], line[1]), line[2]), np.arctan2(line[1], line[0])
-        origin.attrib |= {"xyz": _numbers(start + line / 2), "rpy": _numbers([0.0, pitch, yaw])}
+        origin.attrib |= {"xyz": as_numbers(start + line / 2), "rpy": as_numbers([0.0, pitch, yaw])}
         length = float(np.linalg.norm(line))
-        ET.SubElement(geometry, "cylinder", radius=_number(picture.radius), length=_number(length))
+        ET.SubElement(geometry, "cylinder", radius=as_numbers(picture.radius), length=as_numbers(length))
     ET.SubElement(visual, "material", name=picture.colour)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
 from ....core.errors import FileFormatError, InvalidInput, UnknownName
-from ....core.files.text_files import read_file
 from ...structure.description import Closures
 from ..closures_file import read_closures
 from ..joint_data import apply_joint_properties, repair_limits
 from ..right_angles import refuse_tolerance
+from ..xml_elements import read_source
 from .urdf_checking import checked_urdf
 from .urdf_mimic import with_mimics
 
@@ -39,7 +38,7 @@ def load_model(
 ) -> tuple[pin.Model, Closures]:
     """See :meth:`ClosedChain.from_urdf`."""
     refuse_tolerance(right_angle_tolerance)
-    source, path = _source(urdf)
+    source, path = read_source(urdf)
     if closures is None:
         if path is None:
             raise InvalidInput("expected closures, because the URDF is no file that they could stand beside")
@@ -84,11 +83,3 @@ def _built(text: str, hanging: pin.JointModel | None, name: str) -> pin.Model:
         )
     repair_limits(model)
     return model
-
-
-def _source(urdf: str | PathLike[str]) -> tuple[str | bytes, Path | None]:
-    """The XML, and the file that it came from."""
-    if isinstance(urdf, str) and urdf.lstrip("\ufeff \t\r\n").startswith("<"):
-        return urdf.lstrip("\ufeff \t\r\n"), None
-    content = read_file(urdf)
-    return content, Path(urdf)

@@ -16,6 +16,7 @@ import numpy as np
 from ....core.errors import InvalidInput
 from ...structure.closures import Closure
 from ...structure.description import Closures
+from ..bodies import free_name
 from ..xml_elements import Element
 from ..xml_numbers import number
 
@@ -89,11 +90,7 @@ def with_mimics(closures: Closures, mimics: Sequence[Closure]) -> Closures:
             if (other.type, other.frame_a, other.frame_b) == ("coupling", mimic.frame_a, mimic.frame_b)
         ]
         if not stated:
-            name = mimic.name
-            while name in taken:
-                name += "_"
-            taken.add(name)
-            more.append(dataclasses.replace(mimic, name=name))
+            more.append(dataclasses.replace(mimic, name=free_name(mimic.name, taken)))
         for other in stated:
             numbers = linear(other)
             if numbers is None or not np.allclose(numbers, mimic.polynomial or (), rtol=_SAME, atol=_SAME):

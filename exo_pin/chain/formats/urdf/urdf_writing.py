@@ -121,21 +121,13 @@ def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> t
 
 def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -> None:
     """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
-    known = set(links.values())
+    known = {*links.values(), "universe"}
     for frame in chain.model.frames:
         if frame.type not in (pin.FrameType.BODY, pin.FrameType.OP_FRAME) or frame.name in known:
             continue
-        if frame.parentJoint not in links or frame.name == "universe":
+        if frame.parentJoint not in links:
             continue
-        place = frame.placement
-        document.link(frame.name, None)
-        document.joint(
-            f"{frame.name}_weld",
-            "fixed",
-            links[frame.parentJoint],
-            frame.name,
-            place.translation,
-            [1, 0, 0],
-            rotation=place.rotation,
-        )
-        known.add(frame.name)
+        name, carrier, place = frame.name, links[frame.parentJoint], frame.placement
+        document.link(name, None)
+        document.joint(f"{name}_weld", "fixed", carrier, name, place.translation, [1, 0, 0], rotation=place.rotation)
+        known.add(name)

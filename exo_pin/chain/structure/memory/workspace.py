@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
-from ....core.errors import ExoPinError, InvalidInput
+from ....core.errors import ExoPinError
 from ....core.records import OneProcess
 from ....core.validation import FloatArray, frozen
 from ...kinematics import closure_kernels as kernels
@@ -18,14 +18,7 @@ from ..constant_axes import ConstantAxes
 from ..topology import Topology
 from .compact_data import data_for
 
-__all__ = [
-    "PINOCCHIO_TYPES",
-    "PROXIMAL_TYPES",
-    "ProximalProblem",
-    "Workspace",
-    "constraint_models",
-    "proximal_constraints",
-]
+__all__ = ["PINOCCHIO_TYPES", "PROXIMAL_TYPES", "ProximalProblem", "Workspace", "proximal_constraints"]
 
 #: The closure types that Pinocchio has a constraint for.
 PINOCCHIO_TYPES = {"rigid": pin.ContactType.CONTACT_6D, "spherical": pin.ContactType.CONTACT_3D}
@@ -62,6 +55,8 @@ class Workspace(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
+        # What the kernels take one after the other.
+        self._loops = topology.joints, topology.local, topology.kinds, topology.distances, topology.rows
         self.data = data_for(model)
         self.rate_data = data_for(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
@@ -81,52 +76,28 @@ class Workspace(OneProcess):
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
         self.q = np.zeros(model.nq)
+        self._couplings = self.q, topology.coupled, topology.polynomials
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""
-        top = self._topology
         pin.forwardKinematics(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual(
-            self.poses,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            self.q,
-            top.coupled,
-            top.polynomials,
-            self.gap,
-        )
+        return kernels.residual(self.poses, *self._loops, *self._couplings, self.gap)
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
-        top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
         np.copyto(self.q, q)
+        signs = self._topology.signs
         return kernels.residual_jacobian(
-            self.poses,
-            self.J,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.signs,
-            self.q,
-            top.coupled,
-            top.polynomials,
-            self.gap,
-            self.jacobian,
+            self.poses, self.J, *self._loops, signs, *self._couplings, self.gap, self.jacobian
         )
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
-        top = self._topology
-        unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        unit_wrenches(self.poses, *self._loops, self.unit)
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
@@ -138,25 +109,9 @@ class Workspace(OneProcess):
 
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
-        top = self._topology
         self.jacobian_rates(q, v)
-        kernels.jacobian_rate(
-            self.poses,
-            self.J,
-            self.dJ,
-            v,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.supports,
-            self.q,
-            top.coupled,
-            top.polynomials,
-            self.jacobian_rate,
-            self.drift,
-        )
+        moving, supports = (self.poses, self.J, self.dJ, v), self._topology.supports
+        kernels.jacobian_rate(*moving, *self._loops, supports, *self._couplings, self.jacobian_rate, self.drift)
         return self.drift
 
 
@@ -182,19 +137,6 @@ class ProximalProblem(OneProcess):
         pin.initConstraintDynamics(model, self.data, self.models, self.datas)
 
 
-def constraint_models(
-    model: pin.Model, closures: tuple[Closure, ...], topology: Topology
-) -> list[pin.RigidConstraintModel]:
-    """Pinocchio's constraints, one for each closure; see :attr:`exo_pin.chain.ClosedChain.constraint_models`."""
-    for closure in closures:
-        if closure.type not in PINOCCHIO_TYPES:
-            raise InvalidInput(
-                f"Pinocchio has no constraint for the {closure.type} closure {closure.name!r}: expected closures "
-                f"of type {' or '.join(PINOCCHIO_TYPES)}"
-            )
-    return proximal_constraints(model, closures, topology)
-
-
 def proximal_constraints(
     model: pin.Model, closures: tuple[Closure, ...], topology: Topology
 ) -> list[pin.RigidConstraintModel]:
@@ -204,8 +146,8 @@ def proximal_constraints(
     iteration takes.
     """
     models, axes, half = [], pin.ReferenceFrame.LOCAL, 0.5 * topology.length
-    for closure, joints, frames in zip(closures, topology.joints.tolist(), topology.local, strict=True):
-        a, b = (pin.SE3(local[:3].T.copy(), local[3].copy()) for local in frames)
+    for c, closure in enumerate(closures):
+        joints, a, b = topology.joints[c].tolist(), topology.frame(c, 0), topology.frame(c, 1)
         kind = PINOCCHIO_TYPES.get(closure.type, pin.ContactType.CONTACT_3D)
         for along in (-half, half) if closure.type == "revolute" else (0.0,):
             step = pin.SE3(np.eye(3), np.array([0.0, 0.0, along]))

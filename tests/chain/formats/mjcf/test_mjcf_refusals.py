@@ -5,9 +5,10 @@ import fnmatch
 import mujoco
 import pytest
 from mjcf_arm import arm, fixed_tendon, flag, motor
+from mujoco_fields import IRRELEVANT, REFUSED
 
 from exo_pin.chain import ClosedChain
-from exo_pin.chain.formats.mjcf.mjcf_refusals import IRRELEVANT, READ, REFUSED
+from exo_pin.chain.formats.mjcf.mjcf_refusals import READ
 from exo_pin.core.errors import FileFormatError, InvalidInput
 
 

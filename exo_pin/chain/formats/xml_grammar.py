@@ -1,0 +1,107 @@
+"""What elements of a robot's XML may hold: a rule for each kind of element, and the check of one element."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
+
+from ...core.errors import FileFormatError
+from .xml_elements import Element
+
+__all__ = ["Rule", "is_left_out", "read_children", "read_rules"]
+
+
+class Rule(NamedTuple):
+    """Attributes and children of an element.
+
+    Attributes
+    ----------
+    required, optional, others : sequence of str
+        Attributes; the others are of other programs and pass unread.
+    once, often : sequence of str
+        Children that are read, once or any number of times.
+    needed : sequence of str
+        Children that have to be there.
+    left_out : sequence of str
+        Children that are not read.
+    refused : dict of str to str
+        Children that no chain can hold, with the reason.
+    fixed : dict of str to str
+        Children with a value that has no effect; any other value is an error.
+    text : bool
+        Whether it has text instead of children.
+    """
+
+    required: Sequence[str] = ()
+    optional: Sequence[str] = ()
+    others: Sequence[str] = ()
+    once: Sequence[str] = ()
+    often: Sequence[str] = ()
+    needed: Sequence[str] = ()
+    left_out: Sequence[str] = ()
+    refused: Mapping[str, str] = MappingProxyType({})
+    fixed: Mapping[str, str] = MappingProxyType({})
+    text: bool = False
+
+
+@cache
+def read_rules(name: str) -> dict[str, Rule]:
+    """Rules by the elements' tags, of a format "urdf" or "sdf"."""
+    text = (Path(__file__).parent / name / f"{name}_grammar.toml").read_text(encoding="utf-8")
+    return {tag: Rule(**rule) for tag, rule in tomllib.loads(text).items()}
+
+
+def is_left_out(child: Element, rule: Rule) -> bool:
+    """Whether a child is not read: elements with a prefix are of other programs."""
+    return ":" in child.tag or child.tag in rule.left_out
+
+
+def read_children(element: Element, rule: Rule) -> list[Element]:
+    """The children that are read, after a check of the element.
+
+    Raises
+    ------
+    FileFormatError
+        If an attribute or a child is unknown, missing, refused, or there twice, or there is text where none is allowed.
+        A near miss is named.
+    """
+    for attribute in rule.required:
+        if attribute not in element.attributes:
+            near = get_close_matches(attribute, element.attributes, n=1)
+            raise element.error(f"the attribute {attribute!r} is missing{f'; there is {near[0]!r}' if near else ''}")
+    known = (*rule.required, *rule.optional, *rule.others)
+    for attribute in element.attributes:
+        if ":" not in attribute and attribute != "xmlns" and attribute not in known:
+            raise _unknown(element, f"attribute {attribute!r}", attribute, known)
+    if element.text and not rule.text:
+        raise element.error(f"expected no text in <{element.tag}>, got {element.text!r:.60}")
+    read = (*rule.once, *rule.often, *rule.fixed)
+    seen: dict[str, Element] = {}
+    found = []
+    for child in element.children:
+        tag = child.tag
+        if tag in rule.refused:
+            raise child.error(f"<{tag}> {rule.refused[tag]}")
+        if is_left_out(child, rule):
+            continue
+        if tag not in read:
+            raise _unknown(child, f"element <{tag}>", tag, (*read, *rule.left_out))
+        if tag in seen and tag not in rule.often:
+            raise child.error(f"expected one <{tag}>, this is a second one; the first is on line {seen[tag].line}")
+        seen.setdefault(tag, child)
+        found.append(child)
+    for tag in rule.needed:
+        if tag not in seen:
+            raise element.error(f"<{tag}> is missing")
+    return found
+
+
+def _unknown(element: Element, what: str, name: str, known: Iterable[str]) -> FileFormatError:
+    near = get_close_matches(name, known, n=1)
+    meant = f" (did you mean {near[0]!r}?)" if near else ""
+    return element.error(f"unknown {what}{meant}; there are: {', '.join(known) or 'none'}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from importlib.resources import files
 from os import PathLike
@@ -13,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.files.toml_tables import Table, read_toml
 from ...core.validation import as_choice
-from ...design import Arm, Mechanism, preset
+from ...design import Mechanism, preset
+from ..arguments import require_type
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..sensors.imu import PRINTED_DRIFT, Imu
@@ -64,8 +66,7 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
 
     A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}
     return PlantOptions() if families & {"cable", "linear"} else prototype_options()
 
@@ -78,13 +79,11 @@ def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
     By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
     The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     arm = mechanism.require_arm("another centre of mass")
     inward = OUTWARD if mechanism.side == "left" else -OUTWARD
     centre = np.array([arm.centre_of_mass[0], inward if y is None else y, arm.centre_of_mass[2]])
-    moved = Arm(arm.mass, centre, arm.inertia, arm.device, arm.body_mass)
-    return mechanism.replace(arm=moved, name=f"{mechanism.name}, arm hung outward")
+    return mechanism.replace(arm=replace(arm, centre_of_mass=centre), name=f"{mechanism.name}, arm hung outward")
 
 
 def _held_path() -> Trajectory:

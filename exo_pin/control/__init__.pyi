@@ -5,7 +5,6 @@ from .calibration.pose_choice import pose_information as pose_information
 from .calibration.pose_choice import suggest_poses as suggest_poses
 from .calibration.result import Calibration as Calibration
 from .calibration.undetermined import Undetermined as Undetermined
-from .controllers.contraction import Contractions as Contractions
 from .controllers.controller import Controller as Controller
 from .controllers.length_controller import LengthController as LengthController
 from .controllers.length_controller import LengthGains as LengthGains
@@ -33,6 +32,7 @@ from .experiments.tracking import Tracking as Tracking
 from .measured_run import MeasuredRun as MeasuredRun
 from .measured_run import read_run as read_run
 from .measured_run import write_run as write_run
+from .plant.contraction import Contractions as Contractions
 from .plant.drives.motor_parameters import LinearActuator as LinearActuator
 from .plant.drives.motor_parameters import Winch as Winch
 from .plant.faults import Fault as Fault

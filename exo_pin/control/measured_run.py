@@ -28,6 +28,7 @@ from ..core.files.toml_tables import naming_file
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation
 from ..load_case.trajectory_files import orientation_columns
+from .arguments import require_type
 
 __all__ = ["MeasuredRun", "read_run", "write_run"]
 
@@ -63,14 +64,14 @@ class MeasuredRun(Record):
         poses = as_rotation("orientations", self.orientations)
         if len(poses.shape) != 1:
             raise InvalidInput(f"expected orientations as a stack of shape (N,), got {poses.shape}")
-        lengths = as_finite("lengths", self.lengths, (None, None))
-        object.__setattr__(self, "lengths", lengths)
-        for name, shape in (("times", (None,)), ("pressures", (None, None))):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_finite(name, getattr(self, name), shape))
-        for name, value in (("lengths", lengths), ("times", self.times), ("pressures", self.pressures)):
-            if value is not None and len(np.asarray(value)) != len(poses):
-                raise InvalidInput(f"expected {len(poses)} rows of {name}, one an orientation, got {len(value)}")  # type: ignore[arg-type]
+        for name, shape in (("lengths", (None, None)), ("times", (None,)), ("pressures", (None, None))):
+            given = getattr(self, name)
+            if given is None and name != "lengths":
+                continue
+            values = as_finite(name, given, shape)
+            if len(values) != len(poses):
+                raise InvalidInput(f"expected {len(poses)} rows of {name}, one an orientation, got {len(values)}")
+            object.__setattr__(self, name, values)
         if self.times is not None and not (np.diff(np.asarray(self.times)) > 0.0).all():
             raise InvalidInput("expected times in s that rise from row to row")
 
@@ -145,8 +146,7 @@ def write_run(run: MeasuredRun, path: str | PathLike[str], comments: Iterable[st
     comments : iterable of str
         Lines before the table.
     """
-    if not isinstance(run, MeasuredRun):
-        raise InvalidInput(f"expected a MeasuredRun, got {type(run).__name__}")
+    require_type("run", run, MeasuredRun, "a MeasuredRun")
     columns, blocks = ["qx", "qy", "qz", "qw"], [run.orientations.as_quat()]
     if run.times is not None:
         columns, blocks = ["time_s", *columns], [np.asarray(run.times)[:, None], *blocks]

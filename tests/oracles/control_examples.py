@@ -4,7 +4,6 @@ import numpy as np
 
 import exo_pin as ep
 from exo_pin import control
-from exo_pin.control.controllers.contraction import WantedByLengths, WantedByOrientation
 from exo_pin.control.controllers.motor_loop import length_motion
 from exo_pin.control.sensors.imu import ImuSignal
 
@@ -23,9 +22,9 @@ def control_examples():
     signal, sensor = ImuSignal(imu), control.ImuSensor(imu, exo.mechanism)
     reading, seen = signal.read(0.0, pose, np.zeros(3)), sensor(0.0, exact)
     contractions = control.Contractions(exo.mechanism)
-    by_length, by_pose = WantedByLengths(contractions, _lengths), WantedByOrientation(contractions, reference)
     thesis, model = control.ContractionController(exo.mechanism, reference), control.ModelController(plant, reference)
-    for controller in (thesis, model):
+    by_length = control.ContractionController(exo.mechanism, lengths=_lengths)
+    for controller in (thesis, by_length, model):
         controller(0.0, seen)
     tracking = ep.experiment("flexion").replace(duration=0.05, imu=imu).run()
     gains = control.PIGains(0.1, 1.0)
@@ -33,7 +32,7 @@ def control_examples():
     pi.step([1.0], 0.01)
     feedback = control.FeedbackGains()
     return (
-        imu, signal, sensor, reading, seen, contractions, by_length, by_pose, thesis, model, model.planned,
+        imu, signal, sensor, reading, seen, contractions, thesis, by_length, model, model.planned,
         tracking, tracking.experiment, gains, pi, feedback, *_motor_examples(reference),
     )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,12 +11,13 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_choice, as_mapping, as_positive, as_rotation, frozen, require_method
-from .estimation import LOSSES, estimate, inflation, starting_mountings
-from .information import Information, as_prior
+from ...core.validation import FloatArray, as_choice, as_mapping, as_positive, frozen, require_method
+from ..arguments import as_single_rotation
+from .estimation import LOSSES, MeasurementErrors, estimate, inflation, starting_mountings
+from .information import Information
 from .length_model import LengthModel, as_unknowns
 from .plausibility import as_lengths, as_orientations, warn_of_mix_ups
-from .result import Calibration, MeasurementErrors
+from .result import Calibration
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -113,7 +115,7 @@ def calibrate(
     prior = prior_of(model, tolerances, errors.length_noise)
     model = _started(model, measured, values, torso_mounting is None, arm_mounting is None)
     warn_of_mix_ups(model, poses, values)
-    found = estimate(model, measured, values, errors.length_noise, errors.orientation_noise, prior, loss)
+    found = estimate(model, measured, values, errors, prior)
     if not np.isfinite(found.scale):
         raise InvalidInput(
             f"{values.size} lengths leave nothing to estimate their noise from, with {model.size} unknowns: measure "
@@ -132,28 +134,25 @@ def nominal_model(
     arm_mounting: Rotation | None = None,
 ) -> LengthModel:
     """The model of a design's lengths, to start from."""
-    still, mountings = Rotation.identity(), []
-    for name, mounting in (("torso_mounting", torso_mounting), ("arm_mounting", arm_mounting)):
-        if mounting is not None and as_rotation(name, mounting).shape != ():
-            raise InvalidInput(f"expected {name} to be a single rotation, got shape {mounting.shape}")
-        mountings.append(still if mounting is None else mounting)
-    geometry = nominal.geometry
-    return LengthModel(
-        geometry.base_points,
-        geometry.platform_points,
-        np.zeros(geometry.limb_count),
-        mountings[0],
-        mountings[1],
-        as_unknowns(unknowns),
+    torso, arm = (
+        Rotation.identity() if mounting is None else as_single_rotation(name, mounting)
+        for name, mounting in (("torso_mounting", torso_mounting), ("arm_mounting", arm_mounting))
     )
+    geometry, offsets = nominal.geometry, np.zeros(nominal.geometry.limb_count)
+    return LengthModel(geometry.base_points, geometry.platform_points, offsets, torso, arm, as_unknowns(unknowns))
 
 
 def prior_of(model: LengthModel, tolerances: Any, length_noise: float | None) -> FloatArray:
-    """Tolerances as standard deviations of the unknowns, shape (p,)."""
+    """Standard deviation of each unknown before any measurement, shape (p,), infinite without a tolerance."""
     given = as_mapping("tolerances", tolerances, "unknown to standard deviation")
     if given and length_noise is None:
         raise InvalidInput("expected length_noise with tolerances: it says how much the lengths weigh beside them")
-    return as_prior(model, {name: as_positive(f"tolerance of {name}", value) for name, value in given.items()})
+    prior = np.full(model.size, np.inf)
+    for name, tolerance in given.items():
+        if name not in model.places:
+            raise InvalidInput(f"tolerance of {name}, which is none of the unknowns: {', '.join(model.unknowns)}")
+        prior[model.places[name]] = as_positive(f"tolerance of {name}", tolerance)
+    return frozen(prior)
 
 
 def _errors(length_noise: float | None, orientation_noise: float, loss: str) -> MeasurementErrors:
@@ -182,15 +181,10 @@ def _started(
         for name, find in (("torso_mounting", find_torso), ("arm_mounting", find_arm))
         if find and name in model.unknowns
     ]
-    torso, arm, offsets = model.torso, model.arm, model.offsets
     if searched:
-        fixed = tuple(name for name in model.unknowns if not name.endswith("mounting"))
-        torso, arm = starting_mountings(
-            LengthModel(model.base, model.platform, offsets, torso, arm, (*fixed, *searched)), measured, lengths
-        )
-    started = LengthModel(model.base, model.platform, offsets, torso, arm, model.unknowns)
+        torso, arm = starting_mountings(model, searched, measured, lengths)
+        model = replace(model, torso=torso, arm=arm)
     if "length_offsets" in model.unknowns:
-        predicted = started.lengths(np.zeros(model.size), measured)
-        offsets = np.median(predicted - lengths, axis=0)
-        started = LengthModel(model.base, model.platform, offsets, torso, arm, model.unknowns)
-    return started
+        predicted = model.lengths(np.zeros(model.size), measured)
+        model = replace(model, offsets=np.median(predicted - lengths, axis=0))
+    return model

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from ...core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
 
-__all__ = ["LOSSES", "UNIT", "Estimate", "estimate", "inflation", "starting_mountings"]
+__all__ = ["LOSSES", "UNIT", "Estimate", "MeasurementErrors", "estimate", "inflation", "starting_mountings"]
 
 #: Robust losses and the residual, in standard deviations, from which they count less; 95 % efficient for normal errors.
 LOSSES = {"linear": np.inf, "huber": 1.345, "cauchy": 2.385}
@@ -36,6 +37,14 @@ _MEDIAN = 1.4826
 _LEAST_SHARE = 0.1
 #: Poses that choose among mountings to start from.
 _ENOUGH = 50
+
+
+class MeasurementErrors(NamedTuple):
+    """Errors as stated: of lengths (m, None if unknown), of orientations (rad), and the loss."""
+
+    length_noise: float | None
+    orientation_noise: float
+    loss: str
 
 
 class Estimate(NamedTuple):
@@ -63,13 +72,7 @@ class Estimate(NamedTuple):
 
 
 def estimate(
-    model: LengthModel,
-    measured: FloatArray,
-    lengths: FloatArray,
-    length_noise: float | None,
-    orientation_noise: float,
-    prior: FloatArray,
-    loss: str,
+    model: LengthModel, measured: FloatArray, lengths: FloatArray, errors: MeasurementErrors, prior: FloatArray
 ) -> Estimate:
     """Minimise the weighted squares of the lengths' errors, and of the unknowns' changes over their tolerances.
 
@@ -79,20 +82,18 @@ def estimate(
         As in :meth:`LengthModel.evaluate`.
     lengths : ndarray
         Shape (N, n), m.
-    length_noise : float or None
-        Standard deviation, m; estimated from the residuals if None.
-    orientation_noise : float
-        Standard deviation about each axis, rad.
+    errors : MeasurementErrors
+        The noise of lengths is estimated from the residuals if it is None. With a robust loss weights and unknowns are
+        found in turn (iteratively reweighted least squares).
     prior : ndarray
         Shape (p,), tolerances.
-    loss : str
-        Of :data:`LOSSES`. Weights and unknowns are found in turn (iteratively reweighted least squares).
 
     Raises
     ------
     SolverFailed
         If least squares or the weights do not converge.
     """
+    length_noise, orientation_noise, loss = errors
     noises = (UNIT if length_noise is None else length_noise, orientation_noise)
     problem = _Problem(model, measured, lengths, noises)
     values, weights, scale = np.zeros(model.size), np.ones(lengths.size), 1.0
@@ -201,16 +202,19 @@ class _Problem:
         return np.asarray(found.x)
 
 
-def starting_mountings(model: LengthModel, measured: FloatArray, lengths: FloatArray) -> tuple[Rotation, Rotation]:
+def starting_mountings(
+    model: LengthModel, searched: Sequence[str], measured: FloatArray, lengths: FloatArray
+) -> tuple[Rotation, Rotation]:
     """Mountings to start from: those given, turned so that the sensors' axes lie along other axes, if that fits better.
 
-    Sensors are often mounted with their axes along those of the body, in another order or sense.
+    Only the mountings that are ``searched``, by name, are turned. Sensors are often mounted with their axes along those
+    of the body, in another order or sense.
     """
     chosen = np.linspace(0, len(measured) - 1, min(_ENOUGH, len(measured))).astype(int)
     turns, still = Rotation.create_group("O"), Rotation.identity(1)
     turns = turns[np.argsort(turns.magnitude(), kind="stable")]
-    torsos = (turns if "torso_mounting" in model.unknowns else still) * model.torso
-    arms = model.arm * (turns if "arm_mounting" in model.unknowns else still)
+    torsos = (turns if "torso_mounting" in searched else still) * model.torso
+    arms = model.arm * (turns if "arm_mounting" in searched else still)
     ends = np.einsum("kij,sjl,ml->ksmi", measured[chosen], arms.as_matrix(), model.platform)
     seen = np.einsum("tij,ksmj->tskmi", torsos.as_matrix(), ends)
     misfit = lengths[chosen] + model.offsets - np.linalg.norm(seen - model.base, axis=-1)

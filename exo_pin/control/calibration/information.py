@@ -7,7 +7,6 @@ import functools
 import numpy as np
 import scipy
 
-from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from .length_model import LengthModel, Lengths
@@ -145,13 +144,3 @@ class Information(Record):
 def _triangle(matrix: FloatArray) -> FloatArray:
     """Upper triangular matrix with the same singular values and directions of unknowns."""
     return np.asarray(scipy.linalg.qr(matrix, mode="r")[0])[: matrix.shape[1]]
-
-
-def as_prior(model: LengthModel, tolerances: dict[str, float]) -> FloatArray:
-    """Standard deviation of each unknown before any measurement, shape (p,), infinite without a tolerance."""
-    prior = np.full(model.size, np.inf)
-    for name, tolerance in tolerances.items():
-        if name not in model.places:
-            raise InvalidInput(f"tolerance of {name}, which is none of the unknowns: {', '.join(model.unknowns)}")
-        prior[model.places[name]] = tolerance
-    return frozen(prior)

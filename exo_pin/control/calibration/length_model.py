@@ -12,6 +12,7 @@ arm frame) and o_i the length that the sensor leaves out: the end fittings of a 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,19 +23,9 @@ from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 
-__all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns"]
+__all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns", "labels"]
 
-#: What can be unknown. The unit is m, but rad of the mountings.
-GROUPS = (
-    "base_points",
-    "platform_points",
-    "length_offsets",
-    "base_offset",
-    "cuff_offset",
-    "torso_mounting",
-    "arm_mounting",
-)
-#: Written before the components of each.
+#: What can be unknown, and what is written before its components. The unit is m, but rad of the mountings.
 _SYMBOLS = {
     "base_points": "A",
     "platform_points": "B",
@@ -44,6 +35,7 @@ _SYMBOLS = {
     "torso_mounting": "torso mounting",
     "arm_mounting": "arm mounting",
 }
+GROUPS = tuple(_SYMBOLS)
 
 
 class Lengths(NamedTuple):
@@ -82,6 +74,7 @@ def as_unknowns(names: str | Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in GROUPS if name in found)
 
 
+@dataclass(eq=False, repr=False)
 class LengthModel(Record):
     """The equations above for one design; the vector of unknowns holds changes from its values.
 
@@ -97,39 +90,31 @@ class LengthModel(Record):
         Of :data:`GROUPS`, in their order.
     """
 
-    def __init__(
-        self,
-        base: FloatArray,
-        platform: FloatArray,
-        offsets: FloatArray,
-        torso: Rotation,
-        arm: Rotation,
-        unknowns: tuple[str, ...],
-    ) -> None:
-        self.base, self.platform, self.offsets = base, platform, offsets
-        self.torso, self.arm, self.unknowns = torso, arm, unknowns
-        n = len(base)
-        self.limb_count = n
-        sizes = {"base_points": 3 * n, "platform_points": 3 * n, "length_offsets": n}
+    base: FloatArray
+    platform: FloatArray
+    offsets: FloatArray
+    torso: Rotation
+    arm: Rotation
+    unknowns: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        self.limb_count = len(self.base)
         #: Where each group stands in the vector of unknowns.
         self.places: dict[str, slice] = {}
-        start = 0
-        for name in unknowns:
-            self.places[name] = slice(start, start + sizes.get(name, 3))
-            start += sizes.get(name, 3)
+        names, units = list[str](), list[str]()
+        for name in self.unknowns:
+            own = _components(name, self.limb_count)
+            self.places[name] = slice(len(names), len(names) + len(own))
+            names += own
+            units += ["rad" if name.endswith("mounting") else "m"] * len(own)
         #: Number of unknowns p.
-        self.size = start
-        names, units = [], []
-        for name in unknowns:
-            names += _components(name, n)
-            units += ["rad" if name.endswith("mounting") else "m"] * sizes.get(name, 3)
+        self.size = len(names)
         #: Name of each unknown, such as ``"A_2 x"``, and its unit.
         self.names, self.units = tuple(names), tuple(units)
-        reach = float(np.linalg.norm(np.concatenate([base, platform]), axis=1).mean())
         #: Mean distance of the joints from the centre, m: a turn by 1 rad moves them by this much.
-        self.reach = reach
+        self.reach = float(np.linalg.norm(np.concatenate([self.base, self.platform]), axis=1).mean())
         #: Changes of the unknowns that move joints by about the same length.
-        self.scales = frozen(np.array([1.0 / reach if unit == "rad" else 1.0 for unit in units]))
+        self.scales = frozen(np.array([1.0 / self.reach if unit == "rad" else 1.0 for unit in units]))
 
     @property
     def unit(self) -> str:
@@ -207,9 +192,16 @@ class LengthModel(Record):
         return Lengths(lengths - self.length_offsets(values), out, turned)
 
 
-def _components(name: str, count: int) -> list[str]:
+def labels(name: str, count: int) -> list[str]:
+    """What a group consists of, for ``count`` limbs: points, numbers, or one vector."""
     symbol = _SYMBOLS[name]
+    if name.endswith("points"):
+        return [f"{symbol}_{i + 1}" for i in range(count)]
     if name == "length_offsets":
         return [f"{symbol} {i + 1}" for i in range(count)]
-    limbs = [f"{symbol}_{i + 1}" for i in range(count)] if name.endswith("points") else [symbol]
-    return [f"{limb} {axis}" for limb in limbs for axis in "xyz"]
+    return [symbol]
+
+
+def _components(name: str, count: int) -> list[str]:
+    parts = labels(name, count)
+    return parts if name == "length_offsets" else [f"{part} {axis}" for part in parts for axis in "xyz"]

@@ -93,9 +93,7 @@ def warn_of_mix_ups(model: LengthModel, orientations: Rotation, lengths: FloatAr
     of the other order. A constant per limb is left out of the comparison. Where mountings are unknown, only the order
     of the limbs is judged.
     """
-    fits = _Misfits(model, lengths)
-    predicted = fits.predicted(orientations)
-    squares = fits.pairs(predicted)
+    squares = _misfits(model, orientations, lengths)
     base = float(np.sqrt(np.diag(squares).mean()))
     if base <= _NEAR:
         return
@@ -107,7 +105,7 @@ def warn_of_mix_ups(model: LengthModel, orientations: Rotation, lengths: FloatAr
         best, cause = swapped, f"the limbs are in another order: {', '.join(moved)}"
     if not {"torso_mounting", "arm_mounting"} & set(model.unknowns):
         for reading, other in _readings(orientations).items():
-            left = float(np.sqrt(np.diag(fits.pairs(fits.predicted(other))).mean()))
+            left = float(np.sqrt(np.diag(_misfits(model, other, lengths)).mean()))
             if left < best:
                 best, cause = left, reading
     if cause:
@@ -135,20 +133,8 @@ def _readings(orientations: Rotation) -> dict[str, Rotation]:
     }
 
 
-class _Misfits:
-    """Mean squares of differences between measured and predicted changes of lengths."""
-
-    def __init__(self, model: LengthModel, lengths: FloatArray) -> None:
-        self.model = model
-        self.measured = lengths - lengths.mean(axis=0)
-
-    def predicted(self, orientations: Rotation) -> FloatArray:
-        """Shape (N, n), of the nominal design."""
-        torso, arm = self.model.torso, self.model.arm
-        R = torso.as_matrix() @ orientations.as_matrix() @ arm.as_matrix()
-        lengths = np.linalg.norm(np.einsum("kij,nj->kni", R, self.model.platform) - self.model.base, axis=-1)
-        return np.asarray(lengths - lengths.mean(axis=0))
-
-    def pairs(self, predicted: FloatArray) -> FloatArray:
-        """Of limb i's prediction and column j, shape (n, n)."""
-        return np.asarray(((predicted[:, :, None] - self.measured[:, None, :]) ** 2).mean(axis=0))
+def _misfits(model: LengthModel, orientations: Rotation, lengths: FloatArray) -> FloatArray:
+    """Mean squares of differences between changes of limb i's predicted length and of column j, shape (n, n)."""
+    predicted = model.lengths(np.zeros(model.size), orientations.as_matrix())
+    changes, measured = (each - each.mean(axis=0) for each in (predicted, lengths))
+    return np.asarray(((changes[:, :, None] - measured[:, None, :]) ** 2).mean(axis=0))

@@ -15,7 +15,7 @@ from ...core.validation import FloatArray, as_choice, as_positive, frozen, requi
 from ...load_case.ranges_of_motion import ADL_BOX
 from .calibrate import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
-from .length_model import LengthModel, Lengths
+from .length_model import LengthModel
 from .plausibility import as_orientations
 
 if TYPE_CHECKING:
@@ -116,12 +116,9 @@ def pose_information(
     -------
     PoseInformation
     """
-    model, prior, whiten, lengths = _expected(
-        orientations, nominal, unknowns, (length_noise, orientation_noise), tolerances, torso_mounting, arm_mounting
-    )
-    measured = as_orientations(orientations).as_matrix()
-    jacobian = (whiten @ lengths.by_unknowns).reshape(-1, model.size)
-    return PoseInformation(model.names, Information(model, np.zeros(model.size), measured, jacobian, 1.0, prior))
+    require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
+    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
+    return _Measurements.of(model, orientations, length_noise, orientation_noise, tolerances).information()
 
 
 def suggest_poses(
@@ -168,38 +165,38 @@ def suggest_poses(
     poses = _grid(nominal) if candidates is None else as_orientations(candidates)
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= len(poses):
         raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {count!r}")
-    noises = (length_noise, orientation_noise)
-    model, prior, whiten, lengths = _expected(poses, nominal, unknowns, noises, tolerances)
-    rows = (whiten @ lengths.by_unknowns) * model.scales
-    search = _Search(rows, _start(model, prior), as_choice("criterion", criterion, CRITERIA))
+    model = nominal_model(nominal, unknowns)
+    possible = _Measurements.of(model, poses, length_noise, orientation_noise, tolerances)
+    start = _start(model, possible.prior)
+    search = _Search(possible.jacobian * model.scales, start, as_choice("criterion", criterion, CRITERIA))
     chosen = frozen(np.sort(search.exchanged(search.first(int(count)))))
-    expected = pose_information(
-        poses[chosen],
-        nominal,
-        unknowns=unknowns,
-        length_noise=length_noise,
-        orientation_noise=orientation_noise,
-        tolerances=tolerances,
-    )
-    return SuggestedPoses(poses[chosen], chosen, expected)
+    return SuggestedPoses(poses[chosen], chosen, possible.information(chosen))
 
 
-def _expected(
-    orientations: Rotation,
-    nominal: ShoulderExo,
-    unknowns: str | Iterable[str],
-    noises: tuple[float, float],
-    tolerances: Mapping[str, float] | None,
-    torso_mounting: Rotation | None = None,
-    arm_mounting: Rotation | None = None,
-) -> tuple[LengthModel, FloatArray, FloatArray, Lengths]:
-    require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    length = as_positive("length_noise", noises[0])
-    turn = as_positive("orientation_noise", noises[1], zero=True)
-    model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
-    prior = prior_of(model, tolerances, length)
-    lengths = model.evaluate(np.zeros(model.size), as_orientations(orientations).as_matrix())
-    return model, prior, whitening(lengths, length, turn), lengths
+class _Measurements(NamedTuple):
+    """Measurements to come: orientations (N, 3, 3), derivatives of the lengths over their errors (N, n, p), prior."""
+
+    model: LengthModel
+    measured: FloatArray
+    jacobian: FloatArray
+    prior: FloatArray
+
+    @classmethod
+    def of(
+        cls, model: LengthModel, orientations: Rotation, length_noise: float, orientation_noise: float, tolerances: Any
+    ) -> _Measurements:
+        length = as_positive("length_noise", length_noise)
+        turn = as_positive("orientation_noise", orientation_noise, zero=True)
+        measured = as_orientations(orientations).as_matrix()
+        lengths = model.evaluate(np.zeros(model.size), measured)
+        jacobian = whitening(lengths, length, turn) @ lengths.by_unknowns
+        return cls(model, measured, jacobian, prior_of(model, tolerances, length))
+
+    def information(self, chosen: Any = slice(None)) -> PoseInformation:
+        """Of all of them, or of those with some indices."""
+        model, jacobian = self.model, self.jacobian[chosen].reshape(-1, self.model.size)
+        found = Information(model, np.zeros(model.size), self.measured[chosen], jacobian, 1.0, self.prior)
+        return PoseInformation(model.names, found)
 
 
 def _grid(nominal: ShoulderExo) -> Rotation:

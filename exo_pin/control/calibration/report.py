@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...core.validation import FloatArray
+from .length_model import labels
 
 if TYPE_CHECKING:
     from .result import Calibration
@@ -56,29 +57,25 @@ def _fit(found: Calibration) -> list[str]:
 
 
 def _unknowns(found: Calibration) -> list[str]:
-    model, deviations = found.model, found.standard_deviations
+    """One row a joint, a length offset, or a vector."""
+    model = found.model
     lines = [f"{'unknown':22}{'nominal':>24}{'found':>24}{'standard deviation':>24}"]
-    a, b = (model.base, model.platform)
-    for name, points in (("base_points", a), ("platform_points", b)):
-        if name in model.places:
-            change = model.group(name, found.values, points.shape)
-            own = deviations[model.places[name]].reshape(points.shape)
-            symbol = "A" if name == "base_points" else "B"
-            for i, point in enumerate(points):
-                lines.append(_row(f"{symbol}_{i + 1}, mm", 1e3 * point, 1e3 * (point + change[i]), 1e3 * own[i]))
-    if "length_offsets" in model.places:
-        for i, offset in enumerate(found.length_offsets):
-            own = deviations[model.places["length_offsets"]]
-            lines.append(_row(f"length offset {i + 1}, mm", None, 1e3 * offset[None], 1e3 * own[i : i + 1]))
-    for name in ("base_offset", "cuff_offset"):
-        if name in model.places:
-            offset, own = found.values[model.places[name]], deviations[model.places[name]]
-            lines.append(_row(f"{name.replace('_', ' ')}, mm", None, 1e3 * offset, 1e3 * own))
-    for name in ("torso_mounting", "arm_mounting"):
-        if name in model.places:
-            turn = np.degrees(getattr(found, name).as_rotvec())
-            own = np.degrees(deviations[model.places[name]])
-            lines.append(_row(f"{name.replace('_', ' ')}, deg", None, turn, own))
+    for name, place in model.places.items():
+        parts = labels(name, model.limb_count)
+        unit, factor = ("deg", np.degrees(1.0)) if name.endswith("mounting") else ("mm", 1e3)
+        nominal = {"base_points": model.base, "platform_points": model.platform}.get(name)
+        if nominal is not None:
+            values = nominal + model.group(name, found.values, nominal.shape)
+        elif name == "length_offsets":
+            values = found.length_offsets
+        elif name.endswith("mounting"):
+            values = getattr(found, name).as_rotvec()
+        else:
+            values = found.values[place]
+        rows, deviations = (x.reshape(len(parts), -1) for x in (values, found.standard_deviations[place]))
+        for i, part in enumerate(parts):
+            start = None if nominal is None else factor * nominal[i]
+            lines.append(_row(f"{part}, {unit}", start, factor * rows[i], factor * deviations[i]))
     return lines + _centre(found)
 
 
@@ -97,4 +94,4 @@ def _row(name: str, nominal: FloatArray | None, found: FloatArray, deviation: Fl
 
 
 def _numbers(values: FloatArray, digits: int) -> str:
-    return " ".join(f"{value:7.{digits}f}" for value in np.atleast_1d(values))
+    return " ".join(f"{value:7.{digits}f}" for value in values)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -13,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ...core.records import Record
 from ...core.validation import FloatArray, frozen
 from ...load_case import CentreOffset
-from .estimation import UNIT, Estimate
+from .estimation import UNIT, Estimate, MeasurementErrors
 from .information import Information
 from .length_model import LengthModel
 from .plausibility import as_orientations
@@ -23,7 +24,7 @@ from .undetermined import Undetermined
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = ["Calibration", "MeasurementErrors"]
+__all__ = ["Calibration"]
 
 #: Residuals beyond this many standard deviations are named as outliers.
 _OUTLIER = 4.0
@@ -31,14 +32,7 @@ _OUTLIER = 4.0
 _CONTRADICTS = 1e-3
 
 
-class MeasurementErrors(NamedTuple):
-    """Errors as stated: of lengths (m, None if unknown), of orientations (rad), and the loss."""
-
-    length_noise: float | None
-    orientation_noise: float
-    loss: str
-
-
+@dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Record):
     """Result of :func:`exo_pin.calibrate`.
 
@@ -48,6 +42,8 @@ class Calibration(Record):
         The design that it started from.
     model : LengthModel
         Equations and unknowns; ``model.names`` names them.
+    estimate : Estimate
+        What least squares found, in its own weights.
     information : Information
         Covariance and what the data do not determine, for any function of the unknowns.
     orientations : Rotation
@@ -58,24 +54,18 @@ class Calibration(Record):
         As stated.
     """
 
-    def __init__(
-        self,
-        nominal: ShoulderExo,
-        model: LengthModel,
-        found: Estimate,
-        information: Information,
-        orientations: Rotation,
-        lengths: FloatArray,
-        errors: MeasurementErrors,
-    ) -> None:
-        self.nominal, self.model, self.information = nominal, model, information
-        self.orientations, self.lengths, self.errors = orientations, lengths, errors
-        self._found = found
+    nominal: ShoulderExo
+    model: LengthModel
+    estimate: Estimate
+    information: Information
+    orientations: Rotation
+    lengths: FloatArray
+    errors: MeasurementErrors
 
     @property
     def values(self) -> FloatArray:
         """Shape (p,): the unknowns, as changes from the start (m, rad), in the order of ``model.names``."""
-        return frozen(np.array(self._found.values))
+        return frozen(np.array(self.estimate.values))
 
     @property
     def covariance(self) -> FloatArray:
@@ -95,28 +85,28 @@ class Calibration(Record):
     @property
     def joints(self) -> tuple[FloatArray, FloatArray]:
         """Joint centres A_i in {O_A} and B_i in {O_B}, shape (n, 3) each, m, seen from the shoulder's centre."""
-        return self.model.joints(self._found.values)
+        return self.model.joints(self.estimate.values)
 
     @property
     def length_offsets(self) -> FloatArray:
         """o_i, shape (n,), m: joint distance minus measured length."""
-        return self.model.length_offsets(self._found.values)
+        return self.model.length_offsets(self.estimate.values)
 
     @property
     def torso_mounting(self) -> Rotation:
         """Q_T, from the torso's sensor to {O_A}."""
-        return self.model.mountings(self._found.values)[0]
+        return self.model.mountings(self.estimate.values)[0]
 
     @property
     def arm_mounting(self) -> Rotation:
         """Q_S, from {O_B} to the arm's sensor."""
-        return self.model.mountings(self._found.values)[1]
+        return self.model.mountings(self.estimate.values)[1]
 
     @functools.cached_property
     def rings(self) -> tuple[RingPosition, RingPosition]:
         """How the rings of joints are displaced as wholes from their nominal places, base and platform."""
         base, platform = (
-            RingPosition.of(self.model, self._found.values, self.information, ring) for ring in ("base", "platform")
+            RingPosition.of(self.model, self.estimate.values, self.information, ring) for ring in ("base", "platform")
         )
         return base, platform
 
@@ -127,13 +117,13 @@ class Calibration(Record):
         With joints alone unknown these are seen from the shoulder's centre and hold any offset; :attr:`rings` then says
         how each ring as a whole is displaced.
         """
-        values = self._found.values
+        values = self.estimate.values
         return CentreOffset(self.model.group("base_offset", values), self.model.group("cuff_offset", values))
 
     @property
     def exo(self) -> ShoulderExo:
         """The calibrated design; use it with :attr:`centre_offset`."""
-        values, shape = self._found.values, self.model.base.shape
+        values, shape = self.estimate.values, self.model.base.shape
         base = self.model.base + self.model.group("base_points", values, shape)
         platform = self.model.platform + self.model.group("platform_points", values, shape)
         return self.nominal.replace(geometry=self.nominal.geometry.replace(base_points=base, platform_points=platform))
@@ -156,26 +146,26 @@ class Calibration(Record):
         """
         shape = orientations.shape if isinstance(orientations, Rotation) else ()
         poses = as_orientations(orientations)
-        here = self.model.evaluate(self._found.values, poses.as_matrix())
+        here = self.model.evaluate(self.estimate.values, poses.as_matrix())
         spread = [np.diag(self.information.spread(rows)) for rows in here.by_unknowns]
         return here.values.reshape(*shape, -1), np.sqrt(spread).reshape(*shape, -1)
 
     @property
     def residuals(self) -> FloatArray:
         """Measured minus predicted lengths, shape (N, n), m."""
-        return self.lengths - self.model.lengths(self._found.values, self.orientations.as_matrix())
+        return self.lengths - self.model.lengths(self.estimate.values, self.orientations.as_matrix())
 
     @property
     def normalised_residuals(self) -> FloatArray:
         """The same, made independent with standard deviation 1, shape (N, n)."""
-        scale = self._found.scale if self._found.scale > 0.0 else 1.0
-        return (self._found.residuals / scale).reshape(self.lengths.shape)
+        scale = self.estimate.scale if self.estimate.scale > 0.0 else 1.0
+        return (self.estimate.residuals / scale).reshape(self.lengths.shape)
 
     @property
     def length_noise(self) -> float:
         """Standard deviation of a measured length, m: as stated, else as found."""
         stated = self.errors.length_noise
-        return UNIT * self._found.scale if stated is None else stated
+        return UNIT * self.estimate.scale if stated is None else stated
 
     @property
     def outliers(self) -> NDArray[np.intp]:
@@ -195,7 +185,7 @@ class Calibration(Record):
         """
         if self.errors.length_noise is None or self.errors.loss != "linear" or self.degrees_of_freedom <= 0:
             return float("nan")
-        return float(scipy.stats.chi2.sf((self._found.residuals**2).sum(), self.degrees_of_freedom))
+        return float(scipy.stats.chi2.sf((self.estimate.residuals**2).sum(), self.degrees_of_freedom))
 
     @property
     def verdict(self) -> str:

@@ -42,22 +42,18 @@ class RingPosition(ReadOnly):
         is_base = ring == "base"
         points, offset = ("base_points", "base_offset") if is_base else ("platform_points", "cuff_offset")
         nominal = model.base if is_base else model.platform
-        n, pick = len(nominal), np.zeros((3, model.size))
-        moved = model.group(points, values, (n, 3))
+        covariance = np.zeros((6, 6))
+        if offset in model.places:
+            covariance[:3, :3] = information.spread(np.eye(model.size)[model.places[offset]])
         if offset in model.places or points not in model.places:
-            if offset in model.places:
-                pick[:, model.places[offset]] = np.eye(3)
-            covariance = np.zeros((6, 6))
-            covariance[:3, :3] = information.spread(pick) if offset in model.places else 0.0
             return cls(model.group(offset, values), np.zeros(3), covariance)
-        fit = np.linalg.pinv(_rigid(nominal))
-        found = fit @ moved.reshape(-1)
+        moved, rigid = values[model.places[points]], _rigid(nominal)
+        fit = np.linalg.pinv(rigid)
+        found = fit @ moved
         rows = np.zeros((len(found), model.size))
         rows[:, model.places[points]] = fit
-        covariance = np.zeros((6, 6))
         turn = found[3:] if len(found) == 6 else np.zeros(3)
-        left = moved - (_rigid(nominal) @ found).reshape(n, 3)
-        scatter = float((left**2).sum()) / (3 * n - len(found))
+        scatter = float(((moved - rigid @ found) ** 2).sum()) / (len(moved) - len(found))
         covariance[: len(found), : len(found)] = information.spread(rows) + scatter * fit @ fit.T
         return cls(found[:3], turn, covariance)
 

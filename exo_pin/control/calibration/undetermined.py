@@ -104,7 +104,7 @@ def named_directions(
             # The sum of directions that are listed already is none of its own.
             if np.linalg.norm(new) > _NEW:
                 found.append(_direction(model, name, inside, _deviation(whole, own, inside)))
-                left = _without(left, new[:, None])
+                left = left @ scipy.linalg.null_space((left.T @ new)[None], rcond=1e-8)
         for column in _localised(left).T:
             text = _components_of(model, column)
             found.append(_direction(model, text, column, _deviation(whole, own, column)))
@@ -130,8 +130,10 @@ def _known(model: LengthModel, values: FloatArray, measured: FloatArray) -> list
     """Directions that are undetermined in principle, if the unknowns that they move are unknown."""
     a, b = model.joints(values)
     found = []
-    for ring, points in (("base", "base_points"), ("platform", "platform_points")):
-        offset = "base_offset" if ring == "base" else "cuff_offset"
+    for ring, points, offset in (
+        ("base", "base_points", "base_offset"),
+        ("platform", "platform_points", "cuff_offset"),
+    ):
         if {points, offset} <= set(model.unknowns):
             for axis, step in zip("xyz", np.eye(3), strict=True):
                 change = _change(model, {points: np.tile(step, (len(a), 1)), offset: -step})
@@ -156,37 +158,30 @@ def _limb_directions(
     found, own = [], one_axis(measured)
     torso, arm = model.mountings(values)
     for i in range(len(a)):
-        name = f"A_{i + 1} and B_{i + 1}"
+        moves = {}
         if own is not None:
-            platform_axis = arm.inv().apply(own)
-            base_axis = torso.apply(measured[0] @ own)
-            along = (_limb(model, i, base_axis, platform_axis), "together along the one axis of all poses")
-            about = (
-                _limb(model, i, np.cross(base_axis, a[i]), np.cross(platform_axis, b[i])),
-                "together about the one axis of all poses",
-            )
-            found += [(f"{name} {text}", change) for change, text in (along, about)]
-            found.append((f"{name}: one away from the one axis of all poses, the other towards it",
-                          _apart(model, i, a[i], b[i], base_axis, platform_axis)))  # fmt: skip
-        found.append((f"{name}: one away from the centre, the other towards it", _limb(model, i, a[i], -b[i])))
+            u, v = torso.apply(measured[0] @ own), arm.inv().apply(own)
+            moves[" together along the one axis of all poses"] = (u, v)
+            moves[" together about the one axis of all poses"] = (np.cross(u, a[i]), np.cross(v, b[i]))
+            moves[": one away from the one axis of all poses, the other towards it"] = _apart(a[i], b[i], u, v)
+        moves[": one away from the centre, the other towards it"] = (a[i], -b[i])
+        for text, (base, platform) in moves.items():
+            ring = np.zeros((2, len(a), 3))
+            ring[0, i], ring[1, i] = base, platform
+            change = _change(model, {"base_points": ring[0], "platform_points": ring[1]})
+            found.append((f"A_{i + 1} and B_{i + 1}{text}", change))
     return found
 
 
 def _apart(
-    model: LengthModel, i: int, a: FloatArray, b: FloatArray, base_axis: FloatArray, platform_axis: FloatArray
-) -> FloatArray:
+    a: FloatArray, b: FloatArray, base_axis: FloatArray, platform_axis: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """A_i away from the axis, B_i towards it, and both along it so that |a|² + |b|² - 2 (a·u)(b·u) stays."""
     high, low = float(a @ base_axis), float(b @ platform_axis)
     across_a, across_b = a - high * base_axis, b - low * platform_axis
     gap = high - low
     shift = 0.0 if abs(gap) < 1e-9 else -float(across_a @ across_a - across_b @ across_b) / gap
-    return _limb(model, i, across_a + shift * base_axis, -across_b)
-
-
-def _limb(model: LengthModel, i: int, base: FloatArray, platform: FloatArray) -> FloatArray:
-    ring = np.zeros((2, model.limb_count, 3))
-    ring[0, i], ring[1, i] = base, platform
-    return _change(model, {"base_points": ring[0], "platform_points": ring[1]})
+    return across_a + shift * base_axis, -across_b
 
 
 def _change(model: LengthModel, groups: dict[str, FloatArray]) -> FloatArray:
@@ -194,14 +189,6 @@ def _change(model: LengthModel, groups: dict[str, FloatArray]) -> FloatArray:
     for name, step in groups.items():
         change[model.places[name]] = np.ravel(step)
     return change
-
-
-def _without(space: FloatArray, taken: FloatArray) -> FloatArray:
-    """Orthonormal directions of a space that are perpendicular to some of it."""
-    if taken.shape[1] == 0 or space.shape[1] == 0:
-        return space
-    inside = space.T @ taken
-    return space @ scipy.linalg.null_space(inside.T, rcond=1e-8)
 
 
 def _localised(space: FloatArray) -> FloatArray:

@@ -17,11 +17,10 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_finite
 from ...muscle.valve.supply import LAYOUTS
 
-__all__ = ["Controller", "as_controller", "command_of_duty"]
+__all__ = ["Controller", "command_of_duty"]
 
 
 @runtime_checkable
@@ -40,32 +39,6 @@ class Controller(Protocol):
             whether it is without a reading.
         """
         ...
-
-
-class _Plain:
-    """A function as a controller: nothing to reset."""
-
-    def __init__(self, function: Any) -> None:
-        self._function = function
-
-    def reset(self) -> None:
-        """Nothing."""
-
-    def __call__(self, t: float, measurement: Any) -> ArrayLike:
-        return self._function(t, measurement)
-
-
-def as_controller(value: Any) -> Any:
-    """A controller with ``reset``.
-
-    Raises
-    ------
-    InvalidInput
-        If it cannot be called.
-    """
-    if not callable(value):
-        raise InvalidInput(f"expected a controller, a function (t, measurement) -> commands, got {value!r:.60}")
-    return value if callable(getattr(value, "reset", None)) else _Plain(value)
 
 
 def command_of_duty(duty: ArrayLike, layout: str = "3/2") -> FloatArray:

@@ -19,6 +19,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive
+from ..arguments import require_callable, require_type, set_positive
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion, measured_drives
 
@@ -44,9 +45,8 @@ class LengthGains:
     tension: float = 20.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "bandwidth", as_positive("bandwidth", self.bandwidth))
-        object.__setattr__(self, "integral_time", as_positive("integral_time", self.integral_time))
-        object.__setattr__(self, "tension", as_positive("tension", self.tension, zero=True))
+        set_positive(self, "bandwidth", "integral_time")
+        set_positive(self, "tension", zero=True)
 
 
 class LengthController:
@@ -72,12 +72,9 @@ class LengthController:
     def __init__(
         self, plant: Plant, reference: Callable[[float], Any], gains: LengthGains | None = None, rate: float = 100.0
     ) -> None:
-        if not isinstance(plant, Plant):
-            raise InvalidInput(f"expected plant to be a Plant, got {type(plant).__name__}")
-        if gains is not None and not isinstance(gains, LengthGains):
-            raise InvalidInput(f"expected gains to be LengthGains, got {type(gains).__name__}")
-        if not callable(reference):
-            raise InvalidInput(f"expected a reference that can be called, got {type(reference).__name__}")
+        require_type("plant", plant, Plant, "a Plant")
+        require_type("gains", gains, LengthGains | None, "LengthGains")
+        require_callable(reference, "a reference that can be called")
         if not plant.motors.all():
             raise InvalidInput("expected a motor in every limb; muscles have the controller of contraction ratios")
         self.plant, self.reference = plant, reference

@@ -35,8 +35,8 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive
 from ...design import Mechanism
 from ...load_case import Load, Motion
+from ..arguments import require_callable, require_type, set_positive
 from ..plant.plant import Plant
-from .contraction import Contractions
 from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion
 from .valve_loop import ValveLoop
@@ -80,10 +80,9 @@ class FeedbackGains:
     air_ahead: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("stiffness", "damping", "pressure", "bandwidth", "axial_share"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, "stiffness", "damping", "pressure", "bandwidth", "axial_share", zero=True)
         if self.integral_time != np.inf:
-            object.__setattr__(self, "integral_time", as_positive("integral_time", self.integral_time))
+            set_positive(self, "integral_time")
         if not isinstance(self.air_ahead, bool | np.bool_):
             raise InvalidInput(f"expected air_ahead as True or False, got {self.air_ahead!r:.40}")
 
@@ -101,8 +100,7 @@ def gains_for(mechanism: Mechanism) -> FeedbackGains:
     InvalidInput
         If it is no mechanism.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     arm, standard = mechanism.require_arm("a model-based controller", inertia=True), FeedbackGains()
     assert arm.inertia is not None
     c = arm.centre_of_mass
@@ -140,16 +138,12 @@ class ModelController:
     def __init__(
         self, plant: Plant, reference: Callable[[float], Any], gains: FeedbackGains | None = None, rate: float = 100.0
     ) -> None:
-        if not isinstance(plant, Plant):
-            raise InvalidInput(f"expected plant to be a Plant, got {type(plant).__name__}")
-        if gains is not None and not isinstance(gains, FeedbackGains):
-            raise InvalidInput(f"expected gains to be FeedbackGains, got {type(gains).__name__}")
-        if not callable(reference):
-            raise InvalidInput(f"expected a reference that can be called, got {type(reference).__name__}")
+        require_type("plant", plant, Plant, "a Plant")
+        require_type("gains", gains, FeedbackGains | None, "FeedbackGains")
+        require_callable(reference, "a reference that can be called")
         self.plant, self.reference = plant, reference
         self.gains = gains_for(plant.mechanism) if gains is None else gains
         self._interval = 1.0 / as_positive("rate", rate)
-        self._contractions = Contractions(plant.mechanism)
         self._valves = ValveLoop(plant, self.gains.pressure)
         self._motors = MotorLoop(plant.drives, self.gains.bandwidth)
         self.reset()
@@ -167,9 +161,13 @@ class ModelController:
         else:
             pose, velocity = measurement.orientation, measurement.angular_velocity
             error = (wanted.orientation * pose.inv()).as_rotvec()
-        lengths = self._contractions.lengths(pose)
-        self.planned = self._tensions(wanted, pose, velocity, error, lengths)
-        g = self.gains
+        g, tables = self.gains, self.plant.tables
+        lengths = self.plant.contractions.lengths(pose)
+        turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
+        feedback = self._shared(turned, pose) + self._integral
+        # The limbs carry what a load of the opposite moment would be, beside the plant's own.
+        load = Load(tables.force, -feedback, tables.point)
+        self.planned = self._tensions(pose, Motion(velocity, wanted.angular_acceleration), lengths, load)
         spring = g.stiffness * self._shared(error, pose)
         self._integral += self._interval / g.integral_time * (spring + self.planned.missing_moment)
         flows = self._needed_flows(t)
@@ -184,17 +182,8 @@ class ModelController:
         axis = pose.as_matrix()[:, 2]
         return np.asarray(vector - (1.0 - self.gains.axial_share) * (axis @ vector) * axis)
 
-    def _tensions(
-        self, wanted: Any, pose: Rotation, velocity: FloatArray, error: FloatArray, lengths: FloatArray
-    ) -> Tensions:
-        g = self.gains
-        turned = g.stiffness * error + g.damping * (wanted.angular_velocity - velocity)
-        feedback = self._shared(turned, pose) + self._integral
+    def _tensions(self, pose: Rotation, motion: Motion, lengths: FloatArray, load: Load | None) -> Tensions:
         least, greatest = self.plant.force_limits(lengths)
-        motion = Motion(velocity, wanted.angular_acceleration)
-        tables = self.plant.tables
-        # The limbs carry what a load of the opposite moment would be, beside the plant's own.
-        load = Load(tables.force, -feedback, tables.point)
         return tensions_for_motion(self.plant.mechanism, pose, motion, greatest, least, load)
 
     def _needed_flows(self, t: float) -> FloatArray | None:
@@ -203,11 +192,8 @@ class ModelController:
             return None
         masses = []
         for state in (self.reference(t), self.reference(t + _AHEAD)):
-            lengths = self._contractions.lengths(state.orientation)
-            least, greatest = self.plant.force_limits(lengths)
+            lengths = self.plant.contractions.lengths(state.orientation)
             motion = Motion(state.angular_velocity, state.angular_acceleration)
-            found = tensions_for_motion(
-                self.plant.mechanism, state.orientation, motion, greatest, least, self.plant.load
-            )
+            found = self._tensions(state.orientation, motion, lengths, self.plant.load)
             masses.append(self._valves.air(found.tensions, lengths))
         return np.asarray((masses[1] - masses[0]) / _AHEAD)

@@ -88,7 +88,7 @@ class MotorLoop:
         chosen = [(i, drive) for i, drive in enumerate(drives) if isinstance(drive, MotorDrive)]
         self.motors = [i for i, _ in chosen]
         own = [drive for _, drive in chosen]
-        self.mass = np.array([drive.mass for drive in own])
+        self.mass = np.array([drive.parameters.mass for drive in own])
         self.limit = np.array([drive.force_limit for drive in own])
         self.stiffness = np.array([drive.stiffness for drive in own])
         self._viscous = np.array([drive.parameters.viscous for drive in own])

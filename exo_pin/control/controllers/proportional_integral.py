@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, as_positive
+from ..arguments import set_positive
 
 __all__ = ["PIGains", "ProportionalIntegral"]
 
@@ -40,10 +41,10 @@ class PIGains:
     T_t: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "K_c", as_positive("K_c", self.K_c, zero=True))
-        object.__setattr__(self, "T_i", as_positive("T_i", self.T_i))
+        set_positive(self, "K_c", zero=True)
+        set_positive(self, "T_i")
         if self.T_t is not None and self.T_t != np.inf:
-            object.__setattr__(self, "T_t", as_positive("T_t", self.T_t))
+            set_positive(self, "T_t")
 
     @property
     def tracking_time(self) -> float:

@@ -19,13 +19,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_real, as_rotation
+from ...core.validation import FloatArray, as_real
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.active_set import least_forces
 from ...numerics.least_force_of_sums import least_sum_force
 from ...wrist.kinematics.inverse import inverse_kinematics
+from ..arguments import as_single_rotation
 
 __all__ = ["Tensions", "tensions_for_motion"]
 
@@ -91,8 +92,7 @@ def tensions_for_motion(
     require_massless(mechanism)
     if mechanism.arm is None:
         raise MissingData(["arm"], "a tension program", mechanism.name)
-    if as_rotation("orientation", orientation).shape != ():
-        raise InvalidInput(f"expected a single orientation, got a stack of shape {orientation.shape}")
+    as_single_rotation("orientation", orientation)
     query = as_query(orientation, motion, load)
     force, moment = (part[0] for part in carried(mechanism.arm, mechanism.gravity, query, query.force, query.moment))
     count = mechanism.limb_count

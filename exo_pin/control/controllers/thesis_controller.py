@@ -27,7 +27,8 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice, as_positive
 from ...design import Mechanism
 from ...muscle.valve.supply import LAYOUTS
-from .contraction import Contractions, WantedByLengths, WantedByOrientation
+from ..arguments import require_callable
+from ..plant.contraction import Contractions
 from .controller import command_of_duty
 from .proportional_integral import PIGains, ProportionalIntegral
 
@@ -85,14 +86,9 @@ class ContractionController:
         if (reference is None) == (lengths is None):
             raise InvalidInput("expected either a reference of orientations or one of lengths")
         self.contractions = Contractions(mechanism)
-        self.wanted: Callable[[float], FloatArray]
-        if reference is not None:
-            self.wanted = WantedByOrientation(self.contractions, reference)
-        elif lengths is not None:
-            self.wanted = WantedByLengths(self.contractions, lengths)
-        for name, given in (("reference", reference), ("lengths", lengths)):
-            if given is not None and not callable(given):
-                raise InvalidInput(f"expected {name} as a function of time, got {given!r:.60}")
+        self._followed: Any = lengths if reference is None else reference
+        self._by_lengths = reference is None
+        require_callable(self._followed, f"{'lengths' if self._by_lengths else 'reference'} as a function of time")
         count = mechanism.limb_count
         if gains is not None and not isinstance(gains, Iterable):
             raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {gains!r:.60}")
@@ -104,6 +100,15 @@ class ContractionController:
         self._layout = as_choice("layout", layout, LAYOUTS)
         self._on_loss = as_choice("on_loss", on_loss, ON_LOSS)
         self.reset()
+
+    def wanted(self, t: float) -> FloatArray:
+        """Contraction ratios of the reference at a time in s, shape (n,).
+
+        Three lengths may fit several orientations, and four or more may fit none: a reference of lengths says what the
+        muscles shall do, not the arm.
+        """
+        now = self._followed(t)
+        return self.contractions.ratios(now if self._by_lengths else self.contractions.lengths(now.orientation))
 
     def reset(self) -> None:
         """Integrals and duties to zero: vented muscles."""

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace as changed
+from dataclasses import replace
+from functools import partial
+from importlib.resources import files
 from os import PathLike
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.files.toml_tables import Table, read_toml
 from ...core.validation import as_choice
-from ...design import Arm, Mechanism, preset
+from ...design import Mechanism, preset
+from ..arguments import require_type
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..sensors.imu import PRINTED_DRIFT, Imu
@@ -21,7 +25,6 @@ from ..trajectories.reference import Reference, Trajectory
 from ..trajectories.tasks import abduction, daily_task, flexion
 from .designs import with_fourth_muscle, with_longer_muscles
 from .experiment import Experiment
-from .found_designs import FOUND_MAKERS
 
 __all__ = ["experiment", "experiments", "hung_outward", "options_for", "prototype_options", "reference_of"]
 
@@ -30,7 +33,7 @@ __all__ = ["experiment", "experiments", "hung_outward", "options_for", "prototyp
 VISCOUS, COULOMB = 0.04, 0.02
 #: Where the centre of mass of a left arm is in :func:`hung_outward`, m.
 OUTWARD = -0.04
-#: Of the hand-to-mouth-like task, s.
+#: Duration of the hand-to-mouth-like task, s.
 TASK_TIME = 20.0
 
 
@@ -63,8 +66,7 @@ def options_for(mechanism: Mechanism) -> PlantOptions:
 
     A design with cables or linear actuators gets :class:`PlantOptions`, without friction in the shoulder.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     families = {limb.actuator.family for limb in mechanism.limbs if limb.actuator is not None}
     return PlantOptions() if families & {"cable", "linear"} else prototype_options()
 
@@ -77,21 +79,11 @@ def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
     By Table 5-4 (y = 22.7 mm) the arm without muscles would hang at -6.8° of abduction, and its unit stops it at -5°.
     The dummy hung at +8.8°: what it carried there is not printed. Between the two, at 6.2°, lies a singular pose.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     arm = mechanism.require_arm("another centre of mass")
     inward = OUTWARD if mechanism.side == "left" else -OUTWARD
     centre = np.array([arm.centre_of_mass[0], inward if y is None else y, arm.centre_of_mass[2]])
-    moved = Arm(arm.mass, centre, arm.inertia, arm.device, arm.body_mass)
-    return mechanism.replace(arm=moved, name=f"{mechanism.name}, arm hung outward")
-
-
-def _prototype() -> Mechanism:
-    return preset("prototype")
-
-
-def _outward() -> Mechanism:
-    return hung_outward(_prototype())
+    return mechanism.replace(arm=replace(arm, centre_of_mass=centre), name=f"{mechanism.name}, arm hung outward")
 
 
 def _held_path() -> Trajectory:
@@ -111,105 +103,74 @@ def _task() -> Trajectory:
     return daily_task("feeding", TASK_TIME)
 
 
-def _longer(mechanism: Mechanism) -> Mechanism:
-    poses = _both_tests()
+def _long_for_tests(mechanism: Mechanism) -> Mechanism:
+    """Longer muscles, for the abduction and the flexion test."""
+    times = np.linspace(0.0, 5.0, 26)
+    poses = Rotation.concatenate([abduction()(times).orientation, flexion()(times).orientation])
     return with_longer_muscles(mechanism, poses)
 
 
-def _both_tests() -> Rotation:
-    """Poses of the abduction and of the flexion test."""
-    times = np.linspace(0.0, 5.0, 26)
-    return Rotation.concatenate([abduction()(times).orientation, flexion()(times).orientation])
+def _long_for_task(mechanism: Mechanism) -> Mechanism:
+    return with_longer_muscles(mechanism, _task().movement(10.0).orientations)
 
 
-def _made(
-    name: str,
-    title: str,
-    mechanism: Mechanism,
-    reference: Trajectory,
-    source: str,
-    second_flange: bool = False,
-    imu: Imu | None = None,
-    faults: tuple[Fault, ...] = (),
-) -> Experiment:
-    options = prototype_options(second_flange)
-    return Experiment(name, title, mechanism, reference, options=options, source=source, imu=imu, faults=faults)
+#: What the file of experiments calls changes of a design, and movements.
+_CHANGES: dict[str, Callable[[Mechanism], Mechanism]] = {
+    "outward": hung_outward,
+    "fourth muscle": with_fourth_muscle,
+    "longer muscles": _long_for_tests,
+    "longer muscles for the task": _long_for_task,
+}
+_MOVEMENTS: dict[str, Callable[[], Trajectory]] = {
+    "abduction": abduction,
+    "flexion": flexion,
+    "smooth abduction": partial(abduction, law="minimum_jerk"),
+    "smooth flexion": partial(flexion, law="minimum_jerk"),
+    "task": _task,
+    "held": _held_path,
+    "raised": _raised,
+}
 
 
-_PRELIMINARY = "thesis Section 5.4.1, Figures 5-11 to 5-14"
-_STRATEGY = "thesis Section 5.4.3"
-_TASK_SOURCE = (
-    "thesis Section 5.4.2; the measured trajectory is not printed, so the task is synthetic, within the published "
-    "range of feeding"
-)
-_BEYOND = "the centre of mass is assumed, so that the arm starts beyond the singular pose at 6.2 degrees of abduction"
+def _file() -> tuple[dict[str, Table], dict[str, str]]:
+    """The experiments of the file by name, not read yet, and the texts of its sources."""
+    root = read_toml(str(files("exo_pin.control.experiments") / "experiments.toml"))
+    return {str(entry.text("name")): entry for entry in root.tables("experiment")}, root.mapping("sources")
 
-#: Makers of the experiments, by name.
-_MAKERS: dict[str, Callable[[str], Experiment]] = {
-    "abduction": lambda n: _made(n, "abduction test", _prototype(), abduction(), _PRELIMINARY),
-    "flexion": lambda n: _made(n, "flexion test", _prototype(), flexion(), _PRELIMINARY),
-    "hand-to-mouth": lambda n: _made(n, "hand-to-mouth-like task", _prototype(), _task(), _TASK_SOURCE),
-    "abduction-outward": lambda n: _made(
-        n, "abduction test, arm hung outward", _outward(), abduction(), f"{_PRELIMINARY}; {_BEYOND}"
-    ),
-    "flexion-outward": lambda n: _made(
-        n, "flexion test, arm hung outward", _outward(), flexion(), f"{_PRELIMINARY}; {_BEYOND}"
-    ),
-    "hand-to-mouth-outward": lambda n: _made(
-        n, "hand-to-mouth-like task, arm hung outward", _outward(), _task(), f"{_TASK_SOURCE}; {_BEYOND}"
-    ),
-    "abduction-flange": lambda n: _made(
-        n, "abduction test, second flange", _outward(), abduction(), f"{_STRATEGY}; {_BEYOND}", second_flange=True
-    ),
-    "flexion-flange": lambda n: _made(
-        n, "flexion test, second flange", _outward(), flexion(), f"{_STRATEGY}; {_BEYOND}", second_flange=True
-    ),
-    "hand-to-mouth-flange": lambda n: _made(
-        n, "hand-to-mouth-like task, second flange", _outward(), _task(), f"{_STRATEGY}; {_BEYOND}", second_flange=True
-    ),
-    "abduction-long": lambda n: _made(
-        n, "abduction test, longer muscles", _longer(_outward()), abduction(), f"{_STRATEGY}; {_BEYOND}"
-    ),
-    "flexion-long": lambda n: _made(
-        n, "flexion test, longer muscles", _longer(_outward()), flexion(), f"{_STRATEGY}; {_BEYOND}"
-    ),
-    "abduction-four": lambda n: _made(
-        n, "abduction test, fourth muscle", with_fourth_muscle(_outward()), abduction(), f"{_STRATEGY}; {_BEYOND}"
-    ),
-    "abduction-four-long": lambda n: _made(
-        n, "abduction test, four longer muscles", _longer(with_fourth_muscle(_outward())), abduction(),
-        f"{_STRATEGY}; {_BEYOND}",
-    ),
-    "hand-to-mouth-four-long": lambda n: _made(
-        n, "hand-to-mouth-like task, four longer muscles",
-        with_longer_muscles(with_fourth_muscle(_outward()), _task().movement(10.0).orientations), _task(),
-        f"{_STRATEGY}; {_TASK_SOURCE}; {_BEYOND}",
-    ),
-    "held-abduction": lambda n: _made(
-        n, "abduction through poses that the muscles hold", _outward(), _held_path(), _BEYOND
-    ),
-    "held-abduction-four-long": lambda n: _made(
-        n, "abduction from 12 to 70°, four longer muscles", _longer(with_fourth_muscle(_outward())), _raised(), _BEYOND
-    ),
-    "held-abduction-lost-imu": lambda n: _made(
-        n, "abduction through held poses, inertial sensor lost", _outward(), _held_path(), _BEYOND,
-        imu=Imu(drift=PRINTED_DRIFT, lost=((3.0, 4.0),)),
-    ),
-    "held-abduction-burst": lambda n: _made(
-        n, "abduction through held poses, muscle 3 bursts", _outward(), _held_path(), _BEYOND,
-        faults=(Fault("burst", 2, start=4.0),),
-    ),
-    "held-abduction-stuck-valve": lambda n: _made(
-        n, "abduction through held poses, valve 3 stuck open", _outward(), _held_path(), _BEYOND,
-        faults=(Fault("stuck valve", 2, start=3.0, command=1.0),),
-    ),
-    **FOUND_MAKERS,
-}  # fmt: skip
+
+def _made(name: str, entry: Table, sources: dict[str, str]) -> Experiment:
+    mechanism = preset(str(entry.text("design")))
+    for change in entry.texts("changes"):
+        mechanism = _CHANGES[change](mechanism)
+    fault, lost = entry.table("fault"), entry.quantity("number", "lost_s", (2,), required=False)
+    made = Experiment(
+        name,
+        str(entry.text("title")),
+        mechanism,
+        _MOVEMENTS[str(entry.text("movement"))](),
+        entry.text("controller", required=False) or "pi",
+        options_for(mechanism).replace(second_flange=entry.flag("second_flange")),
+        imu=None if lost is None else Imu(drift=PRINTED_DRIFT, lost=(lost,)),
+        faults=() if fault is None else (_fault(fault),),
+        source="; ".join(sources[key] for key in entry.texts("sources")),
+    )
+    entry.finish()
+    return made
+
+
+def _fault(entry: Table) -> Fault:
+    given = {
+        "start": entry.quantity("number", "start_s"),
+        "command": entry.quantity("number", "command", required=False),
+        "brake_force": entry.quantity("force", "brake_force", required=False),
+    }
+    stated = {name: value for name, value in given.items() if value is not None}
+    return Fault(entry.text("kind"), entry.integer("limb"), **stated)  # type: ignore[arg-type]
 
 
 def experiments() -> list[str]:
     """Names for :func:`experiment`."""
-    return list(_MAKERS)
+    return list(_file()[0])
 
 
 def experiment(name: str, controller: object = None) -> Experiment:
@@ -232,5 +193,6 @@ def experiment(name: str, controller: object = None) -> Experiment:
     UnknownName
         If there is no such experiment.
     """
-    made = _MAKERS[as_choice("experiment", name, _MAKERS)](name)
-    return made if controller is None else changed(made, controller=controller)  # type: ignore[arg-type]
+    entries, sources = _file()
+    made = _made(name, entries[as_choice("experiment", name, entries)], sources)
+    return made if controller is None else made.replace(controller=controller)

@@ -9,9 +9,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_finite, as_positive, as_rotation
-from ...design import Limb, Mechanism, Stroke, WristGeometry
-from ..controllers.contraction import Contractions
+from ...core.validation import as_finite, as_positive, as_rotation
+from ...design import Mechanism, WristGeometry
+from ..arguments import require_type
+from ..plant.contraction import Contractions
 from ..plant.plant import Plant
 from .holdable import HELD, missing_moments
 
@@ -49,10 +50,10 @@ def with_longer_muscles(mechanism: Mechanism, poses: Rotation, fitting: float = 
     longest = np.asarray(contractions.lengths(poses)).reshape(-1, mechanism.limb_count).max(axis=0)
     if (longest <= 2.0 * short).any():
         raise InvalidInput(f"expected a fitting much shorter than the limbs, got {short:g} m")
-    limbs = [
-        replace(limb, stroke=replace(_stroke(limb, mechanism), nominal_length=float(most - short), end_fitting=short))
-        for limb, most in zip(mechanism.limbs, longest, strict=True)
-    ]
+    limbs = []
+    for limb, most in zip(mechanism.limbs, longest.tolist(), strict=True):
+        assert limb.stroke is not None
+        limbs.append(replace(limb, stroke=replace(limb.stroke, nominal_length=most - short, end_fitting=short)))
     return mechanism.replace(limbs=limbs, name=f"{mechanism.name}, longer muscles")
 
 
@@ -71,8 +72,7 @@ def with_fourth_muscle(mechanism: Mechanism, angle_deg: float = ADDED_ANGLE) -> 
     MissingData
         If the joints of the mechanism do not lie on circles.
     """
-    if not isinstance(mechanism, Mechanism):
-        raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(mechanism).__name__}")
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     added = np.radians(float(as_finite("angle_deg", angle_deg, ())))
     rings = []
     # The base's circle lies across the y axis, the cuff's across the arm (4-2).
@@ -124,12 +124,5 @@ def fourth_muscle_holes(
         except InvalidInput:
             continue
         plant = Plant(with_longer_muscles(design, poses if sized_for is None else sized_for))
-        missing: FloatArray = missing_moments(plant, poses)
-        shares[float(angle)] = float((missing <= tolerance).mean())
+        shares[float(angle)] = float((missing_moments(plant, poses) <= tolerance).mean())
     return shares
-
-
-def _stroke(limb: Limb, mechanism: Mechanism) -> Stroke:
-    if limb.stroke is None:
-        raise MissingData(["stroke"], "longer muscles", mechanism.name)
-    return limb.stroke

@@ -13,8 +13,7 @@ from ...core.records import Record
 from ...core.validation import as_choice, as_positive, as_rotation
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
-from ..controllers.contraction import Contractions
-from ..controllers.controller import as_controller
+from ..arguments import require_callable, require_type
 from ..controllers.length_controller import LengthController
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.tension_program import tensions_for_motion
@@ -36,8 +35,6 @@ __all__ = ["CONTROLLERS", "Experiment"]
 CONTROLLERS = ("pi", "model")
 #: Samples a second with a fault of a motor-driven limb, Hz.
 _FAULT_RATE = 1000.0
-#: By how much a length may be beyond a stroke, m.
-_ROUND = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,19 +83,15 @@ class Experiment(Record):
     source: str = ""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.mechanism, Mechanism):
-            raise InvalidInput(f"expected mechanism to be a Mechanism, got {type(self.mechanism).__name__}")
-        if not isinstance(self.reference, Reference):
-            raise InvalidInput(f"expected reference as a trajectory, got {self.reference!r:.60}")
+        require_type("mechanism", self.mechanism, Mechanism, "a Mechanism")
+        require_type("reference", self.reference, Reference, "a trajectory")
         if isinstance(self.controller, str):
             as_choice("controller", self.controller, CONTROLLERS)
-        elif not callable(self.controller):
-            raise InvalidInput(f"expected controller as a name or a function, got {self.controller!r:.60}")
-        kinds = (("options", PlantOptions), ("imu", Imu), ("feedback", FeedbackGains))
-        for name, kind in kinds:
-            value = getattr(self, name)
-            if not isinstance(value, kind) and (name == "options" or value is not None):
-                raise InvalidInput(f"expected {name} to be {kind.__name__}, got {type(value).__name__}")
+        else:
+            require_callable(self.controller, "controller as a name or a function")
+        require_type("options", self.options, PlantOptions, "PlantOptions")
+        require_type("imu", self.imu, Imu | None, "an Imu")
+        require_type("feedback", self.feedback, FeedbackGains | None, "FeedbackGains")
         if self.duration is not None:
             object.__setattr__(self, "duration", as_positive("duration", self.duration))
         object.__setattr__(self, "rate", as_positive("rate", self.rate))
@@ -127,7 +120,7 @@ class Experiment(Record):
         return Plant(self.mechanism, self.options)
 
     def made_controller(self, plant: Plant) -> Any:
-        """The controller for a plant, reset."""
+        """The controller for a plant, reset if it can be."""
         if self.controller == "pi" and plant.motors.any():
             made: Any = LengthController(plant, self.reference, rate=self.rate)
         elif self.controller == "pi":
@@ -138,8 +131,9 @@ class Experiment(Record):
         elif self.controller == "model":
             made = ModelController(plant, self.reference, self.feedback, self.rate)
         else:
-            made = as_controller(self.controller)
-        made.reset()
+            made = self.controller
+        if callable(getattr(made, "reset", None)):
+            made.reset()
         return made
 
     def start(self, plant: Plant) -> PlantState:
@@ -157,9 +151,9 @@ class Experiment(Record):
         if all(isinstance(drive, MuscleDrive) and not drive.over_tackle for drive in plant.drives):
             return plant.rest()
         pose = self.reference(0.0).orientation
-        lengths = Contractions(self.mechanism).lengths(pose)
+        lengths = plant.contractions.lengths(pose)
         for i, (drive, length) in enumerate(zip(plant.drives, lengths.tolist(), strict=True), 1):
-            if not drive.shortest - _ROUND <= length <= drive.longest + _ROUND:
+            if not drive.spans(length):
                 raise InvalidInput(
                     f"limb {i} would have to be {1e3 * length:.0f} mm long at the start of the reference; its "
                     f"{drive.word} spans {1e3 * drive.shortest:.0f} to {1e3 * drive.longest:.0f} mm. Start elsewhere"

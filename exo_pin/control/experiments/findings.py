@@ -20,6 +20,8 @@ ANGLES = ("flexion", "abduction", "internal rotation")
 _NEAR_END = 0.01
 #: Shares of time below which something is not worth a sentence.
 _SELDOM = 0.02
+#: The same of slackness of muscles, which hang loose in many poses.
+_HALF = 0.5
 #: Angle by which the rest pose must be off to be named, degrees.
 _OFF = 2.0
 #: Movement in the last part of a run that counts as standing still, degrees a second, and the smoothing, s.
@@ -84,15 +86,8 @@ def _rest(tracking: Tracking) -> list[str]:
 
 
 def _stretched(tracking: Tracking) -> list[str]:
-    texts = []
-    for i, wanted in enumerate(tracking.wanted_ratios.T, 1):
-        share = float((wanted < 0.0).mean())
-        if share > _SELDOM:
-            texts.append(
-                f"the reference needs {_name(tracking, i)} longer than its nominal length for {100.0 * share:.0f} % "
-                "of the time, and it cannot be stretched"
-            )
-    return texts
+    text = "the reference needs {} longer than its nominal length for {:.0f} % of the time, and it cannot be stretched"
+    return _often(tracking, tracking.wanted_ratios < 0.0, _SELDOM, text)
 
 
 def _beyond(tracking: Tracking) -> list[str]:
@@ -144,23 +139,17 @@ def _stall(tracking: Tracking) -> list[str]:
 
 
 def _slack(tracking: Tracking) -> list[str]:
-    texts = []
-    for i, slack in enumerate(tracking.run.slack.T, 1):
-        share = float(slack.mean())
-        if share > (_SELDOM if _name(tracking, i).startswith("cable") else 0.5):
-            texts.append(f"{_name(tracking, i)} is slack for {100.0 * share:.0f} % of the time")
-    return texts
+    cables = np.array([drive.word == "cable" for drive in tracking.run.plant.drives])
+    text, slack = "{} is slack for {:.0f} % of the time", tracking.run.slack
+    worth = cables | (slack.mean(axis=0) > _HALF)
+    return _often(tracking, slack & worth, _SELDOM, text)
 
 
 def _force_limits(tracking: Tracking) -> list[str]:
-    texts = []
-    for i in np.flatnonzero(tracking.run.plant.motors):
-        limit = tracking.run.plant.tables.motors[i, MOTOR_COLUMNS.index("force_limit")]
-        share = float((np.abs(tracking.run.motor_forces[:, i]) >= limit).mean())
-        if share > 0.0:
-            drive = _name(tracking, int(i) + 1)
-            texts.append(f"the motor of {drive} is at its force limit for {100.0 * share:.1f} % of the time")
-    return texts
+    plant = tracking.run.plant
+    limits = plant.tables.motors[:, MOTOR_COLUMNS.index("force_limit")]
+    reached = plant.motors & (np.abs(tracking.run.motor_forces) >= limits)
+    return _often(tracking, reached, 0.0, "the motor of {} is at its force limit for {:.1f} % of the time")
 
 
 def _faults(tracking: Tracking) -> list[str]:
@@ -188,6 +177,12 @@ def _sensor(tracking: Tracking) -> list[str]:
     peak = f"{force[at].max():.0f}" if at.any() else "no"
     reached = f"|F_s| reaches {peak} N while the controller has no reading"
     return [f"the inertial sensor is lost from {', '.join(lost)}; {reached}"]
+
+
+def _often(tracking: Tracking, happens: np.ndarray, least: float, text: str) -> list[str]:
+    """A sentence for each limb to which something happens, (N, n), for more than a share of the time."""
+    shares = happens.mean(axis=0).tolist()
+    return [text.format(_name(tracking, i), 100.0 * share) for i, share in enumerate(shares, 1) if share > least]
 
 
 def _main(tracking: Tracking, index: int, wanted: bool = False) -> tuple[float, str]:

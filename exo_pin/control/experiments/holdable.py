@@ -10,7 +10,7 @@ from ...core.validation import FloatArray, as_rotation
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.active_set import least_forces
 from ...wrist import limb_jacobian
-from ..controllers.contraction import Contractions
+from ..arguments import require_type
 from ..plant.plant import Plant
 
 __all__ = ["HELD", "missing_moments"]
@@ -43,8 +43,7 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     InvalidInput
         If a limb has mass, or poses are no stack of shape (N,).
     """
-    if not isinstance(plant, Plant):
-        raise InvalidInput(f"expected plant to be a Plant, got {type(plant).__name__}")
+    require_type("plant", plant, Plant, "a Plant")
     if len(as_rotation("poses", poses).shape) != 1:
         raise InvalidInput(f"expected poses as a stack of shape (N,), got {poses.shape}")
     mechanism = plant.mechanism
@@ -52,7 +51,7 @@ def missing_moments(plant: Plant, poses: Rotation) -> FloatArray:
     query = as_query(poses, None, plant.load)
     arm = mechanism.require_arm("a pose to hold")
     moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
-    lengths = Contractions(mechanism).lengths(poses)
+    lengths = plant.contractions.lengths(poses)
     least, greatest = np.empty_like(lengths), np.empty_like(lengths)
     for row, low, high in zip(lengths, least, greatest, strict=True):
         low[:], high[:] = plant.force_limits(row, slack=True)

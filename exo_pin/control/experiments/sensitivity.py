@@ -10,10 +10,10 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.progress import track
-from ...design import Mechanism
-from ...muscle.laws.friction import LoadDependentFriction
+from ...muscle.io.dynamic_files import dynamic_model
 from ...muscle.valve.supply import ValveUnit
 from ...study import StudyTable
+from ..arguments import require_type
 from ..controllers.proportional_integral import PIGains
 from ..controllers.thesis_controller import ContractionController, table_5_5_gains
 from .catalogue import hung_outward
@@ -72,13 +72,12 @@ def _supply(pressure: float) -> Change:
 
 
 def _centre(outward: float) -> Change:
-    words = f"{1e3 * outward:+g} mm outward"
-    return "centre of mass of the arm", words, lambda e: e.replace(mechanism=_centred(e.mechanism, outward))
+    def changed(experiment: Experiment) -> Experiment:
+        mechanism = experiment.mechanism
+        y = outward if mechanism.side == "left" else -outward
+        return experiment.replace(mechanism=hung_outward(mechanism, y).replace(name=mechanism.name))
 
-
-def _centred(mechanism: Mechanism, outward: float) -> Mechanism:
-    y = outward if mechanism.side == "left" else -outward
-    return hung_outward(mechanism, y).replace(name=mechanism.name)
+    return "centre of mass of the arm", f"{1e3 * outward:+g} mm outward", changed
 
 
 def _mass(factor: float) -> Change:
@@ -101,9 +100,8 @@ def _gains(words: str, factor: float, times: float) -> Change:
         nominal = [limb.stroke.nominal_length for limb in experiment.mechanism.limbs if limb.stroke is not None]
         gains = [PIGains(factor * g.K_c, times * g.T_i) for g in table_5_5_gains(nominal)]
         made = ContractionController(
-            experiment.mechanism, experiment.reference, gains=gains, rate=experiment.rate,
-            layout=layouts[0],
-        )  # fmt: skip
+            experiment.mechanism, experiment.reference, gains=gains, rate=experiment.rate, layout=layouts[0]
+        )
         return experiment.replace(controller=made)
 
     return "gains of Table 5-5", words, changed
@@ -119,7 +117,7 @@ CHANGES: tuple[Change, ...] = (
     _option("braid_stiffness", "× 1/2", lambda k: 0.5 * k),
     _option("braid_stiffness", "× 2", lambda k: 2.0 * k),
     _option("muscle_damping", "none", lambda _: None),
-    _option("muscle_friction", "(3-31)", lambda _: _printed_friction()),
+    _option("muscle_friction", "(3-31)", lambda _: dynamic_model("tang-3-31").friction),
     _option("shoulder_viscous", "none", lambda _: 0.0),
     _option("shoulder_viscous", "× 3", lambda c: 3.0 * c),
     _option("shoulder_coulomb", "none", lambda _: 0.0),
@@ -171,16 +169,6 @@ MOTOR_CHANGES: tuple[Change, ...] = (
 )  # fmt: skip
 
 
-def _printed_friction() -> LoadDependentFriction:
-    """Friction of (3-31)."""
-    from ...muscle.io.dynamic_files import dynamic_model
-
-    friction = dynamic_model("tang-3-31").friction
-    if not isinstance(friction, LoadDependentFriction):
-        raise InvalidInput("expected the friction of (3-31) to depend on the load")
-    return friction
-
-
 def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None, progress: bool = False) -> StudyTable:
     """Run an experiment as it is, and once for each change of an estimated parameter.
 
@@ -201,17 +189,15 @@ def sensitivity(experiment: Experiment, changes: Iterable[Change] | None = None,
         One row a run: ``parameter``, ``value``, ``start_deg``, ``furthest_deg`` and ``end_deg`` of the main angle,
         ``rms_error_deg``, ``peak_F_s_N``, ``end_F_s_N``, and ``status``. The first row is the experiment itself.
     """
-    if not isinstance(experiment, Experiment):
-        raise InvalidInput(f"expected an Experiment, got {type(experiment).__name__}")
+    require_type("experiment", experiment, Experiment, "an Experiment")
     standard = MOTOR_CHANGES if experiment.plant.motors.any() else CHANGES
     chosen = list(standard if changes is None else changes)
     rows = [_row("as estimated", "", experiment.run())]
     for name, words, change in track(chosen, "changing", progress):
         try:
             changed = change(experiment)
-            if not _is_another(experiment, changed):
-                continue
-            rows.append(_row(name, words, changed.run()))
+            if _is_another(experiment, changed):
+                rows.append(_row(name, words, changed.run()))
         except InvalidInput:
             continue
     return StudyTable(rows)
@@ -225,10 +211,10 @@ def _is_another(experiment: Experiment, changed: Experiment) -> bool:
     if any(getattr(experiment, name) != getattr(changed, name) for name in own):
         return True
     before, after = experiment.plant, changed.plant
-    tables = zip(before.tables, after.tables, strict=True)
-    motors = ([drive for drive in plant.drives if drive.is_motor] for plant in (before, after))
-    same = before.units == after.units and before.supply == after.supply and next(motors) == next(motors)
-    return not (same and all(np.array_equal(np.asarray(one), np.asarray(other)) for one, other in tables))
+    if before.units != after.units or before.supply != after.supply:
+        return True
+    tables: Any = zip(before.tables, after.tables, strict=True)
+    return not all(np.array_equal(one, other) for one, other in tables)
 
 
 def _row(name: str, words: str, tracking: Tracking) -> dict[str, Any]:

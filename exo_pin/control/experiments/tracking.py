@@ -13,10 +13,8 @@ from ...core.conventions import shoulder_angles, thesis_angles
 from ...core.files import write_text
 from ...core.files.csv_tables import csv_text
 from ...core.pictures import drawn
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, frozen
+from ...core.validation import FloatArray, ReadOnly, as_choice
 from ...muscle.valve.flow import ATMOSPHERE, GAS_CONSTANT, REFERENCE_TEMPERATURE
-from ..controllers.contraction import Contractions
 from ..plant.run import Run
 from .continuous_angles import continuous_angles
 from .findings import ANGLES, findings
@@ -38,12 +36,8 @@ def labelled(key: str) -> str:
     return words.replace("_", " ").replace("F s", "F_s")
 
 
-#: By how much a length may be beyond a stroke, m.
-_ROUND = 1e-6
-
-
 @dataclass(frozen=True, eq=False)
-class Tracking(Record):
+class Tracking(ReadOnly):
     """An arm that followed a reference, at N instants, with n limbs.
 
     Attributes
@@ -70,16 +64,9 @@ class Tracking(Record):
     @classmethod
     def of(cls, experiment: Experiment, run: Run) -> Tracking:
         """Compare a run with the reference of its experiment."""
-        contractions = Contractions(experiment.mechanism)
-        wanted = experiment.reference(run.times).orientation
-        return cls(
-            experiment,
-            run,
-            wanted,
-            frozen(contractions.ratios(contractions.lengths(wanted))),
-            frozen(contractions.ratios(run.lengths)),
-            frozen(missing_moments(run.plant, wanted)),
-        )
+        wanted, contractions = experiment.reference(run.times).orientation, run.plant.contractions
+        ratios = contractions.ratios(contractions.lengths(wanted))
+        return cls(experiment, run, wanted, ratios, run.contraction_ratios, missing_moments(run.plant, wanted))
 
     @property
     def times(self) -> FloatArray:
@@ -100,11 +87,11 @@ class Tracking(Record):
     def reachable(self) -> np.ndarray:
         """Shape (N,), bool: whether the drives can hold the wanted pose at rest, within the strokes of motor drives."""
         plant = self.run.plant
-        lengths = Contractions(plant.mechanism).lengths(self.wanted)
+        lengths = plant.contractions.lengths(self.wanted)
         held = self.missing_moment <= HELD
         for drive, length in zip(plant.drives, lengths.T, strict=True):
             if drive.is_motor:
-                held &= (length >= drive.shortest - _ROUND) & (length <= drive.longest + _ROUND)
+                held &= drive.spans(length)
         return np.asarray(held)
 
     def angles(self, wanted: bool = False, convention: str = "shoulder", degrees: bool = True) -> FloatArray:

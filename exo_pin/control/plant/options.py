@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import as_finite, as_positive
+from ...core.validation import as_finite
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
+from ..arguments import require_type, set_positive
 from .drives.motor_parameters import LinearActuator, Winch
 
 __all__ = ["PlantOptions"]
@@ -97,8 +98,7 @@ class PlantOptions:
     linear_actuator: LinearActuator = field(default_factory=LinearActuator)
 
     def __post_init__(self) -> None:
-        if self.supply is not None and not isinstance(self.supply, Supply):
-            raise InvalidInput(f"expected supply to be a Supply or None, got {type(self.supply).__name__}")
+        require_type("supply", self.supply, Supply | None, "a Supply or None")
         units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves
         units = tuple(units) if isinstance(units, Iterable) else ()
         if not units or not all(isinstance(unit, ValveUnit) for unit in units):
@@ -108,23 +108,15 @@ class PlantOptions:
         kappa = float(as_finite("polytropic_exponent", self.polytropic_exponent, ()))
         if not 1.0 <= kappa <= 1.4:
             raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")
-        for name in ("dead_volume", "braid_stiffness", "presliding", "shoulder_presliding", "stop_stiffness"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        for name in ("shoulder_viscous", "shoulder_coulomb", "stop_damping", "pulley_friction"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, "dead_volume", "braid_stiffness", "presliding", "shoulder_presliding", "stop_stiffness")
+        set_positive(self, "shoulder_viscous", "shoulder_coulomb", "stop_damping", "pulley_friction", zero=True)
         if self.series_spring is not None:
-            object.__setattr__(self, "series_spring", as_positive("series_spring", self.series_spring))
-        if self.muscle_damping is not None and not isinstance(self.muscle_damping, Damping):
-            raise InvalidInput(f"expected muscle_damping to be a Damping, got {type(self.muscle_damping).__name__}")
-        for name, kind in (("winch", Winch), ("linear_actuator", LinearActuator)):
-            if not isinstance(getattr(self, name), kind):
-                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(getattr(self, name)).__name__}")
-        known = (ConstantFriction, LoadDependentFriction)
-        if self.muscle_friction is not None and not isinstance(self.muscle_friction, known):
-            raise InvalidInput(
-                "expected muscle_friction to be a ConstantFriction or a LoadDependentFriction, got "
-                f"{type(self.muscle_friction).__name__}"
-            )
+            set_positive(self, "series_spring")
+        require_type("muscle_damping", self.muscle_damping, Damping | None, "a Damping")
+        require_type("winch", self.winch, Winch, "a Winch")
+        require_type("linear_actuator", self.linear_actuator, LinearActuator, "a LinearActuator")
+        known = ConstantFriction | LoadDependentFriction | None
+        require_type("muscle_friction", self.muscle_friction, known, "a ConstantFriction or a LoadDependentFriction")
 
     def replace(self, **changes: Any) -> PlantOptions:
         """Return a copy with some fields changed.

@@ -15,8 +15,9 @@ from ...core.validation import FloatArray, as_choice, as_finite
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
+from ..arguments import as_single_rotation, require_callable, require_type
 from .assumptions import Assumption, assumptions_of
-from .drives.drive import contraction_span
+from .contraction import Contractions
 from .drives.drives import drives_of
 from .drives.motor_drive import MotorDrive
 from .drives.statics import DriveStates, drive_states, force_limits
@@ -25,10 +26,10 @@ from .options import PlantOptions
 from .plant_tables import plant_tables, supply_of
 from .run import Run
 from .simulation.chain_simulation import simulate_chain
-from .simulation.drive_schedule import MotorUnit
-from .simulation.minimal_simulation import Clock, first_state, simulate_minimal
+from .simulation.minimal_simulation import simulate_minimal
+from .simulation.scenario import Clock, Scenario, as_tolerance, first_state
 from .simulation.settling import settled
-from .state import Controller, PlantState, Sensor, as_orientation, require_functions
+from .state import Controller, PlantState, Sensor
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -80,16 +81,14 @@ class Plant(Record):
             raise InvalidInput(f"expected a ShoulderExo or a Mechanism, got {type(exo).__name__}")
         self.mechanism = mechanism
         self.options = PlantOptions() if options is None else options
-        if not isinstance(self.options, PlantOptions):
-            raise InvalidInput(f"expected options to be PlantOptions, got {type(options).__name__}")
+        require_type("options", self.options, PlantOptions, "PlantOptions")
         if not isinstance(self.options.valves, ValveUnit) and len(self.options.valves) != self.count:
             raise InvalidInput(f"expected {self.count} valve units, one a limb, got {len(self.options.valves)}")
         self.load = load
         self.drives = drives_of(mechanism, self.options)
-        self.tables = plant_tables(mechanism, self.drives, self.options, load)
         self.supply = supply_of(self.drives, self.options)
-        starts, spans = zip(*(contraction_span(limb) for limb in mechanism.limbs), strict=True)
-        self._starts, self._spans = np.array(starts), np.array(spans)
+        self.tables = plant_tables(mechanism, self.drives, self.options, load, self.supply)
+        self.contractions = Contractions(mechanism)
 
     @property
     def count(self) -> int:
@@ -102,13 +101,12 @@ class Plant(Record):
         return np.array([drive.is_motor for drive in self.drives])
 
     @property
-    def units(self) -> tuple[ValveUnit | MotorUnit, ...]:
-        """What a command does, one a limb: valves of muscles, motors."""
+    def units(self) -> tuple[ValveUnit | MotorDrive, ...]:
+        """What a command goes to, one a limb: valves of muscles, motors."""
         given = self.options.valves
         valves = (given,) * self.count if isinstance(given, ValveUnit) else tuple(given)
         return tuple(
-            MotorUnit(drive.force_limit, drive.parameters.brake_force) if isinstance(drive, MotorDrive) else unit
-            for drive, unit in zip(self.drives, valves, strict=True)
+            drive if isinstance(drive, MotorDrive) else unit for drive, unit in zip(self.drives, valves, strict=True)
         )
 
     def contraction_ratios(self, lengths: ArrayLike) -> FloatArray:
@@ -119,8 +117,7 @@ class Plant(Record):
         InvalidInput
             If lengths are not finite, or not one a limb.
         """
-        given = as_finite("lengths", lengths, (self.count,), stack=True)
-        return np.asarray((self._starts - given) / self._spans)
+        return self.contractions.ratios(lengths)
 
     def force_limits(self, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
         """Least and greatest tension at rest at limb lengths in m, shape (n,) each, N; strokes do not count.
@@ -132,7 +129,7 @@ class Plant(Record):
         InvalidInput
             If lengths are not finite, or not one a limb.
         """
-        return force_limits(self.drives, self.tables, self.supply, lengths, slack)
+        return force_limits(self, lengths, slack)
 
     def drive_states(self, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
         """Pressures and positions of the drives that hold tensions in N at limb lengths in m, shape (n,) each.
@@ -142,7 +139,7 @@ class Plant(Record):
         InvalidInput
             If lengths or tensions are not finite, or not one a limb.
         """
-        return drive_states(self.drives, self.tables, self.supply, lengths, tensions)
+        return drive_states(self, lengths, tensions)
 
     @property
     def assumptions(self) -> tuple[Assumption, ...]:
@@ -177,13 +174,10 @@ class Plant(Record):
         given = as_finite("pressures", 0.0 if pressures is None else pressures, (), stack=True)
         if given.shape not in ((), (self.count,)):
             raise InvalidInput(f"expected {self.count} pressures, one a limb, got shape {given.shape}")
-        pose = as_orientation(Rotation.identity() if orientation is None else orientation)
-        out = self._lengths(pose) if drive_positions is None else drive_positions
+        pose = as_single_rotation("orientation", Rotation.identity() if orientation is None else orientation)
+        out = self.contractions.lengths(pose) if drive_positions is None else drive_positions
         out = np.where(self.motors, as_finite("drive_positions", out, (self.count,)), 0.0)
         return PlantState(pose, angular_velocity, np.where(self.motors, 0.0, given), out)  # type: ignore[arg-type]
-
-    def _lengths(self, pose: Rotation) -> FloatArray:
-        return np.asarray(np.linalg.norm(pose.apply(self.tables.platform) - self.tables.base, axis=1))
 
     def rest(
         self, pressures: ArrayLike = 0.0, near: Rotation | None = None, drive_positions: ArrayLike | None = None
@@ -229,7 +223,7 @@ class Plant(Record):
             If something is not usable.
         """
         pose = self.state(orientation).orientation
-        found = self.drive_states(self._lengths(pose), tensions)
+        found = self.drive_states(self.contractions.lengths(pose), tensions)
         return self.state(pose, pressures=found.pressures, drive_positions=found.positions)
 
     def simulate(
@@ -289,12 +283,13 @@ class Plant(Record):
         start = self.rest() if state0 is None else state0
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
             raise InvalidInput(f"expected state0 to be a PlantState of {self.count} limbs, got {start!r:.60}")
-        require_functions(controller, sensor)
+        require_callable(controller, "a controller, a function (t, measurement) -> commands")
+        if sensor is not None:
+            require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
         simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
-        return simulation(
-            self, controller, clock, start, as_faults(faults, self.motors.tolist()), sensor, rtol, progress
-        )
+        every = as_faults(faults, self.motors.tolist())
+        return simulation(Scenario(self, controller, clock, start, every, sensor, as_tolerance(rtol), progress))
 
     def __repr__(self) -> str:
         return f"<Plant {self.mechanism.name!r}: {self.count} limbs>"

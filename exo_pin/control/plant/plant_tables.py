@@ -14,6 +14,7 @@ from ...load_case import Load
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply
+from ..arguments import require_type
 from .drives.drive import Drive
 from .drives.muscle_drive import MuscleDrive
 from .equations.drive_kernels import AIR
@@ -38,7 +39,9 @@ def supply_of(drives: Sequence[Drive], options: PlantOptions) -> Supply | None:
     return Supply(max(pressures)) if options.supply is None else options.supply
 
 
-def plant_tables(mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions, load: Load | None) -> Tables:
+def plant_tables(
+    mechanism: Mechanism, drives: Sequence[Drive], options: PlantOptions, load: Load | None, supply: Supply | None
+) -> Tables:
     """The tables of a plant.
 
     Raises
@@ -58,7 +61,7 @@ def plant_tables(mechanism: Mechanism, drives: Sequence[Drive], options: PlantOp
         _own(geometry.base_points), _own(geometry.platform_points), _own(c), _own(mechanism.gravity), float(arm.mass),
         _own(inertia), _own(np.asarray(np.linalg.inv(inertia))), force, point, _laws(drives),
         _rows(drives, False, NO_MUSCLE), _rows(drives, True, np.zeros(len(MOTOR_COLUMNS))),
-        _shoulder(mechanism, options), _air(supply_of(drives, options), options),
+        _shoulder(mechanism, options), _air(supply, options),
     )  # fmt: skip
 
 
@@ -70,8 +73,7 @@ def _own(array: ArrayLike) -> FloatArray:
 def _constant_force(load: Load | None) -> tuple[FloatArray, FloatArray]:
     if load is None:
         return np.zeros(3), np.zeros(3)
-    if not isinstance(load, Load):
-        raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+    require_type("load", load, Load, "a Load")
     force, at, moment = (np.asarray(value, dtype=float) for value in (load.force, load.at, load.moment))
     if force.ndim > 1 or at.ndim > 1 or moment.any() or load.frame != "base":
         raise InvalidInput('expected one force without a couple, frame="base": the load of a plant is constant in time')
@@ -119,18 +121,17 @@ def _polynomial(model: StaticModel) -> FloatArray:
 
 def _shoulder(mechanism: Mechanism, options: PlantOptions) -> FloatArray:
     joint = mechanism.shoulder
-    ends = joint.abduction_centre is not None and joint.half_diagonal is not None and not options.second_flange
     values = {
         "viscous": options.shoulder_viscous,
         "coulomb": options.shoulder_coulomb,
         "presliding": options.shoulder_presliding if options.shoulder_coulomb > 0.0 else 1.0,
-        "stops": float(ends),
         "side": 1.0 if mechanism.side == "left" else -1.0,
     }
-    if ends:
+    if joint.abduction_centre is not None and joint.half_diagonal is not None and not options.second_flange:
         values |= {
-            "stop_centre": joint.abduction_centre or 0.0,
-            "stop_half": joint.half_diagonal or 0.0,
+            "stops": 1.0,
+            "stop_centre": joint.abduction_centre,
+            "stop_half": joint.half_diagonal,
             "stop_stiffness": options.stop_stiffness,
             "stop_damping": options.stop_damping,
         }

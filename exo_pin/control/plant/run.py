@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.records import Record
-from ...core.validation import FloatArray, frozen
+from ...core.validation import FloatArray, ReadOnly
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE
 from ...reaction.query import as_split, reaction
@@ -29,7 +28,7 @@ _DETERMINED = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Run(Record):
+class Run(ReadOnly):
     """A motion of the plant, at N instants, with n limbs.
 
     Attributes
@@ -239,6 +238,6 @@ def recorded(plant: Plant, rows: FloatArray, status: str, steps: int) -> Run:
     sums = Y[:, 10 + 2 * n :]
     own |= {"tension_work": sums[:, :n], "source_work": sums[:, n : 2 * n], "drive_loss": sums[:, 2 * n : 3 * n]}
     own |= {name: sums[:, 3 * n + k] for k, name in enumerate(("shoulder_loss", "air_used", "air_vented"))}
-    kept = {name: frozen(np.array(values)) for name, values in own.items()}
+    own = {name: np.array(values) for name, values in own.items()}
     turns = Rotation.from_quat(Q)
-    return Run(plant=plant, times=frozen(rows[:, 0].copy()), rotations=turns, status=status, steps=steps, **kept)
+    return Run(plant=plant, times=rows[:, 0].copy(), rotations=turns, status=status, steps=steps, **own)

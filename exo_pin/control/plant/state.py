@@ -12,9 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_rotation
+from ...core.validation import FloatArray, as_finite
+from ..arguments import as_single_rotation
 
-__all__ = ["Controller", "Measurement", "PlantState", "Sensor", "as_orientation", "require_functions"]
+__all__ = ["Controller", "Measurement", "PlantState", "Sensor"]
 
 
 class Measurement(NamedTuple):
@@ -39,6 +40,8 @@ class Measurement(NamedTuple):
     drive_positions, drive_speeds : ndarray or None
         Shape (n,), length that each motor drive lets out, m, and its rate, m/s, as an encoder of the motor reports
         them; zero for muscles. None where they are not measured.
+    lost : bool
+        Whether the pose is an old one, because its sensor has no reading now.
     """
 
     orientation: Rotation
@@ -49,39 +52,13 @@ class Measurement(NamedTuple):
     contraction_ratios: FloatArray
     drive_positions: FloatArray | None = None
     drive_speeds: FloatArray | None = None
+    lost: bool = False
 
 
 #: From time in s and measurement to commands of the drives, shape (n,), -1 to 1.
 Controller = Callable[[float, Measurement], ArrayLike]
 #: From time in s and exact measurement to the one that the controller gets.
 Sensor = Callable[[float, Measurement], Measurement]
-
-
-def as_orientation(given: Rotation) -> Rotation:
-    """A single orientation.
-
-    Raises
-    ------
-    InvalidInput
-        If it is none, or a stack.
-    """
-    if as_rotation("orientation", given).shape != ():
-        raise InvalidInput(f"expected a single orientation, got a stack of shape {given.shape}")
-    return given
-
-
-def require_functions(controller: object, sensor: object) -> None:
-    """Check that controller and sensor, if there is one, can be called.
-
-    Raises
-    ------
-    InvalidInput
-        If one cannot.
-    """
-    if not callable(controller):
-        raise InvalidInput(f"expected a controller, a function (t, measurement) -> commands, got {controller!r:.60}")
-    if sensor is not None and not callable(sensor):
-        raise InvalidInput(f"expected a sensor, a function (t, measurement) -> measurement, got {sensor!r:.60}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +84,7 @@ class PlantState(Record):
     drive_speeds: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        as_orientation(self.orientation)
+        as_single_rotation("orientation", self.orientation)
         object.__setattr__(self, "angular_velocity", as_finite("angular_velocity", self.angular_velocity, (3,)))
         pressures = as_finite("pressures", self.pressures, (None,))
         if (pressures < 0.0).any():

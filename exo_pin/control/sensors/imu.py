@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_positive, as_real, as_rotation, as_unit_vector
+from ...core.validation import FloatArray, as_finite, as_real, as_unit_vector
 from ...wrist.velocity.sensors import OrientationChain
+from ..arguments import as_single_rotation, require_type, set_positive
 
 __all__ = ["PRINTED_DRIFT", "Imu", "ImuReading", "ImuSignal"]
 
@@ -66,12 +67,9 @@ class Imu:
 
     def __post_init__(self) -> None:
         for name in ("torso", "mount"):
-            if as_rotation(name, getattr(self, name)).shape != ():
-                raise InvalidInput(f"expected {name} to be a single rotation")
-        if self.chain is not None and not isinstance(self.chain, OrientationChain):
-            raise InvalidInput(f"expected chain to be an OrientationChain, got {type(self.chain).__name__}")
-        for name in ("noise", "velocity_noise", "delay"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+            as_single_rotation(name, getattr(self, name))
+        require_type("chain", self.chain, OrientationChain | None, "an OrientationChain")
+        set_positive(self, "noise", "velocity_noise", "delay", zero=True)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             raise InvalidInput(f"expected seed as a whole number of zero or more, got {self.seed!r:.40}")
         object.__setattr__(self, "drift", float(as_finite("drift", self.drift, ())))
@@ -119,8 +117,7 @@ class ImuSignal:
     """Readings of a sensor, sample after sample; a delayed reading lies between samples on the shortest turn."""
 
     def __init__(self, imu: Imu) -> None:
-        if not isinstance(imu, Imu):
-            raise InvalidInput(f"expected an Imu, got {type(imu).__name__}")
+        require_type("imu", imu, Imu, "an Imu")
         self.imu = imu
         self.reset()
 

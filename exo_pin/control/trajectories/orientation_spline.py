@@ -14,6 +14,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite, as_rotation, frozen
 from ...load_case import Movement, read_movement
 from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
+from ..arguments import require_type
 from .reference import Trajectory
 
 __all__ = ["OrientationSpline", "read_reference"]
@@ -79,8 +80,7 @@ class OrientationSpline(Trajectory):
     @classmethod
     def of_movement(cls, movement: Movement, title: str = "measured movement") -> OrientationSpline:
         """A reference through the orientations of a movement, smoothed if they were."""
-        if not isinstance(movement, Movement):
-            raise InvalidInput(f"expected movement to be a Movement, got {type(movement).__name__}")
+        require_type("movement", movement, Movement, "a Movement")
         return cls(movement.times, movement.orientations, rest=False, title=title)
 
     def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

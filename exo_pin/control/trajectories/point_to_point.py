@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_positive, as_rotation
+from ...core.validation import FloatArray, as_finite
+from ..arguments import as_single_rotation, set_positive
 from .reference import Trajectory
 from .time_laws import TimeLaw, as_time_law
 
@@ -46,13 +47,12 @@ class Turn(Trajectory):
     title: str = ""
 
     def __post_init__(self) -> None:
-        if as_rotation("first", self.first).shape != ():
-            raise InvalidInput(f"expected first to be a single rotation, got shape {self.first.shape}")
+        as_single_rotation("first", self.first)
         vector = as_finite("rotation_vector", self.rotation_vector, (3,))
         if np.linalg.norm(vector) > _LARGEST_TURN:
             raise InvalidInput(f"expected rotation_vector in rad, got {vector.tolist()} (degrees?)")
         object.__setattr__(self, "rotation_vector", vector)
-        object.__setattr__(self, "duration", as_positive("duration", self.duration))
+        set_positive(self, "duration")
         object.__setattr__(self, "law", as_time_law(self.law))
 
     def _states(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -87,10 +87,7 @@ def point_to_point(
     InvalidInput
         If start and end are half a turn apart, where two ways are equally short.
     """
-    for name, value in (("start", start), ("end", end)):
-        if as_rotation(name, value).shape != ():
-            raise InvalidInput(f"expected {name} to be a single rotation, got shape {value.shape}")
-    vector = (end * start.inv()).as_rotvec()
+    vector = (as_single_rotation("end", end) * as_single_rotation("start", start).inv()).as_rotvec()
     if np.linalg.norm(vector) > _HALF_TURN:
         raise InvalidInput("start and end are half a turn apart: give a Turn with its rotation_vector")
     return Turn(start, vector, duration, law, title)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -137,10 +137,3 @@ class Trajectory(Record, ABC):
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.title or 'trajectory'}, {self.duration:g} s>"
-
-
-def as_trajectory(name: str, value: Any) -> Trajectory:
-    """Return ``value`` if it is a Trajectory, else raise InvalidInput."""
-    if not isinstance(value, Trajectory):
-        raise InvalidInput(f"expected {name} to be a Trajectory, got {type(value).__name__}")
-    return value

@@ -8,7 +8,8 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
-from .reference import Trajectory, as_trajectory
+from ..arguments import require_type
+from .reference import Trajectory
 
 __all__ = ["Sequence"]
 
@@ -36,7 +37,9 @@ class Sequence(Trajectory):
     def __post_init__(self) -> None:
         if not isinstance(self.parts, (tuple, list)) or not self.parts:
             raise InvalidInput(f"expected parts as a tuple of trajectories, got {self.parts!r:.60}")
-        object.__setattr__(self, "parts", tuple(as_trajectory("each part", part) for part in self.parts))
+        for part in self.parts:
+            require_type("each part", part, Trajectory, "a Trajectory")
+        object.__setattr__(self, "parts", tuple(self.parts))
         for k, (one, other) in enumerate(zip(self.parts[:-1], self.parts[1:], strict=True)):
             jump = (other.start * one.end.inv()).magnitude()
             if jump > _JUMP:

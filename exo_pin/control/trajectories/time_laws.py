@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_choice, as_positive
+from ...core.validation import FloatArray, as_choice
+from ..arguments import set_positive
 
 __all__ = ["TIME_LAWS", "TimeLaw", "as_time_law"]
 
@@ -44,7 +45,7 @@ class TimeLaw:
 
     def __post_init__(self) -> None:
         as_choice("time law", self.name, TIME_LAWS)
-        object.__setattr__(self, "blend", as_positive("blend", self.blend, zero=True))
+        set_positive(self, "blend", zero=True)
         if self.blend > 0.5:
             raise InvalidInput(f"expected blend as a fraction of the time, at most 0.5 at each end, got {self.blend:g}")
         if self.blend and self.name != "constant_speed":

@@ -29,7 +29,8 @@ def seen(pose, pressures, velocity=(0.0, 0.0, 0.0), **more):
 
 def pressures_of(controller):
     """Pressures that were planned at the last sample."""
-    return controller.plant.drive_states(controller._contractions.lengths(POSE), controller.planned.tensions).pressures
+    lengths = controller.plant.contractions.lengths(POSE)
+    return controller.plant.drive_states(lengths, controller.planned.tensions).pressures
 
 
 def test_plan_at_the_wanted_pose_is_that_of_statics():
@@ -55,7 +56,7 @@ def test_plan_at_the_wanted_pose_is_that_of_statics():
 def test_pressures_give_the_planned_tensions_back():
     controller = ModelController(PLANT, constant(POSE))
     controller(0.0, seen(POSE, np.zeros(3)))
-    tensions, lengths = controller.planned.tensions, controller._contractions.lengths(POSE)
+    tensions, lengths = controller.planned.tensions, controller.plant.contractions.lengths(POSE)
     pressures = pressures_of(controller)
     found = np.array(
         [PLANT_tension(i, length, p) for i, (length, p) in enumerate(zip(lengths, pressures, strict=True))]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from ....core.errors import MissingData
 from ....core.validation import FloatArray
-from ....design import Limb
 
-__all__ = ["Drive", "contraction_span"]
+__all__ = ["Drive"]
+
+#: By how much a length may be beyond a stroke, m.
+_ROUND = 1e-6
 
 
 @dataclass(frozen=True)
@@ -47,30 +48,6 @@ class Drive(ABC):
     def row(self) -> FloatArray:
         """Parameters as the equations read them: a row of the table of muscles or of that of motor drives."""
 
-
-def contraction_span(limb: Limb) -> tuple[float, float]:
-    """Length l_0 of a limb at which its contraction ratio is zero, and the span that counts as 1, m: (l_0 - l)/span.
-
-    The span is the nominal length of a muscle or of a stroke; with a tackle it is the ratio times that of the muscle,
-    and l_0 the longest length of the limb.
-
-    Parameters
-    ----------
-    limb : Limb
-        With a stroke and its end fitting.
-
-    Raises
-    ------
-    MissingData
-        If they are not known.
-
-    Notes
-    -----
-    Source: thesis (5-4).
-    """
-    stroke, tackle = limb.stroke, None if limb.actuator is None else limb.actuator.tackle
-    if stroke is None or stroke.end_fitting is None:
-        raise MissingData(["stroke with end_fitting"], "a contraction ratio")
-    if tackle is not None:
-        return stroke.nominal_length * stroke.longest + stroke.end_fitting, tackle.ratio * tackle.muscle_length
-    return stroke.nominal_length + stroke.end_fitting, stroke.nominal_length
+    def spans(self, length: Any) -> Any:
+        """Whether a length of the limb in m, or each of several, is within its stroke."""
+        return (length >= self.shortest - _ROUND) & (length <= self.longest + _ROUND)

@@ -46,35 +46,24 @@ class MotorDrive(Drive):
         return max(self.pull_limit, self.push_limit)
 
     @property
-    def mass(self) -> float:
-        """Inertia of the drive along the limb, kg."""
-        return self.parameters.mass
-
-    @property
     def stiffness(self) -> float:
         """Of the limb between drive and arm, N/m."""
         return self.parameters.series_stiffness(self.longest)
 
     def row(self) -> FloatArray:
         """See :meth:`Drive.row`."""
-        own, stiffness = self.parameters, self.stiffness
-        values = {
+        own = self.parameters
+        # Some columns are parameters as they stand.
+        values = vars(own) | {
             "present": 1.0,
-            "inverse_mass": 1.0 / self.mass,
+            "inverse_mass": 1.0 / own.mass,
             "force_limit": self.force_limit,
             "stall_force": own.stall_ratio * self.force_limit,
-            "no_load_speed": own.no_load_speed,
-            "viscous": own.viscous,
-            "coulomb": own.coulomb,
-            "load_friction": own.load_friction,
-            "presliding": own.presliding,
-            "stiffness": stiffness,
-            "damping": own.damping_time * stiffness,
+            "stiffness": self.stiffness,
+            "damping": own.damping_time * self.stiffness,
             "pushes": float(self.pushes),
             "shortest": self.shortest,
             "longest": self.longest,
-            "stop_stiffness": own.stop_stiffness,
-            "stop_damping": own.stop_damping,
         }
         return np.array([values[name] for name in MOTOR_COLUMNS])
 

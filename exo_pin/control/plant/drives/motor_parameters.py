@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....core.validation import as_positive
+from ...arguments import set_positive
 
 __all__ = ["LinearActuator", "MotorParameters", "Winch"]
 
@@ -68,11 +68,9 @@ class MotorParameters(ABC):
     least_tension: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("rotor_inertia", "no_load_speed", "stall_ratio", "presliding", "stop_stiffness"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        set_positive(self, "rotor_inertia", "no_load_speed", "stall_ratio", "presliding", "stop_stiffness")
         zero = ("viscous", "coulomb", "load_friction", "damping_time", "brake_force", "stop_damping", "least_tension")
-        for name in zero:
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, *zero, zero=True)
 
     @property
     @abstractmethod
@@ -116,10 +114,8 @@ class Winch(MotorParameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("drum_radius", "gear_ratio", "axial_stiffness"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        for name in ("drum_inertia", "routing_length"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, "drum_radius", "gear_ratio", "axial_stiffness")
+        set_positive(self, "drum_inertia", "routing_length", zero=True)
 
     @property
     def mass(self) -> float:
@@ -153,9 +149,8 @@ class LinearActuator(MotorParameters):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("lead", "stiffness"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        object.__setattr__(self, "screw_inertia", as_positive("screw_inertia", self.screw_inertia, zero=True))
+        set_positive(self, "lead", "stiffness")
+        set_positive(self, "screw_inertia", zero=True)
 
     @property
     def mass(self) -> float:

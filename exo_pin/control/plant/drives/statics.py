@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ....core.validation import FloatArray, as_finite
-from ....muscle.valve.supply import Supply
-from ..equations.plant_kernels import Tables
 from ..equations.pressure_kernels import pressures_for, static_tensions
-from .drive import Drive
 from .motor_drive import MotorDrive
+
+if TYPE_CHECKING:
+    from ..plant import Plant
 
 __all__ = ["DriveStates", "drive_states", "force_limits"]
 
@@ -33,19 +32,17 @@ class DriveStates(NamedTuple):
     positions: FloatArray
 
 
-def force_limits(
-    drives: Sequence[Drive], tables: Tables, supply: Supply | None, lengths: ArrayLike, slack: bool = False
-) -> tuple[FloatArray, FloatArray]:
+def force_limits(plant: Plant, lengths: ArrayLike, slack: bool = False) -> tuple[FloatArray, FloatArray]:
     """Least and greatest tension at rest, shape (n,) each, N, at limb lengths (n,) in m.
 
     Of muscles those without air and at the supply's pressure; of motors those of the design. Cables are kept taut by
     the least tension of their drives if they can be, unless ``slack`` allows them to be without. Strokes do not count.
     """
-    least, greatest, given = np.zeros(len(drives)), np.zeros(len(drives)), _each(drives, "lengths", lengths)
-    if supply is not None:
-        static_tensions(tables.law, tables.muscles, given, 0.0, least)
-        static_tensions(tables.law, tables.muscles, given, supply.pressure, greatest)
-    for i, drive in enumerate(drives):
+    least, greatest, given = np.zeros(plant.count), np.zeros(plant.count), _each(plant, "lengths", lengths)
+    if plant.supply is not None:
+        static_tensions(plant.tables.law, plant.tables.muscles, given, 0.0, least)
+        static_tensions(plant.tables.law, plant.tables.muscles, given, plant.supply.pressure, greatest)
+    for i, drive in enumerate(plant.drives):
         if isinstance(drive, MotorDrive):
             least[i], greatest[i] = -drive.push_limit, drive.pull_limit
         greatest[i] = max(greatest[i], least[i])
@@ -54,20 +51,18 @@ def force_limits(
     return least, greatest
 
 
-def drive_states(
-    drives: Sequence[Drive], tables: Tables, supply: Supply | None, lengths: ArrayLike, tensions: ArrayLike
-) -> DriveStates:
+def drive_states(plant: Plant, lengths: ArrayLike, tensions: ArrayLike) -> DriveStates:
     """The states in which drives hold tensions (n,) in N at limb lengths (n,) in m, or pull no more than that."""
-    pressures, positions = np.zeros(len(drives)), np.zeros(len(drives))
-    given, held = _each(drives, "lengths", lengths), _each(drives, "tensions", tensions)
-    if supply is not None:
-        pressures_for(tables.law, tables.muscles, given, held, supply.pressure, pressures)
-    for i, drive in enumerate(drives):
+    pressures, positions = np.zeros(plant.count), np.zeros(plant.count)
+    given, held = _each(plant, "lengths", lengths), _each(plant, "tensions", tensions)
+    if plant.supply is not None:
+        pressures_for(plant.tables.law, plant.tables.muscles, given, held, plant.supply.pressure, pressures)
+    for i, drive in enumerate(plant.drives):
         if isinstance(drive, MotorDrive):
             pressures[i], positions[i] = 0.0, given[i] - held[i] / drive.stiffness
     return DriveStates(pressures, positions)
 
 
-def _each(drives: Sequence[Drive], name: str, values: ArrayLike) -> FloatArray:
+def _each(plant: Plant, name: str, values: ArrayLike) -> FloatArray:
     """One finite number a limb, as the kernels take them."""
-    return np.array(as_finite(name, values, (len(drives),)))
+    return np.array(as_finite(name, values, (plant.count,)))

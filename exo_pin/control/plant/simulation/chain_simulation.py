@@ -3,62 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....core.errors import ExoPinError
 from ....core.progress import track
-from ....core.validation import FloatArray, frozen
+from ....core.validation import FloatArray
 from ....numerics.vectors import matrix
 from ..equations.stop_kernels import stop_moment
-from ..faults import Fault
-from ..run import Run, recorded
-from ..state import Controller, PlantState, Sensor
+from ..run import Run
 from .chain_motion import ChainMotion, Piece
 from .drive_schedule import DriveSchedule
-from .minimal_simulation import Clock, as_commands, as_tolerance, first_state, fixed_instants, measured
-
-if TYPE_CHECKING:
-    from ..plant import Plant
+from .scenario import SAME, Loop, Scenario, first_state
 
 __all__ = ["simulate_chain"]
 
-_SAME = 1e-9
 
-
-def simulate_chain(
-    plant: Plant,
-    controller: Controller,
-    clock: Clock,
-    start: PlantState,
-    faults: tuple[Fault, ...],
-    sensor: Sensor | None,
-    rtol: float,
-    progress: bool,
-) -> Run:
+def simulate_chain(scenario: Scenario) -> Run:
     """See :meth:`exo_pin.control.plant.plant.Plant.simulate`, method "chain"."""
-    n, y = plant.count, first_state(plant, start)
-    motion = ChainMotion(plant, start.orientation, start.angular_velocity, y, as_tolerance(rtol))
-    schedule, rows, chain_rows, status, before = DriveSchedule(plant.units, faults), [], [], "completed", 0.0
-    for time, sample, control in track(fixed_instants(clock, faults), "simulating", progress):
+    plant, start, loop = scenario.plant, scenario.start, Loop(scenario)
+    y = first_state(plant, start)
+    motion = ChainMotion(plant, start.orientation, start.angular_velocity, y, scenario.rtol)
+    chain_rows, status, before = [], "completed", 0.0
+    for instant in track(scenario.instants(), "simulating", scenario.progress):
+        time = instant.time
         try:
-            motion.advance(_pieces(schedule, before, time) if time > 0.0 else [])
+            motion.advance(_pieces(loop.schedule, before, time) if time > 0.0 else [])
         except ExoPinError as error:
             status = f"stopped after {before:.6g} s: {error}"
             break
         before = time
-        q, y = motion.kinematics()
-        if control:
-            exact = measured(plant, q, y)
-            schedule.commands = as_commands(controller(time, exact if sensor is None else sensor(time, exact)), n)
-        schedule.start(time)
-        flows = schedule.flows(time)
-        motion.intact = flows[:, 6]
-        if sample:
-            rows.append(np.concatenate([[time], q, y, schedule.commands, flows[:, 6:].ravel()]))
+        motion.intact = loop.at(instant, *motion.kinematics())[:, 6]
+        if instant.sample:
             chain_rows.append(_chain_row(motion))
-    return _completed(recorded(plant, np.array(rows), status, 0), np.array(chain_rows))
+    return _completed(loop.run(status, 0), np.array(chain_rows))
 
 
 def _pieces(schedule: DriveSchedule, start: float, end: float) -> list[Piece]:
@@ -68,7 +46,7 @@ def _pieces(schedule: DriveSchedule, start: float, end: float) -> list[Piece]:
     while True:
         flows = schedule.flows(time)
         switch = min(schedule.next_switch(time), end)
-        if end - switch < _SAME:
+        if end - switch < SAME:
             return [*pieces, Piece(time, end, flows)]
         pieces.append(Piece(time, switch, flows))
         schedule.start(switch)
@@ -101,14 +79,10 @@ def _completed(run: Run, chain: FloatArray) -> Run:
     held = run.tension_work.sum(axis=1) - work + dissipated - (lifted - lifted[0])
     return replace(
         run,
-        angular_acceleration=_frozen(chain[:, :3]),
-        friction_moment=_frozen(chain[:, 3:6]),
-        kinetic_energy=_frozen(kinetic),
-        potential_energy=_frozen(potential),
-        shoulder_loss=_frozen(held),
-        loop_residual=_frozen(opening),
+        angular_acceleration=chain[:, :3],
+        friction_moment=chain[:, 3:6],
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+        shoulder_loss=held,
+        loop_residual=opening,
     )
-
-
-def _frozen(values: FloatArray) -> FloatArray:
-    return frozen(np.array(values))

@@ -10,22 +10,15 @@ import numpy as np
 from ....core.records import Record
 from ....core.validation import FloatArray
 from ....muscle.valve.supply import ValveUnit
+from ..drives.motor_drive import MotorDrive
 from ..equations.drive_kernels import FLOWS
 from ..faults import Fault
 
-__all__ = ["DriveSchedule", "MotorUnit"]
+__all__ = ["DriveSchedule"]
 
 #: Two instants nearer than this, s, are one.
 _SAME = 1e-9
 _INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))
-
-
-@dataclass(frozen=True)
-class MotorUnit:
-    """What a command does to a motor drive: force limit of the motor and force of the brake, N."""
-
-    force_limit: float
-    brake_force: float
 
 
 @dataclass
@@ -34,14 +27,14 @@ class DriveSchedule(Record):
 
     Attributes
     ----------
-    units : tuple of ValveUnit or MotorUnit
+    units : tuple of ValveUnit or MotorDrive
         One a limb.
     faults : tuple of Fault
     commands : ndarray
         Shape (n,), the last commands, -1 to 1.
     """
 
-    units: tuple[ValveUnit | MotorUnit, ...]
+    units: tuple[ValveUnit | MotorDrive, ...]
     faults: tuple[Fault, ...] = ()
     commands: FloatArray = field(init=False)
 
@@ -93,7 +86,7 @@ class DriveSchedule(Record):
         table = np.zeros((len(self.units), len(FLOWS)))
         table[:, _INTACT] = table[:, _POWERED] = 1.0
         for i, unit in enumerate(self.units):
-            if isinstance(unit, MotorUnit):
+            if isinstance(unit, MotorDrive):
                 table[i, _EFFORT] = unit.force_limit * self.commands[i]
                 continue
             fill, vent = unit.paths
@@ -111,9 +104,9 @@ class DriveSchedule(Record):
             row[4:6] = hole.conductance, hole.critical_ratio
         if fault.kind == "torn":
             row[_INTACT] = 0.0
-        elif isinstance(unit, MotorUnit):
+        elif isinstance(unit, MotorDrive):
             row[_POWERED] = 0.0
-            row[_BRAKE] = unit.brake_force if fault.brake_force is None else fault.brake_force
+            row[_BRAKE] = unit.parameters.brake_force if fault.brake_force is None else fault.brake_force
 
     def _open(self, i: int, unit: ValveUnit, time: float) -> tuple[float, float]:
         """How far fill and vent path are open, 0 to 1 each."""

@@ -1,0 +1,74 @@
+"""Contraction ratios (5-4): of limb lengths, and of a pose.
+
+    ratio_i = (l_0i - (l_i - e_i)) / l_0i
+
+with l_0i the nominal length of the muscle and e_i its end fittings, which (5-4) leaves out: it is only right if l_i
+there means the muscle and not the limb. For a cable that muscles pull over a tackle l_0i is the ratio of the tackle
+times the nominal length of the muscle, and l_0i + e_i the longest length of the limb; for winches and linear actuators
+l_0i is the nominal length of the stroke.
+
+Source: thesis (5-4).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import MissingData
+from ...core.validation import FloatArray, as_finite, as_rotation
+from ...design import Mechanism
+from ..arguments import require_type
+
+__all__ = ["Contractions"]
+
+
+class Contractions:
+    """Contraction ratios of the muscles of a design.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Every limb with a stroke and its end fitting.
+
+    Attributes
+    ----------
+    nominal, fittings : ndarray
+        l_0 and e, shape (n,), m.
+
+    Raises
+    ------
+    MissingData
+        If a stroke or an end fitting is not known.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        require_type("mechanism", mechanism, Mechanism, "a Mechanism")
+        spans, lacking = [], []
+        for i, limb in enumerate(mechanism.limbs, 1):
+            stroke, tackle = limb.stroke, None if limb.actuator is None else limb.actuator.tackle
+            if stroke is None or stroke.end_fitting is None:
+                lacking.append(f"stroke with end_fitting of limb {i}")
+            elif tackle is None:
+                spans.append((stroke.nominal_length + stroke.end_fitting, stroke.nominal_length))
+            else:
+                longest = stroke.nominal_length * stroke.longest + stroke.end_fitting
+                spans.append((longest, tackle.ratio * tackle.muscle_length))
+        if lacking:
+            raise MissingData(lacking, "a contraction ratio", mechanism.name)
+        self._uncontracted, self.nominal = np.array(spans).T
+        self.fittings = self._uncontracted - self.nominal
+        self._base = np.array(mechanism.geometry.base_points)
+        self._platform = np.array(mechanism.geometry.platform_points)
+
+    def lengths(self, orientation: Rotation) -> FloatArray:
+        """Limb lengths, shape (..., n), m, of poses of shape (...)."""
+        matrices = as_rotation("orientation", orientation).as_matrix()
+        turned = self._platform @ np.swapaxes(matrices, -1, -2)
+        return np.asarray(np.linalg.norm(turned - self._base, axis=-1))
+
+    def ratios(self, lengths: ArrayLike) -> FloatArray:
+        """Contraction ratios, shape (..., n), of limb lengths in m; below zero where a muscle would be stretched."""
+        given = as_finite("lengths", lengths, (len(self.nominal),), stack=True)
+        return np.asarray((self._uncontracted - given) / self.nominal)

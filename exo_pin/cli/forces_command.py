@@ -11,6 +11,7 @@ import numpy as np
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..core.errors import InvalidInput
 from .options.configuration_options import add_configuration, configuration
+from .options.option_kinds import add_flag
 from .options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]
@@ -34,7 +35,7 @@ def add_commands(commands: Any) -> None:
         "--external", action="append", default=[], metavar="FRAME=FX,FY,FZ[,MX,MY,MZ]",
         help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
     )  # fmt: skip
-    parser.add_argument("--pull", action="store_true", help="let actuators only pull (slides only shorten)")
+    add_flag(parser, "--pull", "let actuators only pull (slides only shorten)")
     parser.add_argument("--least", metavar="NAME", help="make the force in this joint or closure as small as it can be")
     parser.add_argument(
         "--at",
@@ -49,7 +50,7 @@ def add_commands(commands: Any) -> None:
         metavar="FRAME",
         help="report along the axes of this frame (default: world)",
     )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    add_flag(parser, "--json", "print JSON instead of text")
     parser.set_defaults(run=_forces)
 
 

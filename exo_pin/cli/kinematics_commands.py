@@ -19,6 +19,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
+from .options.option_kinds import add_file, add_flag
 from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_angles, print_approach
 
 __all__ = ["add_commands"]
@@ -35,11 +36,7 @@ _SHORT = 3.0
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    forward = commands.add_parser(
-        "kinematics",
-        description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the "
-        "same lengths. With measurements: every pose that fits them, and which is closest to the pose (default: rest).",
-    )
+    forward = commands.add_parser("kinematics")
     add_design(forward)
     add_pose(forward)
     forward.add_argument(
@@ -47,20 +44,16 @@ def add_commands(commands: Any) -> None:
     )
     forward.add_argument("--theta-x", metavar="DEG,...", help="measured angles θ_xA of the base joints, degrees")
     forward.add_argument("--theta-y", metavar="DEG,...", help="measured angles θ_yA of the base joints, degrees")
-    forward.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    add_flag(forward, "--json", "print JSON instead of tables")
     forward.set_defaults(run=_kinematics)
 
     singular = commands.add_parser("singularity")
     add_design(singular)
     add_pose(singular)
-    singular.add_argument(
-        "--map", type=Path, metavar="FILE", help="picture (PNG, SVG or PDF) of det X over flexion and abduction"
-    )
-    singular.add_argument(
-        "--surface", type=Path, metavar="FILE", help="picture (PNG, SVG or PDF) of the singular surface, det X = 0"
-    )
+    add_file(singular, "--map", "picture (PNG, SVG or PDF) of det X over flexion and abduction")
+    add_file(singular, "--surface", "picture (PNG, SVG or PDF) of the singular surface, det X = 0")
     add_approach(singular)
-    singular.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    add_flag(singular, "--json", "print JSON instead of tables")
     singular.set_defaults(run=_singularity)
 
 

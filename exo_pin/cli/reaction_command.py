@@ -6,7 +6,6 @@ import argparse
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from scipy.spatial.transform import Rotation
@@ -19,6 +18,7 @@ from ..reaction import ConstraintBounds, Reaction, Split, reaction_table
 from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
 from .movement_report import follow
+from .options.option_kinds import add_file, add_flag, add_number
 from .options.query_options import (
     add_approach,
     add_design,
@@ -51,18 +51,9 @@ def add_commands(commands: Any) -> None:
     )
     _add_splits(parser)
     add_limits(parser)
-    parser.add_argument(
-        "--trajectory",
-        type=Path,
-        metavar="FILE",
-        help="CSV file of a movement instead of a pose; its columns are listed below",
-    )
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="with --trajectory: write all forces over time as .csv or .npz"
-    )
-    parser.add_argument(
-        "--require-hold", action="store_true", help="end with exit status 1 unless the device is known to hold the pose"
-    )
+    add_file(parser, "--trajectory", "CSV file of a movement instead of a pose; its columns are listed below")
+    add_file(parser, "--out", "with --trajectory: write all forces over time as .csv or .npz")
+    add_flag(parser, "--require-hold", "end with exit status 1 unless the device is known to hold the pose")
     add_approach(parser)
     parser.add_argument(
         "--muscles",
@@ -70,21 +61,19 @@ def add_commands(commands: Any) -> None:
         help="with --person: the load of the joint with their own muscles too (default: in the report on a pose, where "
         "the extra person is installed; under a second)",
     )
-    parser.add_argument(
-        "--table", action="store_true", help="print every force, with those of cuff and harness, as a table"
-    )
-    parser.add_argument("--static", action="store_true", help="with --trajectory: leave velocity and acceleration out")
+    add_flag(parser, "--table", "print every force, with those of cuff and harness, as a table")
+    add_flag(parser, "--static", "with --trajectory: leave velocity and acceleration out")
     parser.add_argument(
         "--smoothing",
         choices=("gcv", "none"),
         default="gcv",
         help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--sensor-noise",
-        type=float,
-        metavar="DEG",
-        help="with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
+        "DEG",
+        "with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
     )
     parser.add_argument(
         "--ends",
@@ -92,8 +81,8 @@ def add_commands(commands: Any) -> None:
         default="free",
         help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
     )
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    add_flag(parser, "--progress", "show a progress bar")
+    add_flag(parser, "--json", "print JSON instead of text")
     parser.set_defaults(run=_reaction)
 
 
@@ -113,11 +102,11 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
         help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
     )
     add_offset(parser)
-    parser.add_argument(
+    add_number(
+        parser,
         "--shoulder-stiffness",
-        type=float,
-        metavar="N_PER_M",
-        help="for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
+        "N_PER_M",
+        "for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
     )
     parser.add_argument(
         "--guide",
@@ -126,11 +115,7 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
         metavar=("EI", "GJ"),
         help="for --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed)",
     )
-    parser.add_argument(
-        "--certificate",
-        action="store_true",
-        help="print the assumption behind each number, and what would determine it",
-    )
+    add_flag(parser, "--certificate", "print the assumption behind each number, and what would determine it")
 
 
 def _reaction(options: argparse.Namespace) -> int:

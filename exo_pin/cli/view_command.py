@@ -6,7 +6,6 @@ import argparse
 import threading
 import webbrowser
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..core.validation import as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
 from .options.configuration_options import joint_value
+from .options.option_kinds import add_file, add_flag, add_number
 from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose
 
 if TYPE_CHECKING:
@@ -39,22 +39,17 @@ def add_commands(commands: Any) -> None:
     add_pose(parser)
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
-    parser.add_argument(
+    add_flag(
+        parser,
         "--mannequin",
-        action="store_true",
-        help="with --person: the human figure in place of bones and muscles, which the extra person draws",
+        "with --person: the human figure in place of bones and muscles, which the extra person draws",
     )
-    parser.add_argument(
-        "--bare", action="store_true", help="with --person: bones and muscles without the device (extra person)"
+    add_flag(parser, "--bare", "with --person: bones and muscles without the device (extra person)")
+    add_flag(parser, "--no-human", "draw no person")
+    add_number(
+        parser, "--scale", "N", "force that an arrow of 10 cm stands for, N (default: chosen by the largest force)"
     )
-    parser.add_argument("--no-human", action="store_true", help="draw no person")
-    parser.add_argument(
-        "--scale",
-        type=float,
-        metavar="N",
-        help="force that an arrow of 10 cm stands for, N (default: chosen by the largest force)",
-    )
-    parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
+    add_flag(parser, "--cone", "draw the cone in which the shoulder's socket is stable")
     parser.add_argument(
         "--ghost",
         metavar="F,A,I",
@@ -73,16 +68,14 @@ def add_commands(commands: Any) -> None:
         metavar="JOINT=VALUE",
         help="position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
     )
-    parser.add_argument(
-        "--seconds", type=float, default=3.0, metavar="S", help="duration of the motion of --to, s (default 3)"
-    )
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
-    parser.add_argument("--png", type=Path, metavar="FILE", help="write a still picture; needs a headless browser")
+    add_number(parser, "--seconds", "S", "duration of the motion of --to, s", 3.0)
+    add_file(parser, "--html", "write a page that opens without a network")
+    add_file(parser, "--png", "write a still picture; needs a headless browser")
     parser.add_argument(
         "--size", default="1280x800", metavar="WxH", help="size of the picture of --png, pixels (default 1280x800)"
     )
     parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
-    parser.add_argument("--open", action="store_true", help="open the live page in a browser")
+    add_flag(parser, "--open", "open the live page in a browser")
     parser.set_defaults(run=_view)
 
 

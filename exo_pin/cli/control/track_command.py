@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_figure
+from ..options.option_kinds import add_file, add_flag, add_number
 
 if TYPE_CHECKING:
     from ...control import Experiment, Fault, Tracking
@@ -35,7 +36,7 @@ def add_commands(commands: Any) -> None:
         metavar="EXPERIMENT|FILE",
         help="name of an experiment (--list), or a CSV file of orientations",
     )
-    parser.add_argument("--list", action="store_true", help="list the experiments")
+    add_flag(parser, "--list", "list the experiments")
     parser.add_argument(
         "--design",
         metavar="PRESET|FILE",
@@ -46,33 +47,24 @@ def add_commands(commands: Any) -> None:
         choices=("pi", "model"),
         help="pi: each limb by itself; model: the one that knows the plant (default: as in the experiment)",
     )
-    parser.add_argument("--flange", action="store_true", help="with the second flange bearing of Section 5.4.3")
-    parser.add_argument(
-        "--supply",
-        type=float,
-        metavar="BAR",
-        help="gauge pressure of the air for muscles, bar (default: as in the experiment)",
-    )
+    add_flag(parser, "--flange", "with the second flange bearing of Section 5.4.3")
+    add_number(parser, "--supply", "BAR", "gauge pressure of the air for muscles, bar (default: as in the experiment)")
     parser.add_argument("--lost-imu", metavar="FROM,TO", help="no reading of the inertial sensor, s")
-    parser.add_argument(
-        "--drift", type=float, metavar="DEG_S", help="drift of the inertial sensor, degrees a second (default 0)"
-    )
-    parser.add_argument("--noise", type=float, metavar="DEG", help="noise of the inertial sensor, degrees (default 0)")
-    parser.add_argument("--delay", type=float, metavar="S", help="delay of the inertial sensor, s (default 0)")
+    add_number(parser, "--drift", "DEG_S", "drift of the inertial sensor, degrees a second (default 0)")
+    add_number(parser, "--noise", "DEG", "noise of the inertial sensor, degrees (default 0)")
+    add_number(parser, "--delay", "S", "delay of the inertial sensor, s (default 0)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise (default 0)")
     parser.add_argument(
         "--fault", action="append", default=[], metavar="KIND,LIMB,START",
         help="torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
     )  # fmt: skip
-    parser.add_argument(
-        "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"
-    )
+    add_flag(parser, "--sensitivity", "run it again with every estimated parameter changed, as a table")
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
-    parser.add_argument("--no-progress", action="store_true", help="show no bar (none is shown in a pipe or file)")
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="everything over time, or the table, as CSV")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="page of plots: PNG, SVG or PDF")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="animation, a page that opens without a network")
+    add_flag(parser, "--no-progress", "show no bar (none is shown in a pipe or file)")
+    add_flag(parser, "--json", "print JSON")
+    add_file(parser, "--out", "everything over time, or the table, as CSV")
+    add_file(parser, "--plot", "page of plots: PNG, SVG or PDF")
+    add_file(parser, "--html", "animation, a page that opens without a network")
     parser.set_defaults(run=_track)
 
 

@@ -13,6 +13,7 @@ from ...control.calibration.calibrate import JOINTS
 from ...control.calibration.estimation import LOSSES
 from ...control.calibration.length_model import GROUPS
 from ...core.errors import InvalidInput
+from ..options.option_kinds import add_number
 from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]
@@ -31,18 +32,9 @@ def add_commands(commands: Any) -> None:
         metavar="NAMES",
         help=f"what to find, with commas between, of {', '.join(GROUPS)} (default: {','.join(JOINTS)})",
     )
-    parser.add_argument(
-        "--length-noise",
-        type=float,
-        metavar="MM",
-        help="standard deviation of a length, mm (default: found from the data)",
-    )
-    parser.add_argument(
-        "--orientation-noise",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="standard deviation of an orientation about each axis, degrees (default 0)",
+    add_number(parser, "--length-noise", "MM", "standard deviation of a length, mm (default: found from the data)")
+    add_number(
+        parser, "--orientation-noise", "DEG", "standard deviation of an orientation about each axis, degrees", 0.0
     )
     parser.add_argument(
         "--tolerance",

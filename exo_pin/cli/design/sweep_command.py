@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.files import is_stream
 from ...study import adl_box, sweep
+from ..options.option_kinds import add_file, add_flag, add_number
 from ..options.query_options import add_design, add_limits, add_person, design, limits
 
 __all__ = ["add_commands"]
@@ -39,17 +39,15 @@ def add_commands(commands: Any) -> None:
         choices=("spherical", "minimal", "standalone"),
         help="assumption on the side forces (default: spherical)",
     )
-    parser.add_argument(
-        "--step", type=float, default=10.0, metavar="DEG", help="step of the grid of poses, degrees (default 10)"
-    )
+    add_number(parser, "--step", "DEG", "step of the grid of poses, degrees", 10.0)
     parser.add_argument(
         "--payload-at",
         metavar="X,Y,Z",
         help="needed with payload_kg: where it is held, m, in the arm frame, such as 0,0,-0.6",
     )
     parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="number of processes (default 1)")
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV, too")
+    add_flag(parser, "--progress", "show a progress bar")
+    add_file(parser, "--out", "write the table as CSV, too")
     parser.set_defaults(run=_sweep)
 
 

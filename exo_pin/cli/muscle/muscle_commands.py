@@ -20,6 +20,7 @@ from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
+from ..options.option_kinds import add_flag, add_number
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]
@@ -42,17 +43,13 @@ def _static_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE",
         help=f"force law: {', '.join(muscle_models())}, or a .toml file (default: best)",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--length-mm",
-        type=float,
-        metavar="MM",
-        help="nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured)",
+        "MM",
+        "nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured)",
     )
-    parser.add_argument(
-        "--mark",
-        action="store_true",
-        help="mark answers outside the validity range with * instead of refusing them",
-    )
+    add_flag(parser, "--mark", "mark answers outside the validity range with * instead of refusing them")
 
 
 def _static(args: argparse.Namespace) -> StaticModel:
@@ -144,21 +141,13 @@ def _add_step(commands: Any) -> None:
         help=f"dynamic model: {', '.join(dynamic_models())}, or a .toml file (default: tang-3-31)",
     )
     load = parser.add_mutually_exclusive_group(required=True)
-    load.add_argument("--mass-kg", type=float, metavar="KG", help="hung mass, kg")
+    add_number(load, "--mass-kg", "KG", "hung mass, kg")
     load.add_argument("--weight-N", type=float, dest="weight_N", metavar="N", help="weight of the hung mass, N")
-    parser.add_argument(
-        "--from-bar", type=float, default=0.0, metavar="BAR", help="gauge pressure before the step, bar (default 0)"
-    )
+    add_number(parser, "--from-bar", "BAR", "gauge pressure before the step, bar", 0.0)
     parser.add_argument("--to-bar", type=float, required=True, metavar="BAR", help="gauge pressure after it, bar")
-    parser.add_argument(
-        "--lag-s", type=float, default=0.1, metavar="S", help="time constant of the filling, s (default 0.1)"
-    )
-    parser.add_argument(
-        "--duration-s", type=float, default=4.0, metavar="S", help="how long to simulate, s (default 4)"
-    )
-    parser.add_argument(
-        "--mark", action="store_true", help="go on outside the model's range and report the share of time"
-    )
+    add_number(parser, "--lag-s", "S", "time constant of the filling, s", 0.1)
+    add_number(parser, "--duration-s", "S", "how long to simulate, s", 4.0)
+    add_flag(parser, "--mark", "go on outside the model's range and report the share of time")
     parser.add_argument(
         "--csv",
         metavar="FILE",

@@ -17,6 +17,7 @@ from ...muscle.io.published import muscle_model, muscle_models
 from ...muscle.io.static_files import load_parameters, save_parameters
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR, StaticModel
+from ..options.option_kinds import add_flag, add_number
 
 __all__ = ["add_identify", "named_static", "read_columns"]
 
@@ -67,9 +68,7 @@ def add_identify(commands: Any) -> None:
         metavar="FILE",
         help="CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N",
     )
-    parser.add_argument(
-        "--length-mm", type=float, metavar="MM", help="nominal length of the muscle, mm, for measurements at rest"
-    )
+    add_number(parser, "--length-mm", "MM", "nominal length of the muscle, mm, for measurements at rest")
     parser.add_argument(
         "--response",
         nargs=2,
@@ -84,12 +83,8 @@ def add_identify(commands: Any) -> None:
         metavar="NAME|FILE",
         help=f"force law that responses are fitted with: {', '.join(muscle_models())}, or a .toml file (default: best)",
     )
-    parser.add_argument(
-        "--all", action="store_true", help="fit every measurement instead of the region where the law holds"
-    )
-    parser.add_argument(
-        "--level", type=float, default=0.95, metavar="SHARE", help="confidence of the intervals, 0 to 1 (default 0.95)"
-    )
+    add_flag(parser, "--all", "fit every measurement instead of the region where the law holds")
+    add_number(parser, "--level", "SHARE", "confidence of the intervals, 0 to 1", 0.95)
     parser.add_argument("--name", default="identified", help="name of the parameter set (default: identified)")
     parser.add_argument("--output", metavar="FILE", help="parameter set to write, .toml")
     parser.set_defaults(run=_identify)

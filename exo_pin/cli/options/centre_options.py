@@ -8,6 +8,7 @@ import math
 from ...core.errors import InvalidInput
 from ...load_case import CentreOffset
 from ...load_case.centre_path import CentrePath
+from .option_kinds import add_flag
 from .query_options import caution_offset, person_numbers
 
 __all__ = ["add_moving_centre", "centre_offset"]
@@ -15,10 +16,10 @@ __all__ = ["add_moving_centre", "centre_offset"]
 
 def add_moving_centre(parser: argparse.ArgumentParser) -> None:
     """Add that the shoulder's centre moves and the device's does not."""
-    parser.add_argument(
+    add_flag(
+        parser,
         "--moving-centre",
-        action="store_true",
-        help="the shoulder's centre moves with the arm of --person, and the device's stays with the torso (needs the "
+        "the shoulder's centre moves with the arm of --person, and the device's stays with the torso (needs the "
         "extra 'person')",
     )
 

@@ -17,6 +17,7 @@ from ...core.files import write_figure
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
+from .option_kinds import add_file, add_flag, add_number
 
 __all__ = [
     "add_approach",
@@ -86,25 +87,16 @@ def add_person(parser: argparse.ArgumentParser) -> None:
         metavar="HEIGHT,MASS,SEX",
         help="the wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design)",
     )
-    parser.add_argument(
-        "--elbow-flexion",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="bend of the person's elbow, degrees (default 0)",
-    )
-    parser.add_argument(
-        "--payload", type=float, default=0.0, metavar="KG", help="mass in the person's hand, kg, not N (default 0)"
-    )
+    add_number(parser, "--elbow-flexion", "DEG", "bend of the person's elbow, degrees", 0.0)
+    add_number(parser, "--payload", "KG", "mass in the person's hand, kg, not N", 0.0)
 
 
 def add_approach(parser: argparse.ArgumentParser) -> None:
     """Add the picture of the way into a singular pose."""
-    parser.add_argument(
+    add_file(
+        parser,
         "--approach",
-        type=Path,
-        metavar="FILE",
-        help="picture (PNG, SVG or PDF) of the forces on the way into the singular pose that is nearest to the pose",
+        "picture (PNG, SVG or PDF) of the forces on the way into the singular pose that is nearest to the pose",
     )
 
 
@@ -132,7 +124,7 @@ def add_offset(parser: argparse.ArgumentParser) -> None:
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Add the limits of the limbs' forces."""
-    parser.add_argument("--pull", action="store_true", help="let limbs only pull, whatever their actuators are")
+    add_flag(parser, "--pull", "let limbs only pull, whatever their actuators are")
     parser.add_argument(
         "--tension",
         metavar="MIN,MAX",

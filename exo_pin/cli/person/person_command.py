@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, ContactRange, JointContact, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
+from ..options.option_kinds import add_file, add_flag, add_number
 from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
 from .literature_table import literature_table
 
@@ -41,27 +41,15 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         metavar="HEIGHT,MASS,SEX",
         help="the wearer: height in m, mass in kg, male or female (default 1.75,75,male)",
     )
-    parser.add_argument(
-        "--strength",
-        type=float,
-        default=100.0,
-        metavar="PERCENT",
-        help="strength of all muscles, percent (default 100)",
-    )
-    parser.add_argument(
-        "--elbow-flexion",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="bend of the elbow, 0 to 130 degrees (default 0)",
-    )
-    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="mass in the hand, kg (default 0)")
-    parser.add_argument("--bare", action="store_true", help="without a device")
-    parser.add_argument(
+    add_number(parser, "--strength", "PERCENT", "strength of all muscles, percent", 100.0)
+    add_number(parser, "--elbow-flexion", "DEG", "bend of the elbow, 0 to 130 degrees", 0.0)
+    add_number(parser, "--payload", "KG", "mass in the hand, kg", 0.0)
+    add_flag(parser, "--bare", "without a device")
+    add_number(
+        parser,
         "--share",
-        type=float,
-        metavar="PERCENT",
-        help="of the moments of the arm that the device carries (default 100; 0: it carries only itself)",
+        "PERCENT",
+        "of the moments of the arm that the device carries (default 100; 0: it carries only itself)",
     )
     parser.add_argument(
         "--least",
@@ -69,37 +57,26 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         help="choose the limb forces for least muscle effort, or for least contact force (a lower bound)",
     )
     add_limits(parser)
-    parser.add_argument(
+    add_number(
+        parser,
         "--side-force-limit",
-        type=float,
-        metavar="N",
-        help="side forces of UPU limbs up to this size, chosen with the activations (default: none)",
+        "N",
+        "side forces of UPU limbs up to this size, chosen with the activations (default: none)",
     )
-    parser.add_argument(
-        "--moving-centre", action="store_true", help="the device's centre stays where the shoulder's is at rest"
+    add_flag(parser, "--moving-centre", "the device's centre stays where the shoulder's is at rest")
+    add_flag(parser, "--cubes", "least sum of cubed instead of squared activations")
+    add_flag(parser, "--volumes", "weigh the muscles by their volume")
+    add_flag(parser, "--passive", "stretched muscles pull without activation")
+    add_flag(parser, "--any-direction", "let the force leave the socket's rim")
+    add_flag(parser, "--range", "change the assumptions one at a time")
+    add_flag(parser, "--map", "over the box of daily activities instead of a pose")
+    add_number(parser, "--step", "DEG", "step of the map's grid, degrees", 20.0)
+    add_flag(
+        parser, "--literature", "without a device at 10 to 120 degrees, without and with 2 kg, beside published values"
     )
-    parser.add_argument("--cubes", action="store_true", help="least sum of cubed instead of squared activations")
-    parser.add_argument("--volumes", action="store_true", help="weigh the muscles by their volume")
-    parser.add_argument("--passive", action="store_true", help="stretched muscles pull without activation")
-    parser.add_argument("--any-direction", action="store_true", help="let the force leave the socket's rim")
-    parser.add_argument("--range", action="store_true", help="change the assumptions one at a time")
-    parser.add_argument("--map", action="store_true", help="over the box of daily activities instead of a pose")
-    parser.add_argument(
-        "--step", type=float, default=20.0, metavar="DEG", help="step of the map's grid, degrees (default 20)"
-    )
-    parser.add_argument(
-        "--literature",
-        action="store_true",
-        help="without a device at 10 to 120 degrees, without and with 2 kg, beside published values",
-    )
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    parser.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE",
-        help="contact force over the elevation in the plane of the pose; of a map, over the box",
-    )
+    add_flag(parser, "--progress", "show a progress bar")
+    add_flag(parser, "--json", "print JSON instead of a table")
+    add_file(parser, "--plot", "contact force over the elevation in the plane of the pose; of a map, over the box")
     parser.set_defaults(run=_run)
 
 

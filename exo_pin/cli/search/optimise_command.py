@@ -6,7 +6,6 @@ import argparse
 import math
 import shlex
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput, MissingData
@@ -18,6 +17,7 @@ from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from ..options.centre_options import add_moving_centre, centre_offset
+from ..options.option_kinds import add_count, add_file, add_flag, add_number
 from ..options.query_options import add_offset, add_person, design, person_numbers
 from .workspace_command import add_criteria, criteria
 
@@ -36,30 +36,19 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--side", choices=("left", "right"), help="side of the body (default: as in the design, else left)"
     )
-    parser.add_argument("--limbs", type=int, default=4, metavar="N", help="number of limbs (default 4)")
+    add_count(parser, "--limbs", "number of limbs", 4)
     parser.add_argument(
         "--family", choices=ACTUATOR_FAMILIES, default="cable", help="family of the actuators (default cable)"
     )
-    parser.add_argument(
-        "--pull",
-        type=float,
-        metavar="N",
-        help="greatest pull of a limb, N (default 400, or as in the design to start from)",
-    )
-    parser.add_argument(
-        "--push", type=float, metavar="N", help="greatest push of linear actuators, N (default: as --pull)"
-    )
-    parser.add_argument(
-        "--travel", type=float, metavar="MM", help="greatest travel of a limb, mm (default: that of its family)"
-    )
+    add_number(parser, "--pull", "N", "greatest pull of a limb, N (default 400, or as in the design to start from)")
+    add_number(parser, "--push", "N", "greatest push of linear actuators, N (default: as --pull)")
+    add_number(parser, "--travel", "MM", "greatest travel of a limb, mm (default: that of its family)")
     parser.add_argument(
         "--force-law",
         metavar="NAME",
         help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle models",
     )
-    parser.add_argument(
-        "--supply", type=float, default=4.0, metavar="BAR", help="gauge pressure with --force-law, bar (default 4)"
-    )
+    add_number(parser, "--supply", "BAR", "gauge pressure with --force-law, bar", 4.0)
     parser.add_argument(
         "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
     )
@@ -81,10 +70,10 @@ def add_commands(commands: Any) -> None:
     add_person(parser)
     add_offset(parser)
     add_moving_centre(parser)
-    parser.add_argument(
+    add_flag(
+        parser,
         "--fixed-centre",
-        action="store_true",
-        help="with --moving-centre: every pose counts twice, with the moving centre and with one that stays",
+        "with --moving-centre: every pose counts twice, with the moving centre and with one that stays",
     )
     add_criteria(parser)
     parser.add_argument(
@@ -93,24 +82,16 @@ def add_commands(commands: Any) -> None:
         choices=tuple(OBJECTIVES),
         help="what to improve; repeat it for a Pareto front (default index)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (default 0)")
-    parser.add_argument(
-        "--budget", type=int, default=60_000, metavar="N", help="number of designs to evaluate (default 60000)"
-    )
-    parser.add_argument(
-        "--run-length",
-        type=int,
-        default=12_000,
-        metavar="N",
-        help="number of designs in a run from one start (default 12000)",
-    )
-    parser.add_argument("--refine", action="store_true", help="start from the design itself, with small steps")
+    add_count(parser, "--seed", "seed of the random numbers", 0)
+    add_count(parser, "--budget", "number of designs to evaluate", 60_000)
+    add_count(parser, "--run-length", "number of designs in a run from one start", 12_000)
+    add_flag(parser, "--refine", "start from the design itself, with small steps")
     parser.add_argument("--storage", metavar="FILE|URL", help="SQLite file or database in which the study is stored")
     parser.add_argument(
         "--name", default="study", help="name of the study and of the design that is written (default study)"
     )
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the best design as .toml")
+    add_flag(parser, "--progress", "show a progress bar")
+    add_file(parser, "--out", "write the best design as .toml")
     parser.set_defaults(run=_optimise)
 
 

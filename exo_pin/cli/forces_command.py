@@ -12,6 +12,7 @@ from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..core.errors import InvalidInput
 from .options.configuration_options import add_configuration, configuration
 from .options.option_kinds import add_flag
+from .options.option_values import named_numbers
 from .options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]
@@ -105,20 +106,13 @@ def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
     """Wrenches by frame; several on one frame add up."""
     total: dict[str, np.ndarray] = {}
     for text in texts:
-        frame, wrench = _wrench(text)
+        expected = "--external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind"
+        frame, values = named_numbers(text, expected, 3, 6)
+        wrench = np.append(values, np.zeros(6 - len(values)))
+        if not np.isfinite(wrench).all():
+            raise InvalidInput(f"expected {expected}, got {text!r}")
         total[frame] = total.get(frame, np.zeros(6)) + wrench
     return total
-
-
-def _wrench(text: str) -> tuple[str, list[float]]:
-    frame, _, numbers = text.partition("=")
-    try:
-        values = [float(number) for number in numbers.split(",")]
-    except ValueError:
-        values = []
-    if len(values) not in (3, 6) or not np.isfinite(values).all():
-        raise InvalidInput(f"expected --external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind, got {text!r}")
-    return frame, values + [0.0] * (6 - len(values))
 
 
 def _as_json(

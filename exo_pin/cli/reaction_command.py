@@ -19,6 +19,7 @@ from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
 from .movement_report import follow
 from .options.option_kinds import add_file, add_flag, add_number
+from .options.option_values import numbers
 from .options.query_options import (
     add_approach,
     add_design,
@@ -29,8 +30,10 @@ from .options.query_options import (
     caution_offset,
     design,
     limits,
+    offset,
     pose,
     pose_angles,
+    pose_words,
     print_approach,
 )
 from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
@@ -135,11 +138,7 @@ def _reaction(options: argparse.Namespace) -> int:
     if options.json:
         print(json_report(exo, angles, answers, bounds, options, contact))
         return _hold_status(answers, options)
-    print(
-        f"{exo.mechanism.title or exo.name}\n"
-        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
-        f"{moving_mass(exo)}"
-    )
+    print(f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}; {moving_mass(exo)}")
     if options.offset is not None:
         print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
     if options.compare is None and not options.table:
@@ -170,8 +169,7 @@ def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:
     """The query for poses near the given one."""
     # A device that gives way has other forces and lengths, and in some poses no equilibrium.
     split = answer.split if SPLITS[answer.split].moves else "spherical"
-    offset = None if options.offset is None else [1e-3 * value for value in options.offset]
-    return {"split": split, "centre_offset": offset}
+    return {"split": split, "centre_offset": offset(options)}
 
 
 def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:
@@ -200,13 +198,12 @@ def _answers_of(
     bounded = _bounded()
     if bounds is not None and not set(bounded) & set(splits):
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
-    offset = None if options.offset is None else [1e-3 * value for value in options.offset]
     return [
         exo.holding_reaction(
             orientation,
             split=split,
             constraint_bounds=bounds if split in bounded else None,
-            centre_offset=offset,
+            centre_offset=offset(options),
             actuator_bounds=limits(options),
         )
         for split in splits
@@ -250,8 +247,5 @@ def _fits(law: Split, exo: ShoulderExo) -> bool:
 def _bounds(limit: str | None) -> ConstraintBounds:
     if limit is None or limit == "actuator":
         return limit
-    try:
-        newtons = float(limit)
-    except ValueError:
-        raise InvalidInput(f'expected --side-force-limit in N, or "actuator", got {limit!r}') from None
+    (newtons,) = numbers(limit, '--side-force-limit in N, or "actuator"', 1)
     return (-newtons, newtons)

@@ -18,7 +18,8 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
 from .options.configuration_options import joint_value
 from .options.option_kinds import add_file, add_flag, add_number
-from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose
+from .options.option_values import numbers
+from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -101,12 +102,11 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     if options.bare and (options.person is None or not drawn):
         raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
     if options.person is not None:
-        wearer = _wearer(options) if drawn else None
-        if wearer is not None:
-            looks = {"person": wearer, "device": not options.bare}
+        person = _wearer(options) if drawn else None
+        if person is not None:
+            looks = {"person": person, "device": not options.bare}
         else:
-            # The person's height comes first; the text has been parsed as a person by now.
-            looks["stature"] = float(options.person.split(",")[0])
+            looks["stature"] = person_numbers(options.person)[0]
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
     if options.cone:
@@ -122,16 +122,13 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
 
 def _wearer(options: argparse.Namespace) -> Person | None:
     """The person with muscles, where the extra is installed."""
-    from ..person import Person
     from ..person.limb.myoarm import is_installed, myoarm
 
     if not is_installed():
         if options.bare:
             myoarm()  # says what is missing
         return None
-    height, mass, sex = person_numbers(options.person)
-    bend, load = options.elbow_flexion, options.payload
-    return Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+    return wearer(options)
 
 
 def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
@@ -195,10 +192,7 @@ def _serve(scene: Scene | ChainScene, options: argparse.Namespace, moving: _Movi
 
 
 def _angles(option: str, text: str, side: str) -> Rotation:
-    try:
-        flexion, abduction, internal = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InvalidInput(f"expected {option} FLEXION,ABDUCTION,INTERNAL in degrees, got {text!r}") from None
+    flexion, abduction, internal = numbers(text, f"{option} FLEXION,ABDUCTION,INTERNAL in degrees", 3)
     return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_figure
 from ..options.option_kinds import add_file, add_flag, add_number
+from ..options.option_values import numbers, require_ending
 
 if TYPE_CHECKING:
     from ...control import Experiment, Fault, Tracking
@@ -78,9 +79,8 @@ def _track(options: argparse.Namespace) -> int:
         return 0
     if options.study is None:
         raise InvalidInput("expected an experiment or a file: exo-pin track --list names the experiments")
-    for name, path, endings in (("--out", options.out, (".csv",)), ("--html", options.html, (".html", ".htm"))):
-        if path is not None and path.suffix.lower() not in endings:
-            raise InvalidInput(f"expected {name} to end in {endings[0]}, got {path}")
+    require_ending("--out", options.out, ".csv")
+    require_ending("--html", options.html, ".html", ".htm")
     single = ("plot", "html", "person", "json")
     extra = [f"--{name}" for name in single if getattr(options, name)] if options.sensitivity else []
     if extra:
@@ -102,8 +102,8 @@ def _track(options: argparse.Namespace) -> int:
     tracking = chosen.run(progress)
     contact = None if options.person is None else _contact(options, tracking)
     if options.json:
-        numbers = tracking.summary() | ({} if contact is None else contact)
-        finite = {key: value if np.isfinite(value) else None for key, value in numbers.items()}
+        summary = tracking.summary() | (contact or {})
+        finite = {key: value if np.isfinite(value) else None for key, value in summary.items()}
         report = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
         print(json.dumps({**report, "findings": tracking.findings, **finite}, indent=2))
     else:
@@ -163,9 +163,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         chosen = Experiment(name, name, exo.mechanism, reference, options=options_for(exo.mechanism))
     else:
         raise UnknownName("experiment", options.study, experiments())
-    changes: dict[str, Any] = {}
-    if options.controller is not None:
-        changes["controller"] = options.controller
+    changes: dict[str, Any] = {} if options.controller is None else {"controller": options.controller}
     if options.flange:
         if chosen.mechanism.shoulder.half_diagonal is None:
             raise InvalidInput(f"--flange is for the dummy's shoulder unit, and {chosen.mechanism.name} has none")
@@ -197,7 +195,7 @@ def _imu(options: argparse.Namespace) -> Any:
         if value is not None and not value >= 0.0:
             raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
     if options.lost_imu is not None:
-        given["lost"] = (tuple(_numbers("--lost-imu", options.lost_imu, 2)),)
+        given["lost"] = (tuple(_two_numbers("--lost-imu", options.lost_imu)),)
     for name in ("drift", "noise"):
         if getattr(options, name) is not None:
             given[name] = np.radians(getattr(options, name))
@@ -217,7 +215,7 @@ def _fault(text: str, count: int, duration: float) -> Fault:
     kind, _, rest = text.partition(",")
     if kind not in kinds:
         raise UnknownName("fault", kind, kinds)
-    limb, start = _numbers("--fault KIND", rest, 2)
+    limb, start = _two_numbers("--fault KIND", rest)
     if limb not in range(1, count + 1):
         raise InvalidInput(f"expected a limb from 1 to {count} in --fault {text}, got {limb:g}")
     if not 0.0 <= start < duration:
@@ -228,14 +226,8 @@ def _fault(text: str, count: int, duration: float) -> Fault:
     return Fault(name, int(limb) - 1, start, command=command)  # type: ignore[arg-type]
 
 
-def _numbers(option: str, text: str, count: int) -> list[float]:
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count:
-        raise InvalidInput(f"expected {count} numbers with a comma between them for {option}, got {text!r}")
-    return values
+def _two_numbers(option: str, text: str) -> list[float]:
+    return numbers(text, f"2 numbers with a comma between them for {option}", 2)
 
 
 def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float]:
@@ -259,10 +251,13 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
     )
     alone = found.without_device
     assert alone is not None
-    with_device, without = (force[np.isfinite(force)] for force in (found.magnitude, alone.magnitude))
-    unknown = float("nan")
+    # What has no result counts nowhere; without any there is no number.
+    with_device, without = (
+        force[np.isfinite(force)] if np.isfinite(force).any() else np.array([np.nan])
+        for force in (found.magnitude, alone.magnitude)
+    )
     return {
-        "peak_contact_N": float(with_device.max(initial=0.0)) if with_device.size else unknown,
-        "mean_contact_N": float(with_device.mean()) if with_device.size else unknown,
-        "mean_contact_without_device_N": float(without.mean()) if without.size else unknown,
+        "peak_contact_N": float(with_device.max()),
+        "mean_contact_N": float(with_device.mean()),
+        "mean_contact_without_device_N": float(without.mean()),
     }

@@ -14,6 +14,7 @@ from ...control.calibration.estimation import LOSSES
 from ...control.calibration.length_model import GROUPS
 from ...core.errors import InvalidInput
 from ..options.option_kinds import add_number
+from ..options.option_values import named_numbers
 from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]
@@ -83,11 +84,5 @@ def _calibrate(options: argparse.Namespace) -> int:
 
 def _tolerance(text: str) -> tuple[str, float]:
     """Name and SI value of one --tolerance."""
-    name, equals, size = text.partition("=")
-    try:
-        value = float(size)
-    except ValueError:
-        equals = ""
-    if not equals:
-        raise InvalidInput(f"expected --tolerance NAME=SIZE, got {text!r}")
+    name, (value,) = named_numbers(text, "--tolerance NAME=SIZE", 1)
     return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value

@@ -21,6 +21,7 @@ from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
 from ..options.option_kinds import add_flag, add_number
+from ..text_tables import aligned
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]
@@ -69,10 +70,7 @@ def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Se
         ]
         for c, d in zip(columns, digits, strict=True)
     ]
-    widths = [max(len(h), *(len(v) for v in column)) for h, column in zip(heads, cells, strict=True)]
-    print("  ".join(h.rjust(w) for h, w in zip(heads, widths, strict=True)))
-    for row in zip(*cells, strict=True):
-        print("  ".join(v.rjust(w) for v, w in zip(row, widths, strict=True)))
+    print("\n".join(aligned([heads, *zip(*cells, strict=True)])))
     if any(np.ma.getmaskarray(c).any() for c in columns):
         print("* outside the validity range of the model")
 
@@ -185,14 +183,8 @@ def _step(args: argparse.Namespace) -> int:
 
 
 def _write_csv(path: str, response: Any) -> None:
-    rows = zip(
-        response.time,
-        response.contraction * 1e3,
-        response.velocity * 1e3,
-        response.pressure / BAR,
-        response.inside,
-        strict=True,
-    )
     columns = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside")
-    cells = ((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", str(int(i))) for t, x, v, p, i in rows)
+    values = (response.time, response.contraction * 1e3, response.velocity * 1e3, response.pressure / BAR)
+    rows = zip(np.column_stack(values), response.inside, strict=True)
+    cells = ([*(f"{value:.6f}" for value in row), str(int(inside))] for row, inside in rows)
     write_text(path, csv_text(columns, cells))

@@ -10,6 +10,7 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...exo.shoulder_exo import ShoulderExo
+from .option_values import named_numbers
 from .query_options import add_pose, pose
 
 __all__ = ["add_configuration", "configuration", "joint_value"]
@@ -40,18 +41,13 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
         held.append("root_joint")
     elif angles:
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
-    for text in options.set:
-        held.append(_set(chain, q, text))
+    held += [_set(chain, q, text) for text in options.set]
     return chain.close(q, hold=held)
 
 
 def joint_value(text: str) -> tuple[str, float]:
     """The joint and the number, rad or m, of JOINT=VALUE."""
-    joint, _, number = text.partition("=")
-    try:
-        value = float(number)
-    except ValueError:
-        raise InvalidInput(f"expected --set JOINT=VALUE with a number, rad or m, got {text!r}") from None
+    joint, (value,) = named_numbers(text, "--set JOINT=VALUE with a number, rad or m", 1)
     if not np.isfinite(value):
         raise InvalidInput(f"expected --set with a finite number, got {text!r}")
     return joint, value

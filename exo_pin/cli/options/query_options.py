@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
 
@@ -18,6 +18,10 @@ from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
 from .option_kinds import add_file, add_flag, add_number
+from .option_values import numbers
+
+if TYPE_CHECKING:
+    from ...person import Person
 
 __all__ = [
     "add_approach",
@@ -30,10 +34,13 @@ __all__ = [
     "caution_offset",
     "design",
     "limits",
+    "offset",
     "person_numbers",
     "pose",
     "pose_angles",
+    "pose_words",
     "print_approach",
+    "wearer",
 ]
 
 #: An offset, mm, below which it is likely that metres were given.
@@ -136,10 +143,7 @@ def limits(options: argparse.Namespace) -> ActuatorBounds:
     """Limits of the limb forces."""
     if options.tension is None:
         return "pull" if options.pull else None
-    try:
-        low, high = (float(part) for part in options.tension.split(","))
-    except ValueError:
-        raise InvalidInput(f"expected --tension MIN,MAX in N, got {options.tension!r}") from None
+    low, high = numbers(options.tension, "--tension MIN,MAX in N", 2)
     return (max(low, 0.0) if options.pull else low, high)
 
 
@@ -156,6 +160,12 @@ def design(options: argparse.Namespace) -> ShoulderExo:
 def pose_angles(options: argparse.Namespace) -> tuple[float, float, float]:
     """Flexion, abduction and internal rotation, degrees."""
     return options.flexion, options.abduction, options.internal_rotation
+
+
+def pose_words(options: argparse.Namespace, exo: ShoulderExo) -> str:
+    """The pose as given, for the head of a report."""
+    flexion, abduction, internal = pose_angles(options)
+    return f"{exo.side} shoulder at flexion {flexion:g}°, abduction {abduction:g}°, internal rotation {internal:g}°"
 
 
 def pose(options: argparse.Namespace, exo: ShoulderExo) -> Rotation:
@@ -183,6 +193,20 @@ def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
     height, mass, sex = person_numbers(text)
     with _cautions():
         return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)
+
+
+def wearer(options: argparse.Namespace, **more: Any) -> Person:
+    """The person of ``--person``, with their muscles."""
+    from ...person import Person  # here, because few queries need one
+
+    height, mass, sex = person_numbers(options.person)
+    bend, load = options.elbow_flexion, options.payload
+    return Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True, **more)
+
+
+def offset(options: argparse.Namespace) -> list[float] | None:
+    """Where ``--offset`` puts the device's centre, m."""
+    return None if options.offset is None else [1e-3 * value for value in options.offset]
 
 
 def caution_offset(options: argparse.Namespace) -> None:

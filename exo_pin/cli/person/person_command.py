@@ -17,7 +17,7 @@ from ...person import ContactOptions, ContactRange, JointContact, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
 from ..options.option_kinds import add_file, add_flag, add_number
-from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
+from ..options.query_options import add_design, add_limits, add_pose, limits, pose, pose_angles, pose_words, wearer
 from .literature_table import literature_table
 
 __all__ = ["add_commands"]
@@ -81,8 +81,8 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    exo, person = load(options.design, side=options.side), _person(options)
-    person = person.on_side(exo.side)
+    exo = load(options.design, side=options.side)
+    person = wearer(options, strength=options.strength / 100.0, side=exo.side)
     if sum((options.map, options.range, options.literature)) > 1:
         raise InvalidInput("--map, --range and --literature do not go together: give one of them")
     if options.literature and (options.json or options.plot is not None):
@@ -107,19 +107,6 @@ def _run(options: argparse.Namespace) -> int:
     if options.plot is not None:
         _plot(exo, person, orientation, options)
     return 0
-
-
-def _person(options: argparse.Namespace) -> Person:
-    height, mass, sex = person_numbers(options.person)
-    return Person(
-        height,
-        mass,
-        sex,
-        strength=options.strength / 100.0,
-        elbow_flexion=options.elbow_flexion,
-        payload=options.payload,
-        degrees=True,
-    )
 
 
 def _assumptions(options: argparse.Namespace) -> ContactOptions:
@@ -166,13 +153,8 @@ def _asked(
     chosen = _assumptions(options)
     bounds, sides = limits(options), options.side_force_limit
     if options.bare:
-        if (
-            options.share is not None
-            or options.least is not None
-            or bounds is not None
-            or options.moving_centre
-            or sides
-        ):
+        given = (options.share, options.least, bounds)
+        if options.moving_centre or sides or any(value is not None for value in given):
             raise InvalidInput(
                 "--bare is without a device: leave out --share, --least, --pull, --tension, --side-force-limit, "
                 "--moving-centre"
@@ -195,12 +177,7 @@ def _asked(
 
 
 def _print(exo: ShoulderExo, person: Person, options: argparse.Namespace, text: str) -> None:
-    angles = pose_angles(options)
-    print(
-        f"{_device(exo, options)}\n"
-        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°\n\n"
-        f"{text}\n\nPerson\n{person}"
-    )
+    print(f"{_device(exo, options)}\n{pose_words(options, exo)}\n\n{text}\n\nPerson\n{person}")
 
 
 def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:

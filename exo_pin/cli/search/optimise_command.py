@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import shlex
 from dataclasses import replace
 from typing import Any
@@ -18,13 +17,11 @@ from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from ..options.centre_options import add_moving_centre, centre_offset
 from ..options.option_kinds import add_count, add_file, add_flag, add_number
-from ..options.query_options import add_offset, add_person, design, person_numbers
+from ..options.option_values import in_si, named_numbers, numbers, require_ending
+from ..options.query_options import add_offset, add_person, design, wearer
 from .workspace_command import add_criteria, criteria
 
 __all__ = ["add_commands"]
-
-#: Endings of a variable's name that give its unit; the library takes SI.
-_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0}
 
 
 def add_commands(commands: Any) -> None:
@@ -96,8 +93,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _optimise(options: argparse.Namespace) -> int:
-    if options.out is not None and options.out.suffix.lower() != ".toml":
-        raise InvalidInput(f"expected --out to end in .toml, got {options.out}")
+    require_ending("--out", options.out, ".toml")
     exo = _start(options)
     found = optimise(
         exo,
@@ -197,9 +193,7 @@ def _wearer(options: argparse.Namespace, side: str) -> Person | None:
     """The person whose contact force is an objective."""
     if "contact_force" not in (options.objective or ()) or options.person is None:
         return None
-    height, mass, sex = person_numbers(options.person)
-    elbow = math.radians(options.elbow_flexion)
-    return Person(height, mass, sex, elbow_flexion=elbow, payload=options.payload, side=side)
+    return wearer(options, side=side)
 
 
 def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | CentrePath | None, ...]:
@@ -226,21 +220,12 @@ def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, tuple[
 
 def _interval(name: str, text: str) -> tuple[float, float]:
     """Bounds in m of LOW:HIGH in mm."""
-    try:
-        low, high = (1e-3 * float(part) for part in text.split(":"))
-    except ValueError:
-        raise InvalidInput(f"expected {name} LOW:HIGH in mm, got {text!r}") from None
-    return low, high
+    low, high = numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
+    return 1e-3 * low, 1e-3 * high
 
 
 def _variable(text: str) -> tuple[str, tuple[float, float]]:
     """Name and bounds, SI, of one --vary."""
-    name, _, values = text.partition("=")
-    try:
-        low, high = (float(part) for part in values.split(":"))
-    except ValueError:
-        raise InvalidInput(f"expected --vary NAME=LOW:HIGH, got {text!r}") from None
-    for ending, unit in _UNITS.items():
-        if name.endswith(ending):
-            return name.removesuffix(ending), (unit * low, unit * high)
-    return name, (low, high)
+    name, (low, high) = named_numbers(text, "--vary NAME=LOW:HIGH", 2, separator=":")
+    bare, unit = in_si(name)
+    return bare, (unit * low, unit * high)

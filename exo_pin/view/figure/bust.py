@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..meshcat_viewer import mg
-from ..scene.shapes import loft, matt_material
+from ..scene.shapes import loft, matt_material, placement
 from ..scene.stage import Stage
 
 __all__ = ["CLOTH", "MIDDLE", "OWN_STATURE", "SKIN", "depth_in_chest", "draw_bust", "starts_inside"]
@@ -94,9 +94,7 @@ def draw_bust(stage: Stage, path: str, side: str, scale: float, opacity: float) 
     own, other = (1.0, -1.0) if side == "left" else (-1.0, 1.0)
     _ball(node["shoulder"], (0.0, own * MIDDLE, 0.0), (_SHOULDER,) * 3, matt_material(SKIN, opacity))
     _ball(node["other_shoulder"], (0.0, other * MIDDLE, 0.0), (_SHOULDER,) * 3, cloth)
-    placed = np.diag([scale, scale, scale, 1.0])
-    placed[1, 3] = -own * scale * MIDDLE
-    stage.set_transform(f"/meshcat/{path}", placed)
+    stage.set_transform(f"/meshcat/{path}", placement(scale, [0.0, -own * scale * MIDDLE, 0.0]))
 
 
 def depth_in_chest(points: FloatArray, side: str, scale: float = 1.0) -> FloatArray:
@@ -152,6 +150,4 @@ def _rings(sections: FloatArray, corners: int = 48, steps: int = 4) -> FloatArra
 
 def _ball(node: Any, centre: tuple[float, ...], radii: tuple[float, ...], material: Any) -> None:
     node.set_object(mg.Sphere(1.0), material)
-    placed = np.diag([*radii, 1.0])
-    placed[:3, 3] = centre
-    node.set_transform(placed)
+    node.set_transform(placement(radii, centre))

@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..meshcat_viewer import MeshcatVisualizer
+from ..scene.shapes import placement
 from ..scene.stage import Stage
 from .bust import CLOTH, OWN_STATURE, SKIN, draw_bust
 
@@ -108,9 +108,7 @@ class Human(OneProcess):
             arm = shape.name.startswith((f"{side}_upperarm", f"{side}_lowerarm", f"{side}_hand"))
             bare = arm or "hand" in shape.name
             shape.meshColor = np.array([*(SKIN if bare else CLOTH), opacity if arm else 1.0])
-        self._picture = MeshcatVisualizer(self._model, pin.GeometryModel(), visuals)
-        self._picture.initViewer(viewer=stage.viewer)
-        self._picture.loadViewerModel("human")
+        self._picture = stage.picture(self._model, visuals, "human")
         self._q = pin.neutral(self._model)
         joints = [self._model.joints[self._model.getJointId(f"{side}_shoulder_{axis}")] for axis in "ZXY"]
         self._index = [joint.idx_q for joint in joints]
@@ -122,11 +120,9 @@ class Human(OneProcess):
         pin.updateFramePlacements(self._model, self._picture.data)
         frame = self._model.getFrameId(f"{side}_upperarm")
         shoulder = self._picture.data.oMf[frame].translation
-        placed = np.eye(4)
         scale = 1.0 if stature is None else stature / OWN_STATURE
-        placed[:3, :3] = scale * _UPRIGHT.as_matrix()
-        placed[:3, 3] = -placed[:3, :3] @ shoulder
-        stage.set_transform(self.PATH, placed)
+        turned = scale * _UPRIGHT.as_matrix()
+        stage.set_transform(self.PATH, placement(turned, -turned @ shoulder))
         draw_bust(stage, "bust", side, scale, opacity)
 
     def show(self, orientation: Rotation) -> None:

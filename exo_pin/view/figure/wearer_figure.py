@@ -21,7 +21,7 @@ from ...reaction import GlenoidCone
 from ..colours import BLACK, SKY, scale_colours
 from ..meshcat_viewer import mg
 from ..scene.force_arrows import PoseContact, round_up
-from ..scene.shapes import flat_material, lathe, matt_material, mesh_of, segment, tube
+from ..scene.shapes import flat_material, lathe, matt_material, mesh_of, placement, segment, tube
 from ..scene.stage import Stage
 
 if TYPE_CHECKING:
@@ -122,10 +122,9 @@ class WearerFigure(OneProcess):
         for muscle, colour in zip(MUSCLES, scale_colours(values, 0.0, self.top), strict=True):
             self._stage.set_colour(f"/meshcat/{self.PATH}/muscles/{muscle}", [*colour, 1.0])
         axes, depth = self._socket
-        ball = np.diag([_HIDDEN, _HIDDEN, _HIDDEN, 1.0])
+        ball = placement(_HIDDEN)
         if contact is not None and axes[0] @ contact.force > 0.0:
-            ball[:3, :3] = _BALL * np.eye(3)
-            ball[:3, 3] = -depth * contact.force / (axes[0] @ contact.force)
+            ball = placement(_BALL, -depth * contact.force / (axes[0] @ contact.force))
         self._stage.set_transform(f"/meshcat/{self.PATH}/socket/force", ball)
 
     def _show_socket(self, shape: LimbShape) -> None:
@@ -134,10 +133,8 @@ class WearerFigure(OneProcess):
         depth = -float(outward @ shape.socket_centre)
         self._socket = shape.socket_axes, depth
         cone = GlenoidCone()
-        ring = np.eye(4)
-        ring[:3, :3] = depth * np.column_stack([cone.anterior * anterior, cone.superior * superior, _FLAT * outward])
-        ring[:3, 3] = -depth * outward
-        self._stage.set_transform(f"/meshcat/{self.PATH}/socket/rim", ring)
+        ring = depth * np.column_stack([cone.anterior * anterior, cone.superior * superior, _FLAT * outward])
+        self._stage.set_transform(f"/meshcat/{self.PATH}/socket/rim", placement(ring, -depth * outward))
 
     def _other_arm_at_rest(self) -> dict[str, FloatArray]:
         """Placements of the other arm's bones and of the trunk in the posture of rest."""

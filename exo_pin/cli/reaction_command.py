@@ -11,7 +11,8 @@ from typing import Any
 from scipy.spatial.transform import Rotation
 
 from ..core.compile_mode import current_mode, mode
-from ..core.errors import ExoPinError, InvalidInput, UnknownName
+from ..core.errors import ExoPinError, InvalidInput
+from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, Split, reaction_table
@@ -228,10 +229,7 @@ def _bounded() -> list[str]:
 def _splits(exo: ShoulderExo, wanted: str) -> list[str]:
     if not wanted:
         return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(law, exo)]
-    splits = [name.strip() for name in wanted.split(",")]
-    for name in splits:
-        if name not in SPLITS:
-            raise UnknownName("split", name, tuple(SPLITS))
+    splits = [as_choice("split", name.strip(), SPLITS) for name in wanted.split(",")]
     return list(dict.fromkeys(splits))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import threading
 import webbrowser
-from collections.abc import Callable
+from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,20 +13,20 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
-from ..core.validation import as_positive
+from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
 from .options.configuration_options import joint_value
-from .options.option_kinds import add_file, add_flag, add_number
+from .options.option_kinds import add_file, add_flag, add_number, add_repeated
 from .options.option_values import numbers
 from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
-    from ..view import ChainScene, Recording, Scene
+    from ..view import ChainScene, Scene
 
-    #: What plays a motion, and what records it.
-    _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
+    #: Poses of a motion, and their times.
+    _Path = tuple[Any, FloatArray]
 
 __all__ = ["add_commands"]
 
@@ -62,12 +62,11 @@ def add_commands(commands: Any) -> None:
         help="move from the pose to these angles: flexion, abduction and internal rotation, degrees; forces are those "
         "at rest in every pose",
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--set",
-        action="append",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
+        "JOINT=VALUE",
+        "position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
     )
     add_number(parser, "--seconds", "S", "duration of the motion of --to, s", 3.0)
     add_file(parser, "--html", "write a page that opens without a network")
@@ -116,8 +115,7 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     for message in scene.messages:
         print(message)
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
-    moving = None if path is None else (lambda: scene.play(*path), lambda: scene.record(*path))
-    return _deliver(scene, options, size, moving)
+    return _deliver(scene, options, size, path)
 
 
 def _wearer(options: argparse.Namespace) -> Person | None:
@@ -158,36 +156,30 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     return _deliver(scene, options, _size(options.size), None)
 
 
-def _deliver(
-    scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], moving: _Moving | None
-) -> int:
+def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], path: _Path | None) -> int:
     """Write the requested files, or serve the page."""
     if options.html is None and options.png is None:
-        return _serve(scene, options, moving)
+        return _serve(scene, options, path)
     if options.png is not None:
         scene.save_png(options.png, size)
         print(options.png)
     if options.html is not None:
-        if moving is None:
+        if path is None:
             scene.save_html(options.html)
         else:
-            moving[1]().save(options.html)
+            scene.record(*path).save(options.html)
         print(options.html)
     return 0
 
 
-def _serve(scene: Scene | ChainScene, options: argparse.Namespace, moving: _Moving | None) -> int:
-    try:
+def _serve(scene: Scene | ChainScene, options: argparse.Namespace, path: _Path | None) -> int:
+    with closing(scene), suppress(KeyboardInterrupt):
         print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
         if options.open:
             webbrowser.open(scene.url)
-        if moving is not None:
-            moving[0]()
+        if path is not None:
+            scene.play(*path)
         threading.Event().wait()
-    except KeyboardInterrupt:
-        pass
-    finally:
-        scene.close()
     return 0
 
 
@@ -196,7 +188,7 @@ def _angles(option: str, text: str, side: str) -> Rotation:
     return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
 
 
-def _path(start: Rotation, end: Rotation, seconds: float) -> tuple[Rotation, np.ndarray]:
+def _path(start: Rotation, end: Rotation, seconds: float) -> _Path:
     """The shortest turn from one pose to another, at an even pace."""
     duration = as_positive("--seconds", seconds)
     times = np.linspace(0.0, duration, max(round(duration * _FRAMES_A_SECOND), 1) + 1)

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_figure
-from ..options.option_kinds import add_file, add_flag, add_number
+from ...core.validation import as_choice
+from ..options.option_kinds import add_file, add_flag, add_number, add_repeated
 from ..options.option_values import numbers, require_ending
 
 if TYPE_CHECKING:
@@ -55,10 +56,12 @@ def add_commands(commands: Any) -> None:
     add_number(parser, "--noise", "DEG", "noise of the inertial sensor, degrees (default 0)")
     add_number(parser, "--delay", "S", "delay of the inertial sensor, s (default 0)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise (default 0)")
-    parser.add_argument(
-        "--fault", action="append", default=[], metavar="KIND,LIMB,START",
-        help="torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
-    )  # fmt: skip
+    add_repeated(
+        parser,
+        "--fault",
+        "KIND,LIMB,START",
+        "torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
+    )
     add_flag(parser, "--sensitivity", "run it again with every estimated parameter changed, as a table")
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
     add_flag(parser, "--no-progress", "show no bar (none is shown in a pipe or file)")
@@ -190,17 +193,15 @@ def _imu(options: argparse.Namespace) -> Any:
     from ...control import Imu
 
     given: dict[str, Any] = {}
-    for name, unit in (("noise", "degrees"), ("delay", "s")):
+    for name, unit in (("noise", "degrees"), ("drift", "degrees a second"), ("delay", "s")):
         value = getattr(options, name)
-        if value is not None and not value >= 0.0:
+        if value is None:
+            continue
+        if name != "drift" and not value >= 0.0:
             raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
+        given[name] = value if unit == "s" else np.radians(value)
     if options.lost_imu is not None:
         given["lost"] = (tuple(_two_numbers("--lost-imu", options.lost_imu)),)
-    for name in ("drift", "noise"):
-        if getattr(options, name) is not None:
-            given[name] = np.radians(getattr(options, name))
-    if options.delay is not None:
-        given["delay"] = options.delay
     return Imu(seed=options.seed, **given) if given else None
 
 
@@ -213,8 +214,7 @@ def _fault(text: str, count: int, duration: float) -> Fault:
         "stuck-shut": ("stuck valve", -1.0), "no-current": ("no current", -1.0),
     }  # fmt: skip
     kind, _, rest = text.partition(",")
-    if kind not in kinds:
-        raise UnknownName("fault", kind, kinds)
+    name, command = kinds[as_choice("fault", kind, kinds)]
     limb, start = _two_numbers("--fault KIND", rest)
     if limb not in range(1, count + 1):
         raise InvalidInput(f"expected a limb from 1 to {count} in --fault {text}, got {limb:g}")
@@ -222,7 +222,6 @@ def _fault(text: str, count: int, duration: float) -> Fault:
         raise InvalidInput(
             f"expected a start from 0 to {duration:g} s in --fault {text}, when the run ends; got {start:g}"
         )
-    name, command = kinds[kind]
     return Fault(name, int(limb) - 1, start, command=command)  # type: ignore[arg-type]
 
 

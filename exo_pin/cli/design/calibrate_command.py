@@ -13,7 +13,7 @@ from ...control.calibration.calibrate import JOINTS
 from ...control.calibration.estimation import LOSSES
 from ...control.calibration.length_model import GROUPS
 from ...core.errors import InvalidInput
-from ..options.option_kinds import add_number
+from ..options.option_kinds import add_number, add_repeated
 from ..options.option_values import named_numbers
 from ..options.query_options import add_design, design
 
@@ -37,12 +37,11 @@ def add_commands(commands: Any) -> None:
     add_number(
         parser, "--orientation-noise", "DEG", "standard deviation of an orientation about each axis, degrees", 0.0
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--tolerance",
-        action="append",
-        default=[],
-        metavar="NAME=SIZE",
-        help="standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
+        "NAME=SIZE",
+        "standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
     )
     parser.add_argument(
         "--loss",

@@ -53,6 +53,11 @@ def _static_arguments(parser: argparse.ArgumentParser) -> None:
     add_flag(parser, "--mark", "mark answers outside the validity range with * instead of refusing them")
 
 
+def _add_several(parser: argparse.ArgumentParser, name: str, unit: str, text: str) -> None:
+    """Add an option with one number or several."""
+    parser.add_argument(name, type=float, nargs="+", required=True, metavar=unit, help=f"{text}; one or several")
+
+
 def _static(args: argparse.Namespace) -> StaticModel:
     model = named_static(args.model)
     return model if args.length_mm is None else model.scaled(args.length_mm / 1e3)
@@ -78,17 +83,8 @@ def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Se
 def _add_force(commands: Any) -> None:
     parser = commands.add_parser("force", help="force at a contraction and a pressure, or a list of each")
     _static_arguments(parser)
-    parser.add_argument(
-        "--contraction-mm", type=float, nargs="+", required=True, metavar="MM", help="contraction, mm; one or several"
-    )
-    parser.add_argument(
-        "--pressure-bar",
-        type=float,
-        nargs="+",
-        required=True,
-        metavar="BAR",
-        help="gauge pressure, bar; one or several",
-    )
+    _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
+    _add_several(parser, "--pressure-bar", "BAR", "gauge pressure, bar")
     parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
     parser.set_defaults(run=_force)
 
@@ -112,12 +108,8 @@ def _force(args: argparse.Namespace) -> int:
 def _add_pressure(commands: Any) -> None:
     parser = commands.add_parser("pressure", help="pressure that makes a muscle pull a force at a contraction")
     _static_arguments(parser)
-    parser.add_argument(
-        "--force-N", type=float, nargs="+", required=True, dest="force_N", metavar="N", help="pull, N; one or several"
-    )
-    parser.add_argument(
-        "--contraction-mm", type=float, nargs="+", required=True, metavar="MM", help="contraction, mm; one or several"
-    )
+    _add_several(parser, "--force-N", "N", "pull, N")
+    _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
     parser.set_defaults(run=_pressure)
 
 

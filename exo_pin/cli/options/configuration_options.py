@@ -10,6 +10,7 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...exo.shoulder_exo import ShoulderExo
+from .option_kinds import add_repeated
 from .option_values import named_numbers
 from .query_options import add_pose, pose
 
@@ -19,12 +20,11 @@ __all__ = ["add_configuration", "configuration", "joint_value"]
 def add_configuration(parser: argparse.ArgumentParser) -> None:
     """Add the pose of an arm, and joints that are set."""
     add_pose(parser)
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--set",
-        action="append",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="of a robot from a file: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
+        "JOINT=VALUE",
+        "of a robot from a file: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
     )
 
 

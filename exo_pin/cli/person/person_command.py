@@ -13,7 +13,7 @@ from ...core.errors import InvalidInput
 from ...core.files import write_figure
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
-from ...person import ContactOptions, ContactRange, JointContact, Person
+from ...person import ContactOptions, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
 from ..options.option_kinds import add_file, add_flag, add_number
@@ -95,15 +95,12 @@ def _run(options: argparse.Namespace) -> int:
     orientation = pose(options, exo)
     if options.json and options.range:
         raise InvalidInput("--json and --range do not go together: leave one out")
-    if options.range:
-        _print(exo, person, options, str(_asked(exo, person, orientation, options, ranged=True)))
+    asked, query = _question(exo, person, options)
+    result = (asked.contact_range if options.range else asked.joint_contact)(orientation, **query)
+    if options.json:
+        print(result.to_json())
     else:
-        result = _asked(exo, person, orientation, options)
-        assert isinstance(result, JointContact)
-        if options.json:
-            print(result.to_json())
-        else:
-            _print(exo, person, options, str(result))
+        print(f"{_device(exo, options)}\n{pose_words(options, exo)}\n\n{result}\n\nPerson\n{person}")
     if options.plot is not None:
         _plot(exo, person, orientation, options)
     return 0
@@ -124,8 +121,8 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
         raise InvalidInput("a map has poses of its own: give no --flexion, --abduction or --internal-rotation")
     box = ADL_BOX.axes(options.step)
     poses = ADL_BOX.poses(options.step, exo.side)
-    result = _asked(exo, person, poses, options, outside="mark", progress=options.progress)
-    assert isinstance(result, JointContact)
+    asked, query = _question(exo, person, options)
+    result = asked.joint_contact(poses, **query, outside="mark", progress=options.progress)
     if options.json:
         print(result.to_json())
     else:
@@ -141,16 +138,9 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
     return 0
 
 
-def _asked(
-    exo: ShoulderExo,
-    person: Person,
-    orientation: Rotation,
-    options: argparse.Namespace,
-    ranged: bool = False,
-    **more: Any,
-) -> JointContact | ContactRange:
-    """The result that the options name."""
-    chosen = _assumptions(options)
+def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
+    """Who is asked, the bare person or the design, and with what arguments besides the poses."""
+    query: dict[str, Any] = {"options": _assumptions(options)}
     bounds, sides = limits(options), options.side_force_limit
     if options.bare:
         given = (options.share, options.least, bounds)
@@ -159,25 +149,17 @@ def _asked(
                 "--bare is without a device: leave out --share, --least, --pull, --tension, --side-force-limit, "
                 "--moving-centre"
             )
-        ask = person.contact_range if ranged else person.joint_contact
-        return ask(orientation, options=chosen, **more)
+        return person, query
     if options.share is not None and options.least is not None:
         raise InvalidInput("--share gives the limb forces and --least chooses them: give one of the two")
     if options.least is not None:
-        forces: Any = f"least_{options.least}"
-        more["actuator_bounds"] = bounds
+        query |= {"forces": f"least_{options.least}", "actuator_bounds": bounds}
+    elif bounds is not None:
+        raise InvalidInput("--pull and --tension are limits for --least: give it too")
     else:
-        if bounds is not None:
-            raise InvalidInput("--pull and --tension are limits for --least: give it too")
-        forces = (100.0 if options.share is None else options.share) / 100.0
+        query["forces"] = (100.0 if options.share is None else options.share) / 100.0
     offset = person.centre_path() if options.moving_centre else None
-    query = exo.contact_range if ranged else exo.joint_contact
-    more["constraint_bounds"] = sides
-    return query(orientation, person, forces=forces, centre_offset=offset, options=chosen, **more)
-
-
-def _print(exo: ShoulderExo, person: Person, options: argparse.Namespace, text: str) -> None:
-    print(f"{_device(exo, options)}\n{pose_words(options, exo)}\n\n{text}\n\nPerson\n{person}")
+    return exo, query | {"person": person, "centre_offset": offset, "constraint_bounds": sides}
 
 
 def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:
@@ -190,9 +172,8 @@ def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argp
     azimuth, tilt, torsion = tilt_torsion_angles(orientation, exo.side, degrees=True)
     azimuth = 90.0 if tilt < 1.0 else azimuth
     poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=exo.side, degrees=True)
-    result = _asked(exo, person, poses, options, outside="mark")
-    assert isinstance(result, JointContact)
-    axes = contact_over_elevation(_ELEVATIONS, result)
+    asked, query = _question(exo, person, options)
+    axes = contact_over_elevation(_ELEVATIONS, asked.joint_contact(poses, **query, outside="mark"))
     axes.set_title(f"{'No device' if options.bare else exo.name}: plane of elevation {azimuth:.0f}° from forward")
     write_figure(options.plot, axes.figure)
     if not options.json:

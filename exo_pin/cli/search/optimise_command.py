@@ -16,7 +16,7 @@ from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.option_kinds import add_count, add_file, add_flag, add_number
+from ..options.option_kinds import add_count, add_file, add_flag, add_number, add_repeated
 from ..options.option_values import in_si, named_numbers, numbers, require_ending
 from ..options.query_options import add_offset, add_person, design, wearer
 from .workspace_command import add_criteria, criteria
@@ -43,16 +43,18 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--force-law",
         metavar="NAME",
-        help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle models",
+        help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help",
     )
     add_number(parser, "--supply", "BAR", "gauge pressure with --force-law, bar", 4.0)
     parser.add_argument(
         "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
     )
-    parser.add_argument(
-        "--vary", action="append", default=[], metavar="NAME=LOW:HIGH",
-        help="such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
-    )  # fmt: skip
+    add_repeated(
+        parser,
+        "--vary",
+        "NAME=LOW:HIGH",
+        "such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
+    )
     parser.add_argument(
         "--base-radius",
         metavar="LOW:HIGH",

@@ -13,7 +13,7 @@ from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
 from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.option_kinds import add_file, add_flag, add_number
+from ..options.option_kinds import add_file, add_flag, add_number, add_repeated
 from ..options.query_options import add_design, add_offset, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]
@@ -39,9 +39,7 @@ def add_commands(commands: Any) -> None:
     add_design(tasks)
     add_person(tasks)
     add_criteria(tasks)
-    tasks.add_argument(
-        "--movement", action="append", default=[], metavar="NAME=FILE", help="CSV of a task's movement; may be repeated"
-    )
+    add_repeated(tasks, "--movement", "NAME=FILE", "CSV of a task's movement; may be repeated")
     add_flag(tasks, "--no-ranges", "leave the published ranges out")
     add_number(tasks, "--step", "DEG", "step of the grid over a range, degrees", 8.0)
     add_file(tasks, "--out", "write the table as CSV too")

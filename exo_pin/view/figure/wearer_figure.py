@@ -92,9 +92,7 @@ class WearerFigure(OneProcess):
         moved = shape.bones["trunk"][:3, 3] - self._rest["trunk"][:3, 3]
         for name, placed in self._rest.items():
             if name != "trunk":
-                there = placed.copy()
-                there[:3, 3] += moved
-                self._stage.set_transform(f"{root}/other_arm/{name}", there)
+                self._stage.set_transform(f"{root}/other_arm/{name}", placement(placed[:3, :3], placed[:3, 3] + moved))
         for muscle, path, volume in zip(MUSCLES, shape.paths, self._volume, strict=True):
             points, length = _resampled(path, len(_PROFILE))
             radius = np.sqrt(_DRAWN * volume / (np.pi * length * np.mean(_PROFILE**2)))
@@ -142,14 +140,10 @@ class WearerFigure(OneProcess):
         left = person.side == "left"
         own = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, left).bones
         other = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, not left).bones
-        # Both trunks are one.
-        found = {"trunk": own["trunk"]}
         shift = own["trunk"][:3, 3] - other["trunk"][:3, 3]
-        for name, placed in other.items():
-            if name != "trunk":
-                found[name] = placed.copy()
-                found[name][:3, 3] += shift
-        return found
+        found = {name: placement(placed[:3, :3], placed[:3, 3] + shift) for name, placed in other.items()}
+        # Both trunks are one.
+        return found | {"trunk": own["trunk"]}
 
 
 def _piece(low: float, high: float) -> Any:

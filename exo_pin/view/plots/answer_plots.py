@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.conventions import shoulder_angles
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, as_finite
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
 from .charts import as_limits, force_history, tension_history
@@ -67,9 +67,7 @@ def movement_figure(
     limits: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
     """Figure of a movement; see :meth:`exo_pin.MovementReaction.plot`."""
-    if against not in _AGAINST:
-        raise UnknownName("quantity to draw against", against, _AGAINST)
-    label, angle = _AGAINST[against]
+    label, angle = _AGAINST[as_choice("quantity to draw against", against, _AGAINST)]
     movement = answer.movement
     angles = shoulder_angles(movement.orientations, side, degrees=True)
     return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)

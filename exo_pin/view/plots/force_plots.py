@@ -67,15 +67,9 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     for i, tension in enumerate(answer.actuator_forces):
         pulls = not tension < 0
         known = f"{'pulls' if pulls else 'pushes'} {abs(tension):.0f} N" if np.isfinite(tension) else "(no force found)"
-        ax.plot(
-            *np.stack([a[i], b[i]], axis=1),
-            color=BLUE if pulls else ORANGE,
-            linestyle="-" if pulls else (0, (2, 0.6)),
-            linewidth=3.5,
-            marker="o",
-            markersize=4,
-            label=f"limb {i + 1} {known}",
-        )
+        colour, dashes = (BLUE, "-") if pulls else (ORANGE, (0, (2, 0.6)))
+        look = {"color": colour, "linestyle": dashes, "linewidth": 3.5, "marker": "o", "markersize": 4}
+        ax.plot(*np.stack([a[i], b[i]], axis=1), **look, label=f"limb {i + 1} {known}")
         ax.text(*(1.12 * a[i]), str(i + 1), fontsize=9, ha="center", va="center")
     weight = arm.mass * exo.mechanism.gravity
     _arrow(ax, R @ arm.centre_of_mass, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")

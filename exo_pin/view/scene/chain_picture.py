@@ -46,8 +46,6 @@ class ChainPicture(OneProcess):
         beside it.
     q : ndarray
         Shape (nq,), a configuration to take the size from.
-    root : str
-        Name of its node.
 
     Attributes
     ----------
@@ -61,15 +59,8 @@ class ChainPicture(OneProcess):
         Diagonal of the box about all of it at ``q``, m.
     """
 
-    def __init__(
-        self,
-        stage: Stage,
-        chain: ClosedChain,
-        urdf: str | PathLike[str] | None,
-        q: FloatArray,
-        root: str = "chain",
-    ) -> None:
-        self._stage, self._chain, self._root = stage, chain, root
+    def __init__(self, stage: Stage, chain: ClosedChain, urdf: str | PathLike[str] | None, q: FloatArray) -> None:
+        self._stage, self._chain = stage, chain
         self.loops = [closure for closure in chain.closures if closure.type != "coupling"]
         shapes = self._visuals(urdf)
         self._looks = shapes
@@ -78,7 +69,7 @@ class ChainPicture(OneProcess):
         self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
-        self._picture = stage.picture(chain.model, shapes, root)
+        self._picture = stage.picture(chain.model, shapes, "chain")
         self._load_closures()
 
     def show(self, q: FloatArray) -> None:
@@ -173,7 +164,7 @@ class ChainPicture(OneProcess):
 
     def _mark(self, closure: Closure) -> str:
         index = [item.name for item in self.loops].index(closure.name)
-        return f"/meshcat/closures/{self._root}_{index}"
+        return f"/meshcat/closures/chain_{index}"
 
 
 def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:

@@ -18,8 +18,7 @@ from importlib import import_module
 from typing import Any, NoReturn
 
 from .. import __version__
-from .options.command_examples import DESCRIPTIONS, EXAMPLES, NOTES
-from .options.command_list import COMMANDS
+from .options.command_list import COMMANDS, Command
 
 __all__ = ["main"]
 
@@ -108,13 +107,12 @@ def _help_first(arguments: list[str]) -> list[str]:
     return [*words[: next(k for k, word in enumerate(words) if word.startswith("-"))], "--help"]
 
 
-def _described(parser: argparse.ArgumentParser, name: str) -> None:
+def _describe(parser: argparse.ArgumentParser, command: Command) -> None:
     """Add what a command answers, and examples, to its help."""
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.description = textwrap.fill(parser.description or DESCRIPTIONS.get(name, ""), _WIDTH)
-    examples = "".join(f"  {line}\n" for line in EXAMPLES.get(name, ()))
-    notes = f"\n{NOTES[name]}" if name in NOTES else ""
-    parser.epilog = f"examples:\n{examples}{notes}" if examples else None
+    parser.description = textwrap.fill(command.description, _WIDTH)
+    examples = "".join(f"  {line}\n" for line in command.examples)
+    parser.epilog = f"examples:\n{examples}" + (f"\n{command.notes}" if command.notes else "")
 
 
 def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
@@ -127,12 +125,12 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    called = next((argument for argument in arguments if not argument.startswith("-")), "")
-    module, _ = COMMANDS.get(called, ("", ""))
-    if module:
-        import_module(f".{module}", __name__).add_commands(commands)
-        _described(commands.choices[called], called)
-    for name, (other, text) in COMMANDS.items():
-        if other != module:
-            commands.add_parser(name, help=text)
+    name = next((argument for argument in arguments if not argument.startswith("-")), "")
+    called = COMMANDS.get(name)
+    if called is not None:
+        import_module(f".{called.module}", __name__).add_commands(commands)
+        _describe(commands.choices[name], called)
+    for other, command in COMMANDS.items():
+        if called is None or command.module != called.module:
+            commands.add_parser(other, help=command.help)
     return parser

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,9 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
-from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_angles, print_approach
+from .options.option_kinds import add_file, add_flag
+from .options.option_values import numbers
+from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_words, print_approach
 
 __all__ = ["add_commands"]
 
@@ -35,11 +36,7 @@ _SHORT = 3.0
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
-    forward = commands.add_parser(
-        "kinematics",
-        description="Without measurements: limb lengths and joint angles in the pose, and every other pose with the "
-        "same lengths. With measurements: every pose that fits them, and which is closest to the pose (default: rest).",
-    )
+    forward = commands.add_parser("kinematics")
     add_design(forward)
     add_pose(forward)
     forward.add_argument(
@@ -47,33 +44,23 @@ def add_commands(commands: Any) -> None:
     )
     forward.add_argument("--theta-x", metavar="DEG,...", help="measured angles θ_xA of the base joints, degrees")
     forward.add_argument("--theta-y", metavar="DEG,...", help="measured angles θ_yA of the base joints, degrees")
-    forward.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    add_flag(forward, "--json", "print JSON instead of tables")
     forward.set_defaults(run=_kinematics)
 
     singular = commands.add_parser("singularity")
     add_design(singular)
     add_pose(singular)
-    singular.add_argument(
-        "--map", type=Path, metavar="FILE", help="picture (PNG, SVG or PDF) of det X over flexion and abduction"
-    )
-    singular.add_argument(
-        "--surface", type=Path, metavar="FILE", help="picture (PNG, SVG or PDF) of the singular surface, det X = 0"
-    )
+    add_file(singular, "--map", "picture (PNG, SVG or PDF) of det X over flexion and abduction")
+    add_file(singular, "--surface", "picture (PNG, SVG or PDF) of the singular surface, det X = 0")
     add_approach(singular)
-    singular.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    add_flag(singular, "--json", "print JSON instead of tables")
     singular.set_defaults(run=_singularity)
 
 
 def _numbers(name: str, text: str | None, count: int) -> FloatArray | None:
     if text is None:
         return None
-    try:
-        values = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        values = np.empty(0)
-    if values.shape != (count,):
-        raise InvalidInput(f"expected --{name} as {count} numbers with commas between, got {text!r}")
-    return values
+    return np.array(numbers(text, f"--{name} as {count} numbers with commas between", count))
 
 
 def _kinematics(options: argparse.Namespace) -> int:
@@ -101,17 +88,14 @@ def _kinematics(options: argparse.Namespace) -> int:
     else:
         print(f"{exo.mechanism.title or exo.name}\n")
         if given is not None:
-            print(_limb_table(exo, given, pose_angles(options)) + "\n")
+            print(f"{pose_words(options, exo)}\n{_limb_table(exo, given)}\n")
         print(_modes_table(exo, modes, unit, scale))
     return 0
 
 
-def _limb_table(exo: ShoulderExo, orientation: Rotation, angles: tuple[float, float, float]) -> str:
+def _limb_table(exo: ShoulderExo, orientation: Rotation) -> str:
     state = exo.inverse_kinematics(orientation)
-    lines = [
-        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°",
-        f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}",
-    ]
+    lines = [f"{'limb':>4} {'length, mm':>11} {'θ_xA, °':>9} {'θ_yA, °':>9} {'θ_xB, °':>9} {'θ_yB, °':>9}"]
     columns = (state.base_theta_x, state.base_theta_y, state.platform_theta_x, state.platform_theta_y)
     for i in range(exo.geometry.limb_count):
         joint_angles = " ".join(f"{np.degrees(column[i]):9.3f}" for column in columns)
@@ -168,7 +152,7 @@ def _modes_json(exo: ShoulderExo, modes: AssemblyModes, given: Rotation | None, 
 def _singularity(options: argparse.Namespace) -> int:
     if options.json and options.approach is not None:
         raise InvalidInput("--approach prints a table: leave --json out")
-    exo, angles = design(options), pose_angles(options)
+    exo = design(options)
     orientation = pose(options, exo)
     state, nearest = exo.singularity(orientation), exo.nearest_singularity(orientation)
     crossings = []
@@ -198,8 +182,7 @@ def _singularity(options: argparse.Namespace) -> int:
         there = np.round(there, 1) + 0.0
         print(
             f"{exo.mechanism.title or exo.name}\n"
-            f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°"
-            f": {state.kind}\n\n"
+            f"{pose_words(options, exo)}: {state.kind}\n\n"
             f"det X                           {state.determinant:+.5f}\n"
             f"reach h_i                       {', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm\n"
             f"nearest singular pose           {nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, "
@@ -222,9 +205,7 @@ def _singularity(options: argparse.Namespace) -> int:
             print(f"  {item.range.name:36} {item.across:8.1%} {item.unreachable:8.1%} {item.close:15.1%}")
     if options.approach is not None:
         print_approach(exo, orientation, options.approach)
-    for path in _pictures(exo, options):
-        if not options.json:
-            print(f"wrote {path}")
+    _draw(exo, options)
     return 0
 
 
@@ -234,23 +215,21 @@ def _number(value: Any) -> float | None:
     return number if np.isfinite(number) else None
 
 
-def _pictures(exo: ShoulderExo, options: argparse.Namespace) -> list[Path]:
-    """Draw the requested pictures; return the files."""
+def _draw(exo: ShoulderExo, options: argparse.Namespace) -> None:
+    """Draw the requested pictures."""
     if options.map is None and options.surface is None:
-        return []
+        return
     from ..view.plots.singularity_plots import determinant_map, locus_surface
 
-    internal = float(options.internal_rotation)
-    written: list[Path] = []
-    pictures: tuple[tuple[Path | None, Callable[[], Any]], ...] = (
-        (options.map, lambda: determinant_map(exo, internal_rotation=internal)),
-        (options.surface, lambda: locus_surface(exo)),
-    )
-    for path, draw in pictures:
-        if path is not None:
-            write_figure(path, draw().figure)
-            written.append(path)
-    return written
+    drawn: list[tuple[Path, Any]] = []
+    if options.map is not None:
+        drawn.append((options.map, determinant_map(exo, internal_rotation=float(options.internal_rotation))))
+    if options.surface is not None:
+        drawn.append((options.surface, locus_surface(exo)))
+    for path, axes in drawn:
+        write_figure(path, axes.figure)
+        if not options.json:
+            print(f"wrote {path}")
 
 
 def _bounded(value: float, unit: str, digits: int = 1) -> str:

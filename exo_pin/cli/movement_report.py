@@ -6,11 +6,11 @@ import argparse
 import math
 
 from ..core.errors import InvalidInput
-from ..core.files import is_stream
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import read_movement
 from ..reaction import ConstraintBounds, MovementReaction
 from ..reaction.along_files import write_movement_reaction
+from .options.option_values import require_ending
 from .options.query_options import limits, pose_angles
 from .reaction_report import moving_mass
 
@@ -39,9 +39,7 @@ def follow(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argp
         raise InvalidInput("--muscles is for a pose; of a movement: exo.joint_contact(movement.orientations, person)")
     if options.json:
         raise InvalidInput("--json is for a pose; histories go to --out FILE.csv or FILE.npz")
-    named = options.out is None or is_stream(options.out) or options.out.suffix.lower() in (".csv", ".npz")
-    if not named:
-        raise InvalidInput(f"expected --out to end in .csv or .npz, got {options.out}")
+    require_ending("--out", options.out, ".csv", ".npz")
     smoothing = None if options.smoothing == "none" else options.smoothing
     known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
     movement = read_movement(options.trajectory, exo.side, smoothing, known, options.ends)
@@ -49,9 +47,8 @@ def follow(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argp
     answer = exo.follow(movement, actuator_bounds=limits(options), **query)
     if limits(options) is None and answer.reaction.has_better_tensions:
         answer = exo.follow(movement, actuator_bounds="design", **query)
-    print(
-        f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {len(movement.times)} samples; {moving_mass(exo)}\n"
-    )
+    print(exo.mechanism.title or exo.name)
+    print(f"{exo.side} shoulder, {len(movement.times)} samples; {moving_mass(exo)}\n")
     print(answer)
     if options.out is not None:
         write_movement_reaction(answer, options.out, exo.side, exo.name)

@@ -6,19 +6,21 @@ import argparse
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from scipy.spatial.transform import Rotation
 
 from ..core.compile_mode import current_mode, mode
-from ..core.errors import ExoPinError, InvalidInput, UnknownName
+from ..core.errors import ExoPinError, InvalidInput
+from ..core.validation import as_choice
 from ..design import LimbGuide, Shoulder
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, Split, reaction_table
 from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
 from .movement_report import follow
+from .options.option_kinds import add_file, add_flag, add_number
+from .options.option_values import numbers
 from .options.query_options import (
     add_approach,
     add_design,
@@ -29,8 +31,10 @@ from .options.query_options import (
     caution_offset,
     design,
     limits,
+    offset,
     pose,
     pose_angles,
+    pose_words,
     print_approach,
 )
 from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
@@ -51,18 +55,9 @@ def add_commands(commands: Any) -> None:
     )
     _add_splits(parser)
     add_limits(parser)
-    parser.add_argument(
-        "--trajectory",
-        type=Path,
-        metavar="FILE",
-        help="CSV file of a movement instead of a pose; its columns are listed below",
-    )
-    parser.add_argument(
-        "--out", type=Path, metavar="FILE", help="with --trajectory: write all forces over time as .csv or .npz"
-    )
-    parser.add_argument(
-        "--require-hold", action="store_true", help="end with exit status 1 unless the device is known to hold the pose"
-    )
+    add_file(parser, "--trajectory", "CSV file of a movement instead of a pose; its columns are listed below")
+    add_file(parser, "--out", "with --trajectory: write all forces over time as .csv or .npz")
+    add_flag(parser, "--require-hold", "end with exit status 1 unless the device is known to hold the pose")
     add_approach(parser)
     parser.add_argument(
         "--muscles",
@@ -70,21 +65,19 @@ def add_commands(commands: Any) -> None:
         help="with --person: the load of the joint with their own muscles too (default: in the report on a pose, where "
         "the extra person is installed; under a second)",
     )
-    parser.add_argument(
-        "--table", action="store_true", help="print every force, with those of cuff and harness, as a table"
-    )
-    parser.add_argument("--static", action="store_true", help="with --trajectory: leave velocity and acceleration out")
+    add_flag(parser, "--table", "print every force, with those of cuff and harness, as a table")
+    add_flag(parser, "--static", "with --trajectory: leave velocity and acceleration out")
     parser.add_argument(
         "--smoothing",
         choices=("gcv", "none"),
         default="gcv",
         help="with --trajectory: smooth the samples by generalised cross-validation (gcv, default), or do not (none)",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--sensor-noise",
-        type=float,
-        metavar="DEG",
-        help="with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
+        "DEG",
+        "with --trajectory: noise of the measured angles about each axis, degrees (default: from the data)",
     )
     parser.add_argument(
         "--ends",
@@ -92,8 +85,8 @@ def add_commands(commands: Any) -> None:
         default="free",
         help="of a measured movement: rest if the arm is at rest at its first and last sample; default free",
     )
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    add_flag(parser, "--progress", "show a progress bar")
+    add_flag(parser, "--json", "print JSON instead of text")
     parser.set_defaults(run=_reaction)
 
 
@@ -113,11 +106,11 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
         help=f"a table with a column for each of {', '.join(SPLITS)} (default: all that need no stiffness)",
     )
     add_offset(parser)
-    parser.add_argument(
+    add_number(
+        parser,
         "--shoulder-stiffness",
-        type=float,
-        metavar="N_PER_M",
-        help="for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
+        "N_PER_M",
+        "for --split elastic: stiffness of the shoulder in every direction, N/m (default: as the design says)",
     )
     parser.add_argument(
         "--guide",
@@ -126,11 +119,7 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
         metavar=("EI", "GJ"),
         help="for --split elastic: bending and torsional rigidity of every limb's guide, N m² (default: as designed)",
     )
-    parser.add_argument(
-        "--certificate",
-        action="store_true",
-        help="print the assumption behind each number, and what would determine it",
-    )
+    add_flag(parser, "--certificate", "print the assumption behind each number, and what would determine it")
 
 
 def _reaction(options: argparse.Namespace) -> int:
@@ -150,11 +139,7 @@ def _reaction(options: argparse.Namespace) -> int:
     if options.json:
         print(json_report(exo, angles, answers, bounds, options, contact))
         return _hold_status(answers, options)
-    print(
-        f"{exo.mechanism.title or exo.name}\n"
-        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°; "
-        f"{moving_mass(exo)}"
-    )
+    print(f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}; {moving_mass(exo)}")
     if options.offset is not None:
         print(f"device's centre off the shoulder's by ({', '.join(f'{v:g}' for v in options.offset)}) mm")
     if options.compare is None and not options.table:
@@ -185,8 +170,7 @@ def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:
     """The query for poses near the given one."""
     # A device that gives way has other forces and lengths, and in some poses no equilibrium.
     split = answer.split if SPLITS[answer.split].moves else "spherical"
-    offset = None if options.offset is None else [1e-3 * value for value in options.offset]
-    return {"split": split, "centre_offset": offset}
+    return {"split": split, "centre_offset": offset(options)}
 
 
 def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:
@@ -215,13 +199,12 @@ def _answers_of(
     bounded = _bounded()
     if bounds is not None and not set(bounded) & set(splits):
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
-    offset = None if options.offset is None else [1e-3 * value for value in options.offset]
     return [
         exo.holding_reaction(
             orientation,
             split=split,
             constraint_bounds=bounds if split in bounded else None,
-            centre_offset=offset,
+            centre_offset=offset(options),
             actuator_bounds=limits(options),
         )
         for split in splits
@@ -246,10 +229,7 @@ def _bounded() -> list[str]:
 def _splits(exo: ShoulderExo, wanted: str) -> list[str]:
     if not wanted:
         return [name for name, law in SPLITS.items() if not law.determines_sides and _fits(law, exo)]
-    splits = [name.strip() for name in wanted.split(",")]
-    for name in splits:
-        if name not in SPLITS:
-            raise UnknownName("split", name, tuple(SPLITS))
+    splits = [as_choice("split", name.strip(), SPLITS) for name in wanted.split(",")]
     return list(dict.fromkeys(splits))
 
 
@@ -265,8 +245,5 @@ def _fits(law: Split, exo: ShoulderExo) -> bool:
 def _bounds(limit: str | None) -> ConstraintBounds:
     if limit is None or limit == "actuator":
         return limit
-    try:
-        newtons = float(limit)
-    except ValueError:
-        raise InvalidInput(f'expected --side-force-limit in N, or "actuator", got {limit!r}') from None
+    (newtons,) = numbers(limit, '--side-force-limit in N, or "actuator"', 1)
     return (-newtons, newtons)

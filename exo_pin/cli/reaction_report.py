@@ -18,7 +18,8 @@ from ..reaction import ConstraintBounds, Reaction
 from ..reaction.holding.actuator_limits import DesignLimits, design_limits, length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
-from .options.query_options import person_numbers
+from .options.query_options import wearer
+from .text_tables import aligned
 
 if TYPE_CHECKING:
     from ..person import JointContact
@@ -130,15 +131,12 @@ def joint_load(
     plain = options.json or options.table or options.compare is not None
     if options.person is None or options.muscles is False or (plain and not options.muscles):
         return None
-    from ..person import Person  # here, because few queries need one
     from ..person.limb.myoarm import is_installed
 
     if not options.muscles and not is_installed():
         return None
-    height, mass, sex = person_numbers(options.person)
-    bend, load = options.elbow_flexion, options.payload
     try:
-        person = Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+        person = wearer(options)
     except InvalidInput:
         if options.muscles:
             raise
@@ -166,9 +164,7 @@ def _limb_table(answer: Reaction) -> list[str]:
         )
         for i in range(mechanism.limb_count)
     ]
-    rows = [head, *cells]
-    widths = [max(len(row[column]) for row in rows) for column in range(5)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return aligned([head, *cells])
 
 
 def _force_range(limits: DesignLimits, limb: int) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..thesis import condensed, ledger, ledger_table
 from ..thesis.reading_searches import searches
+from .options.option_kinds import add_flag
 
 __all__ = ["add_commands"]
 
@@ -14,12 +15,8 @@ __all__ = ["add_commands"]
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("thesis")
-    parser.add_argument(
-        "--all", action="store_true", help="print every value, with notes; without it long tables are summed up"
-    )
-    parser.add_argument(
-        "--readings", action="store_true", help="search for readings under which unreproduced numbers follow"
-    )
+    add_flag(parser, "--all", "print every value, with notes; without it long tables are summed up")
+    add_flag(parser, "--readings", "search for readings under which unreproduced numbers follow")
     parser.set_defaults(run=_thesis)
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import threading
 import webbrowser
-from collections.abc import Callable
-from pathlib import Path
+from contextlib import closing, suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,18 +13,20 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
-from ..core.validation import as_positive
+from ..core.validation import FloatArray, as_positive
 from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
 from .options.configuration_options import joint_value
-from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose
+from .options.option_kinds import add_file, add_flag, add_number, add_repeated
+from .options.option_values import numbers
+from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, wearer
 
 if TYPE_CHECKING:
     from ..person import Person
-    from ..view import ChainScene, Recording, Scene
+    from ..view import ChainScene, Scene
 
-    #: What plays a motion, and what records it.
-    _Moving = tuple[Callable[[], Any], Callable[[], Recording]]
+    #: Poses of a motion, and their times.
+    _Path = tuple[Any, FloatArray]
 
 __all__ = ["add_commands"]
 
@@ -39,22 +40,17 @@ def add_commands(commands: Any) -> None:
     add_pose(parser)
     add_person(parser)
     parser.add_argument("--limbs", choices=LIMB_STYLES, default="rods", help="how limbs are drawn (default: rods)")
-    parser.add_argument(
+    add_flag(
+        parser,
         "--mannequin",
-        action="store_true",
-        help="with --person: the human figure in place of bones and muscles, which the extra person draws",
+        "with --person: the human figure in place of bones and muscles, which the extra person draws",
     )
-    parser.add_argument(
-        "--bare", action="store_true", help="with --person: bones and muscles without the device (extra person)"
+    add_flag(parser, "--bare", "with --person: bones and muscles without the device (extra person)")
+    add_flag(parser, "--no-human", "draw no person")
+    add_number(
+        parser, "--scale", "N", "force that an arrow of 10 cm stands for, N (default: chosen by the largest force)"
     )
-    parser.add_argument("--no-human", action="store_true", help="draw no person")
-    parser.add_argument(
-        "--scale",
-        type=float,
-        metavar="N",
-        help="force that an arrow of 10 cm stands for, N (default: chosen by the largest force)",
-    )
-    parser.add_argument("--cone", action="store_true", help="draw the cone in which the shoulder's socket is stable")
+    add_flag(parser, "--cone", "draw the cone in which the shoulder's socket is stable")
     parser.add_argument(
         "--ghost",
         metavar="F,A,I",
@@ -66,23 +62,20 @@ def add_commands(commands: Any) -> None:
         help="move from the pose to these angles: flexion, abduction and internal rotation, degrees; forces are those "
         "at rest in every pose",
     )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--set",
-        action="append",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
+        "JOINT=VALUE",
+        "position of a joint of a robot that is no wrist, rad or m; the others close its loops; may be repeated",
     )
-    parser.add_argument(
-        "--seconds", type=float, default=3.0, metavar="S", help="duration of the motion of --to, s (default 3)"
-    )
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page that opens without a network")
-    parser.add_argument("--png", type=Path, metavar="FILE", help="write a still picture; needs a headless browser")
+    add_number(parser, "--seconds", "S", "duration of the motion of --to, s", 3.0)
+    add_file(parser, "--html", "write a page that opens without a network")
+    add_file(parser, "--png", "write a still picture; needs a headless browser")
     parser.add_argument(
         "--size", default="1280x800", metavar="WxH", help="size of the picture of --png, pixels (default 1280x800)"
     )
     parser.add_argument("--port", type=int, metavar="N", help="first port to try for the live page (default 7000)")
-    parser.add_argument("--open", action="store_true", help="open the live page in a browser")
+    add_flag(parser, "--open", "open the live page in a browser")
     parser.set_defaults(run=_view)
 
 
@@ -108,12 +101,11 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     if options.bare and (options.person is None or not drawn):
         raise InvalidInput("--bare draws a person's bones and muscles: give --person, and no other figure")
     if options.person is not None:
-        wearer = _wearer(options) if drawn else None
-        if wearer is not None:
-            looks = {"person": wearer, "device": not options.bare}
+        person = _wearer(options) if drawn else None
+        if person is not None:
+            looks = {"person": person, "device": not options.bare}
         else:
-            # The person's height comes first; the text has been parsed as a person by now.
-            looks["stature"] = float(options.person.split(",")[0])
+            looks["stature"] = person_numbers(options.person)[0]
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
     if options.cone:
@@ -123,22 +115,18 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     for message in scene.messages:
         print(message)
     path = None if options.to is None else _path(start, _angles("--to", options.to, exo.side), options.seconds)
-    moving = None if path is None else (lambda: scene.play(*path), lambda: scene.record(*path))
-    return _deliver(scene, options, size, moving)
+    return _deliver(scene, options, size, path)
 
 
 def _wearer(options: argparse.Namespace) -> Person | None:
     """The person with muscles, where the extra is installed."""
-    from ..person import Person
     from ..person.limb.myoarm import is_installed, myoarm
 
     if not is_installed():
         if options.bare:
             myoarm()  # says what is missing
         return None
-    height, mass, sex = person_numbers(options.person)
-    bend, load = options.elbow_flexion, options.payload
-    return Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
+    return wearer(options)
 
 
 def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
@@ -168,48 +156,39 @@ def _view_chain(exo: ShoulderExo, options: argparse.Namespace) -> int:
     return _deliver(scene, options, _size(options.size), None)
 
 
-def _deliver(
-    scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], moving: _Moving | None
-) -> int:
+def _deliver(scene: Scene | ChainScene, options: argparse.Namespace, size: tuple[int, int], path: _Path | None) -> int:
     """Write the requested files, or serve the page."""
     if options.html is None and options.png is None:
-        return _serve(scene, options, moving)
+        return _serve(scene, options, path)
     if options.png is not None:
         scene.save_png(options.png, size)
         print(options.png)
     if options.html is not None:
-        if moving is None:
+        if path is None:
             scene.save_html(options.html)
         else:
-            moving[1]().save(options.html)
+            scene.record(*path).save(options.html)
         print(options.html)
     return 0
 
 
-def _serve(scene: Scene | ChainScene, options: argparse.Namespace, moving: _Moving | None) -> int:
-    try:
+def _serve(scene: Scene | ChainScene, options: argparse.Namespace, path: _Path | None) -> int:
+    with closing(scene), suppress(KeyboardInterrupt):
         print(f"{scene.serve(options.port)} (Ctrl-C ends it)", flush=True)
         if options.open:
             webbrowser.open(scene.url)
-        if moving is not None:
-            moving[0]()
+        if path is not None:
+            scene.play(*path)
         threading.Event().wait()
-    except KeyboardInterrupt:
-        pass
-    finally:
-        scene.close()
     return 0
 
 
 def _angles(option: str, text: str, side: str) -> Rotation:
-    try:
-        flexion, abduction, internal = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InvalidInput(f"expected {option} FLEXION,ABDUCTION,INTERNAL in degrees, got {text!r}") from None
+    flexion, abduction, internal = numbers(text, f"{option} FLEXION,ABDUCTION,INTERNAL in degrees", 3)
     return shoulder_rotation(flexion, abduction, internal, side=side, degrees=True)
 
 
-def _path(start: Rotation, end: Rotation, seconds: float) -> tuple[Rotation, np.ndarray]:
+def _path(start: Rotation, end: Rotation, seconds: float) -> _Path:
     """The shortest turn from one pose to another, at an even pace."""
     duration = as_positive("--seconds", seconds)
     times = np.linspace(0.0, duration, max(round(duration * _FRAMES_A_SECOND), 1) + 1)

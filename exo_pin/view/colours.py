@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..core.validation import FloatArray
@@ -15,21 +17,15 @@ __all__ = [
     "PURPLE",
     "RED",
     "SKY",
+    "channels",
     "hexadecimal",
     "number",
     "scale_colours",
 ]
 
 #: Okabe and Ito's palette, safe for colour-blind readers.
-BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK = (
-    "#0072B2",
-    "#E69F00",
-    "#009E73",
-    "#D55E00",
-    "#56B4E9",
-    "#CC79A7",
-    "#000000",
-)
+BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+SKY, PURPLE, BLACK = "#56B4E9", "#CC79A7", "#000000"
 GREY = "#6E7781"
 
 #: The cividis scale at equal steps, dark blue to yellow; lightness rises all the way.
@@ -55,7 +51,12 @@ def number(colour: str) -> int:
     return int(colour[1:], 16)
 
 
-def hexadecimal(rgb: FloatArray) -> str:
+def channels(colour: str) -> FloatArray:
+    """Red, green and blue of a ``#RRGGBB`` colour, shape (3,), in 0 to 1."""
+    return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+
+
+def hexadecimal(rgb: Iterable[float]) -> str:
     """``#RRGGBB`` of a colour of shape (3,) in 0 to 1."""
     return "#" + "".join(f"{round(255 * float(part)):02X}" for part in rgb)
 

@@ -7,7 +7,7 @@ import pytest
 from command_line import run
 
 from exo_pin.cli import _parser
-from exo_pin.cli.options.command_examples import DESCRIPTIONS, EXAMPLES
+from exo_pin.cli.options.command_list import COMMANDS
 
 #: What stands in the help, the metavar or the name of an option that takes numbers.
 UNITS = (
@@ -31,7 +31,7 @@ def parser_of(name):
     ).choices[name]
 
 
-@pytest.mark.parametrize("name", DESCRIPTIONS)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_and_option_is_described(name):
     parser = parser_of(name)
     assert parser.description.endswith(".")
@@ -47,7 +47,7 @@ def test_every_command_and_option_is_described(name):
             assert "default" in action.help, where
 
 
-@pytest.mark.parametrize("line", [line for lines in EXAMPLES.values() for line in lines])
+@pytest.mark.parametrize("line", [line for command in COMMANDS.values() for line in command.examples])
 def test_examples_are_commands(line):
     program, *words = shlex.split(line)
     assert program == "exo-pin"

@@ -12,6 +12,9 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_figure
+from ...core.validation import as_choice
+from ..options.option_kinds import add_file, add_flag, add_number, add_repeated
+from ..options.option_values import numbers, require_ending
 
 if TYPE_CHECKING:
     from ...control import Experiment, Fault, Tracking
@@ -35,7 +38,7 @@ def add_commands(commands: Any) -> None:
         metavar="EXPERIMENT|FILE",
         help="name of an experiment (--list), or a CSV file of orientations",
     )
-    parser.add_argument("--list", action="store_true", help="list the experiments")
+    add_flag(parser, "--list", "list the experiments")
     parser.add_argument(
         "--design",
         metavar="PRESET|FILE",
@@ -46,33 +49,26 @@ def add_commands(commands: Any) -> None:
         choices=("pi", "model"),
         help="pi: each limb by itself; model: the one that knows the plant (default: as in the experiment)",
     )
-    parser.add_argument("--flange", action="store_true", help="with the second flange bearing of Section 5.4.3")
-    parser.add_argument(
-        "--supply",
-        type=float,
-        metavar="BAR",
-        help="gauge pressure of the air for muscles, bar (default: as in the experiment)",
-    )
+    add_flag(parser, "--flange", "with the second flange bearing of Section 5.4.3")
+    add_number(parser, "--supply", "BAR", "gauge pressure of the air for muscles, bar (default: as in the experiment)")
     parser.add_argument("--lost-imu", metavar="FROM,TO", help="no reading of the inertial sensor, s")
-    parser.add_argument(
-        "--drift", type=float, metavar="DEG_S", help="drift of the inertial sensor, degrees a second (default 0)"
-    )
-    parser.add_argument("--noise", type=float, metavar="DEG", help="noise of the inertial sensor, degrees (default 0)")
-    parser.add_argument("--delay", type=float, metavar="S", help="delay of the inertial sensor, s (default 0)")
+    add_number(parser, "--drift", "DEG_S", "drift of the inertial sensor, degrees a second (default 0)")
+    add_number(parser, "--noise", "DEG", "noise of the inertial sensor, degrees (default 0)")
+    add_number(parser, "--delay", "S", "delay of the inertial sensor, s (default 0)")
     parser.add_argument("--seed", type=int, default=0, help="seed of the noise (default 0)")
-    parser.add_argument(
-        "--fault", action="append", default=[], metavar="KIND,LIMB,START",
-        help="torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
-    )  # fmt: skip
-    parser.add_argument(
-        "--sensitivity", action="store_true", help="run it again with every estimated parameter changed, as a table"
+    add_repeated(
+        parser,
+        "--fault",
+        "KIND,LIMB,START",
+        "torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
     )
+    add_flag(parser, "--sensitivity", "run it again with every estimated parameter changed, as a table")
     parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
-    parser.add_argument("--no-progress", action="store_true", help="show no bar (none is shown in a pipe or file)")
-    parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="everything over time, or the table, as CSV")
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="page of plots: PNG, SVG or PDF")
-    parser.add_argument("--html", type=Path, metavar="FILE", help="animation, a page that opens without a network")
+    add_flag(parser, "--no-progress", "show no bar (none is shown in a pipe or file)")
+    add_flag(parser, "--json", "print JSON")
+    add_file(parser, "--out", "everything over time, or the table, as CSV")
+    add_file(parser, "--plot", "page of plots: PNG, SVG or PDF")
+    add_file(parser, "--html", "animation, a page that opens without a network")
     parser.set_defaults(run=_track)
 
 
@@ -86,9 +82,8 @@ def _track(options: argparse.Namespace) -> int:
         return 0
     if options.study is None:
         raise InvalidInput("expected an experiment or a file: exo-pin track --list names the experiments")
-    for name, path, endings in (("--out", options.out, (".csv",)), ("--html", options.html, (".html", ".htm"))):
-        if path is not None and path.suffix.lower() not in endings:
-            raise InvalidInput(f"expected {name} to end in {endings[0]}, got {path}")
+    require_ending("--out", options.out, ".csv")
+    require_ending("--html", options.html, ".html", ".htm")
     single = ("plot", "html", "person", "json")
     extra = [f"--{name}" for name in single if getattr(options, name)] if options.sensitivity else []
     if extra:
@@ -110,8 +105,8 @@ def _track(options: argparse.Namespace) -> int:
     tracking = chosen.run(progress)
     contact = None if options.person is None else _contact(options, tracking)
     if options.json:
-        numbers = tracking.summary() | ({} if contact is None else contact)
-        finite = {key: value if np.isfinite(value) else None for key, value in numbers.items()}
+        summary = tracking.summary() | (contact or {})
+        finite = {key: value if np.isfinite(value) else None for key, value in summary.items()}
         report = {"experiment": chosen.name, "status": tracking.run.status, "verdict": tracking.verdict}
         print(json.dumps({**report, "findings": tracking.findings, **finite}, indent=2))
     else:
@@ -171,9 +166,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         chosen = Experiment(name, name, exo.mechanism, reference, options=options_for(exo.mechanism))
     else:
         raise UnknownName("experiment", options.study, experiments())
-    changes: dict[str, Any] = {}
-    if options.controller is not None:
-        changes["controller"] = options.controller
+    changes: dict[str, Any] = {} if options.controller is None else {"controller": options.controller}
     if options.flange:
         if chosen.mechanism.shoulder.half_diagonal is None:
             raise InvalidInput(f"--flange is for the dummy's shoulder unit, and {chosen.mechanism.name} has none")
@@ -200,17 +193,15 @@ def _imu(options: argparse.Namespace) -> Any:
     from ...control import Imu
 
     given: dict[str, Any] = {}
-    for name, unit in (("noise", "degrees"), ("delay", "s")):
+    for name, unit in (("noise", "degrees"), ("drift", "degrees a second"), ("delay", "s")):
         value = getattr(options, name)
-        if value is not None and not value >= 0.0:
+        if value is None:
+            continue
+        if name != "drift" and not value >= 0.0:
             raise InvalidInput(f"expected --{name} in {unit}, zero or more, got {value:g}")
+        given[name] = value if unit == "s" else np.radians(value)
     if options.lost_imu is not None:
-        given["lost"] = (tuple(_numbers("--lost-imu", options.lost_imu, 2)),)
-    for name in ("drift", "noise"):
-        if getattr(options, name) is not None:
-            given[name] = np.radians(getattr(options, name))
-    if options.delay is not None:
-        given["delay"] = options.delay
+        given["lost"] = (tuple(_two_numbers("--lost-imu", options.lost_imu)),)
     return Imu(seed=options.seed, **given) if given else None
 
 
@@ -223,27 +214,19 @@ def _fault(text: str, count: int, duration: float) -> Fault:
         "stuck-shut": ("stuck valve", -1.0), "no-current": ("no current", -1.0),
     }  # fmt: skip
     kind, _, rest = text.partition(",")
-    if kind not in kinds:
-        raise UnknownName("fault", kind, kinds)
-    limb, start = _numbers("--fault KIND", rest, 2)
+    name, command = kinds[as_choice("fault", kind, kinds)]
+    limb, start = _two_numbers("--fault KIND", rest)
     if limb not in range(1, count + 1):
         raise InvalidInput(f"expected a limb from 1 to {count} in --fault {text}, got {limb:g}")
     if not 0.0 <= start < duration:
         raise InvalidInput(
             f"expected a start from 0 to {duration:g} s in --fault {text}, when the run ends; got {start:g}"
         )
-    name, command = kinds[kind]
     return Fault(name, int(limb) - 1, start, command=command)  # type: ignore[arg-type]
 
 
-def _numbers(option: str, text: str, count: int) -> list[float]:
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count:
-        raise InvalidInput(f"expected {count} numbers with a comma between them for {option}, got {text!r}")
-    return values
+def _two_numbers(option: str, text: str) -> list[float]:
+    return numbers(text, f"2 numbers with a comma between them for {option}", 2)
 
 
 def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float]:
@@ -267,10 +250,13 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
     )
     alone = found.without_device
     assert alone is not None
-    with_device, without = (force[np.isfinite(force)] for force in (found.magnitude, alone.magnitude))
-    unknown = float("nan")
+    # What has no result counts nowhere; without any there is no number.
+    with_device, without = (
+        force[np.isfinite(force)] if np.isfinite(force).any() else np.array([np.nan])
+        for force in (found.magnitude, alone.magnitude)
+    )
     return {
-        "peak_contact_N": float(with_device.max(initial=0.0)) if with_device.size else unknown,
-        "mean_contact_N": float(with_device.mean()) if with_device.size else unknown,
-        "mean_contact_without_device_N": float(without.mean()) if without.size else unknown,
+        "peak_contact_N": float(with_device.max()),
+        "mean_contact_N": float(with_device.mean()),
+        "mean_contact_without_device_N": float(without.mean()),
     }

@@ -13,6 +13,8 @@ from ...control.calibration.calibrate import JOINTS
 from ...control.calibration.estimation import LOSSES
 from ...control.calibration.length_model import GROUPS
 from ...core.errors import InvalidInput
+from ..options.option_kinds import add_number, add_repeated
+from ..options.option_values import named_numbers
 from ..options.query_options import add_design, design
 
 __all__ = ["add_commands"]
@@ -31,25 +33,15 @@ def add_commands(commands: Any) -> None:
         metavar="NAMES",
         help=f"what to find, with commas between, of {', '.join(GROUPS)} (default: {','.join(JOINTS)})",
     )
-    parser.add_argument(
-        "--length-noise",
-        type=float,
-        metavar="MM",
-        help="standard deviation of a length, mm (default: found from the data)",
+    add_number(parser, "--length-noise", "MM", "standard deviation of a length, mm (default: found from the data)")
+    add_number(
+        parser, "--orientation-noise", "DEG", "standard deviation of an orientation about each axis, degrees", 0.0
     )
-    parser.add_argument(
-        "--orientation-noise",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="standard deviation of an orientation about each axis, degrees (default 0)",
-    )
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--tolerance",
-        action="append",
-        default=[],
-        metavar="NAME=SIZE",
-        help="standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
+        "NAME=SIZE",
+        "standard deviation of the design itself, mm or degrees, such as base_points=1; may be repeated",
     )
     parser.add_argument(
         "--loss",
@@ -91,11 +83,5 @@ def _calibrate(options: argparse.Namespace) -> int:
 
 def _tolerance(text: str) -> tuple[str, float]:
     """Name and SI value of one --tolerance."""
-    name, equals, size = text.partition("=")
-    try:
-        value = float(size)
-    except ValueError:
-        equals = ""
-    if not equals:
-        raise InvalidInput(f"expected --tolerance NAME=SIZE, got {text!r}")
+    name, (value,) = named_numbers(text, "--tolerance NAME=SIZE", 1)
     return name, float(np.radians(value)) if name.endswith("mounting") else 1e-3 * value

@@ -9,6 +9,7 @@ from typing import Any
 from ...core.errors import InvalidInput
 from ...exo.shoulder_exo import ShoulderExo
 from ...wrist_chain import PARTS, write_published_urdf
+from ..options.option_kinds import add_flag
 from ..options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]
@@ -38,9 +39,7 @@ def add_commands(commands: Any) -> None:
         help="what to write: limbs and shoulder (whole), the limbs alone (wrist), the shoulder alone, or limbs and a "
         "free arm (floating) (default: whole)",
     )
-    parser.add_argument(
-        "--published", action="store_true", help="write all published designs as URDF instead, as in the folder urdf"
-    )
+    add_flag(parser, "--published", "write all published designs as URDF instead, as in the folder urdf")
     parser.set_defaults(run=_export)
 
 

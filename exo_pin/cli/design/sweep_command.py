@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.files import is_stream
 from ...study import adl_box, sweep
+from ..options.option_kinds import add_file, add_flag, add_number
+from ..options.option_values import in_si, numbers, require_ending
 from ..options.query_options import add_design, add_limits, add_person, design, limits
 
 __all__ = ["add_commands"]
-
-#: Endings of a parameter's name that give its unit; the library takes SI.
-_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0, "_kg": 1.0}
 
 
 def add_commands(commands: Any) -> None:
@@ -39,23 +35,20 @@ def add_commands(commands: Any) -> None:
         choices=("spherical", "minimal", "standalone"),
         help="assumption on the side forces (default: spherical)",
     )
-    parser.add_argument(
-        "--step", type=float, default=10.0, metavar="DEG", help="step of the grid of poses, degrees (default 10)"
-    )
+    add_number(parser, "--step", "DEG", "step of the grid of poses, degrees", 10.0)
     parser.add_argument(
         "--payload-at",
         metavar="X,Y,Z",
         help="needed with payload_kg: where it is held, m, in the arm frame, such as 0,0,-0.6",
     )
     parser.add_argument("--jobs", type=int, default=1, choices=(1, 2), help="number of processes (default 1)")
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV, too")
+    add_flag(parser, "--progress", "show a progress bar")
+    add_file(parser, "--out", "write the table as CSV, too")
     parser.set_defaults(run=_sweep)
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    if options.out is not None and options.out.suffix.lower() != ".csv" and not is_stream(options.out):
-        raise InvalidInput(f"expected --out to end in .csv, got {options.out}")
+    require_ending("--out", options.out, ".csv")
     exo, limit = design(options), limits(options)
     query: dict[str, Any] = {} if limit is None else {"actuator_bounds": limit}
     if options.split is not None:
@@ -67,7 +60,7 @@ def _sweep(options: argparse.Namespace) -> int:
         adl_box(options.step, exo.side),
         jobs=options.jobs,
         progress=options.progress,
-        payload_at=None if options.payload_at is None else _numbers("--payload-at", options.payload_at),
+        payload_at=None if options.payload_at is None else numbers(options.payload_at, "numbers for --payload-at"),
         **query,
     )
     table = table.in_units({name: typed for name, _, typed in varied if typed is not None and name in table})
@@ -91,24 +84,13 @@ def _varied(text: str) -> tuple[str, Any, tuple[str, float] | None]:
     name, equals, values = text.partition("=")
     if not equals or not values:
         raise InvalidInput(f"expected --vary NAME=VALUES, got {text!r}")
-    factor, typed = 1.0, None
-    for ending, unit in _UNITS.items():
-        if name.endswith(ending):
-            typed = (name, unit)
-            name, factor = name.removesuffix(ending), unit
-            break
     if name == "limb_kind":
         return name, values.split(","), None
+    bare, factor = in_si(name)
+    typed = None if bare == name else (name, factor)
     if values.count(":") == 2:
-        low, high, count = _numbers("--vary", values.replace(":", ","))
+        low, high, count = numbers(values, "numbers for --vary", separator=":")
         if count != int(count) or not 1 <= count <= 10_000:
             raise InvalidInput(f"expected LOW:HIGH:COUNT with a whole count up to 10000, got {values!r}")
-        return name, factor * np.linspace(low, high, int(count)), typed
-    return name, factor * np.array(_numbers("--vary", values)), typed
-
-
-def _numbers(option: str, text: str) -> list[float]:
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise InvalidInput(f"expected numbers for {option}, got {text!r}") from None
+        return bare, factor * np.linspace(low, high, int(count)), typed
+    return bare, factor * np.array(numbers(values, "numbers for --vary")), typed

@@ -20,6 +20,8 @@ from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
+from ..options.option_kinds import add_flag, add_number
+from ..text_tables import aligned
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]
@@ -42,17 +44,18 @@ def _static_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|FILE",
         help=f"force law: {', '.join(muscle_models())}, or a .toml file (default: best)",
     )
-    parser.add_argument(
+    add_number(
+        parser,
         "--length-mm",
-        type=float,
-        metavar="MM",
-        help="nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured)",
+        "MM",
+        "nominal length of the muscle, mm; the law is scaled by equal strain (default: as measured)",
     )
-    parser.add_argument(
-        "--mark",
-        action="store_true",
-        help="mark answers outside the validity range with * instead of refusing them",
-    )
+    add_flag(parser, "--mark", "mark answers outside the validity range with * instead of refusing them")
+
+
+def _add_several(parser: argparse.ArgumentParser, name: str, unit: str, text: str) -> None:
+    """Add an option with one number or several."""
+    parser.add_argument(name, type=float, nargs="+", required=True, metavar=unit, help=f"{text}; one or several")
 
 
 def _static(args: argparse.Namespace) -> StaticModel:
@@ -72,10 +75,7 @@ def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Se
         ]
         for c, d in zip(columns, digits, strict=True)
     ]
-    widths = [max(len(h), *(len(v) for v in column)) for h, column in zip(heads, cells, strict=True)]
-    print("  ".join(h.rjust(w) for h, w in zip(heads, widths, strict=True)))
-    for row in zip(*cells, strict=True):
-        print("  ".join(v.rjust(w) for v, w in zip(row, widths, strict=True)))
+    print("\n".join(aligned([heads, *zip(*cells, strict=True)])))
     if any(np.ma.getmaskarray(c).any() for c in columns):
         print("* outside the validity range of the model")
 
@@ -83,17 +83,8 @@ def _print_table(heads: Sequence[str], columns: Sequence[FloatArray], digits: Se
 def _add_force(commands: Any) -> None:
     parser = commands.add_parser("force", help="force at a contraction and a pressure, or a list of each")
     _static_arguments(parser)
-    parser.add_argument(
-        "--contraction-mm", type=float, nargs="+", required=True, metavar="MM", help="contraction, mm; one or several"
-    )
-    parser.add_argument(
-        "--pressure-bar",
-        type=float,
-        nargs="+",
-        required=True,
-        metavar="BAR",
-        help="gauge pressure, bar; one or several",
-    )
+    _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
+    _add_several(parser, "--pressure-bar", "BAR", "gauge pressure, bar")
     parser.add_argument("--plot", metavar="FILE", help="write a picture of the whole force map (needs matplotlib)")
     parser.set_defaults(run=_force)
 
@@ -117,12 +108,8 @@ def _force(args: argparse.Namespace) -> int:
 def _add_pressure(commands: Any) -> None:
     parser = commands.add_parser("pressure", help="pressure that makes a muscle pull a force at a contraction")
     _static_arguments(parser)
-    parser.add_argument(
-        "--force-N", type=float, nargs="+", required=True, dest="force_N", metavar="N", help="pull, N; one or several"
-    )
-    parser.add_argument(
-        "--contraction-mm", type=float, nargs="+", required=True, metavar="MM", help="contraction, mm; one or several"
-    )
+    _add_several(parser, "--force-N", "N", "pull, N")
+    _add_several(parser, "--contraction-mm", "MM", "contraction, mm")
     parser.set_defaults(run=_pressure)
 
 
@@ -144,21 +131,13 @@ def _add_step(commands: Any) -> None:
         help=f"dynamic model: {', '.join(dynamic_models())}, or a .toml file (default: tang-3-31)",
     )
     load = parser.add_mutually_exclusive_group(required=True)
-    load.add_argument("--mass-kg", type=float, metavar="KG", help="hung mass, kg")
+    add_number(load, "--mass-kg", "KG", "hung mass, kg")
     load.add_argument("--weight-N", type=float, dest="weight_N", metavar="N", help="weight of the hung mass, N")
-    parser.add_argument(
-        "--from-bar", type=float, default=0.0, metavar="BAR", help="gauge pressure before the step, bar (default 0)"
-    )
+    add_number(parser, "--from-bar", "BAR", "gauge pressure before the step, bar", 0.0)
     parser.add_argument("--to-bar", type=float, required=True, metavar="BAR", help="gauge pressure after it, bar")
-    parser.add_argument(
-        "--lag-s", type=float, default=0.1, metavar="S", help="time constant of the filling, s (default 0.1)"
-    )
-    parser.add_argument(
-        "--duration-s", type=float, default=4.0, metavar="S", help="how long to simulate, s (default 4)"
-    )
-    parser.add_argument(
-        "--mark", action="store_true", help="go on outside the model's range and report the share of time"
-    )
+    add_number(parser, "--lag-s", "S", "time constant of the filling, s", 0.1)
+    add_number(parser, "--duration-s", "S", "how long to simulate, s", 4.0)
+    add_flag(parser, "--mark", "go on outside the model's range and report the share of time")
     parser.add_argument(
         "--csv",
         metavar="FILE",
@@ -196,14 +175,8 @@ def _step(args: argparse.Namespace) -> int:
 
 
 def _write_csv(path: str, response: Any) -> None:
-    rows = zip(
-        response.time,
-        response.contraction * 1e3,
-        response.velocity * 1e3,
-        response.pressure / BAR,
-        response.inside,
-        strict=True,
-    )
     columns = ("time_s", "contraction_mm", "velocity_mm_per_s", "pressure_bar", "inside")
-    cells = ((f"{t:.6f}", f"{x:.6f}", f"{v:.6f}", f"{p:.6f}", str(int(i))) for t, x, v, p, i in rows)
+    values = (response.time, response.contraction * 1e3, response.velocity * 1e3, response.pressure / BAR)
+    rows = zip(np.column_stack(values), response.inside, strict=True)
+    cells = ([*(f"{value:.6f}" for value in row), str(int(inside))] for row, inside in rows)
     write_text(path, csv_text(columns, cells))

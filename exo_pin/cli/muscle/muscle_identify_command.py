@@ -10,15 +10,19 @@ from typing import Any
 from ...core.errors import FileFormatError, InvalidInput
 from ...core.files.csv_tables import read_csv
 from ...core.validation import FloatArray
-from ...muscle.identification.dynamic_identification import Recording, identify_dynamic
+from ...muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ...muscle.identification.static_identification import StaticIdentification, identify_static
 from ...muscle.io.dynamic_files import save_dynamic
 from ...muscle.io.published import muscle_model, muscle_models
 from ...muscle.io.static_files import load_parameters, save_parameters
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR, StaticModel
+from ..options.option_kinds import add_flag, add_number
+from ..options.option_values import numbers
 
 __all__ = ["add_identify", "named_static", "read_columns"]
+
+_Identification = StaticIdentification | DynamicIdentification
 
 _REST = ("contraction_mm", "pressure_bar", "force_N")
 _RESPONSE = ("time_s", "contraction_mm", "pressure_bar")
@@ -67,9 +71,7 @@ def add_identify(commands: Any) -> None:
         metavar="FILE",
         help="CSV file of measurements at rest with the columns contraction_mm, pressure_bar, force_N",
     )
-    parser.add_argument(
-        "--length-mm", type=float, metavar="MM", help="nominal length of the muscle, mm, for measurements at rest"
-    )
+    add_number(parser, "--length-mm", "MM", "nominal length of the muscle, mm, for measurements at rest")
     parser.add_argument(
         "--response",
         nargs=2,
@@ -84,12 +86,8 @@ def add_identify(commands: Any) -> None:
         metavar="NAME|FILE",
         help=f"force law that responses are fitted with: {', '.join(muscle_models())}, or a .toml file (default: best)",
     )
-    parser.add_argument(
-        "--all", action="store_true", help="fit every measurement instead of the region where the law holds"
-    )
-    parser.add_argument(
-        "--level", type=float, default=0.95, metavar="SHARE", help="confidence of the intervals, 0 to 1 (default 0.95)"
-    )
+    add_flag(parser, "--all", "fit every measurement instead of the region where the law holds")
+    add_number(parser, "--level", "SHARE", "confidence of the intervals, 0 to 1", 0.95)
     parser.add_argument("--name", default="identified", help="name of the parameter set (default: identified)")
     parser.add_argument("--output", metavar="FILE", help="parameter set to write, .toml")
     parser.set_defaults(run=_identify)
@@ -116,17 +114,21 @@ def _identify(args: argparse.Namespace) -> int:
     used = len(found.residuals)
     total = used if found.region is None else len(found.region.selected)
     print(f"{used} of {total} measurements; rms {found.rms:.3f} N, leave-one-out {found.leave_one_out_rms:.3f} N")
-    for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
-        print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
-    if found.indistinct:
-        print(f"the data cannot distinguish (compare forces): {', '.join(found.indistinct)}")
+    _print_coefficients(found, intervals, "forces")
     strain, pressure = found.model.validity.strain, found.model.validity.pressure
     print(
         f"valid from {100 * strain[0]:.1f} to {100 * strain[1]:.1f} % and {pressure[0] / BAR:.2f} to "
         f"{pressure[1] / BAR:.2f} bar"
     )
     if args.output:
-        save_parameters(found.model, args.output, identification=_identification_table(found, args.level))
+        table = {
+            "measurements": len(found.residuals),
+            "rms_N": found.rms,
+            "leave_one_out_rms_N": found.leave_one_out_rms,
+            **_certainty(found, args.level),
+            "covariance": [list(map(float, row)) for row in found.covariance],
+        }
+        save_parameters(found.model, args.output, identification=table)
         print(f"wrote {args.output}")
     return 0
 
@@ -134,42 +136,35 @@ def _identify(args: argparse.Namespace) -> int:
 def _identify_dynamic(args: argparse.Namespace) -> int:
     recordings = []
     for path, weight in args.response:
-        try:
-            mass = float(weight) / G
-        except ValueError:
-            raise InvalidInput(f"expected the weight behind {path} to be a number of N, got {weight!r}") from None
+        (newtons,) = numbers(weight, f"the weight behind {path} to be a number of N", 1)
         columns = read_columns(path, _RESPONSE)
-        recordings.append(Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, mass))
+        recordings.append(Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, newtons / G))
     names = ", ".join(Path(path).name for path, _ in args.response)
     static = named_static(args.static)
     found = identify_dynamic(recordings, static, name=args.name, source=f"identified from {names}")
     print(f"{found.samples} samples; rms about the simulation {1e3 * found.sigma:.3f} mm")
     print(f"{100 * found.inside:.0f} % of them inside the model's range")
     intervals = found.intervals(args.level)
-    for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
-        print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
-    if found.indistinct:
-        print(f"the data cannot distinguish (compare responses): {', '.join(found.indistinct)}")
+    _print_coefficients(found, intervals, "responses")
     if args.output:
-        table = {
-            "samples": found.samples,
-            "sigma_m": found.sigma,
-            "level": args.level,
-            "indistinct": list(found.indistinct),
-            "intervals": {n: list(map(float, pair)) for n, pair in zip(found.names, intervals, strict=True)},
-        }
+        table = {"samples": found.samples, "sigma_m": found.sigma, **_certainty(found, args.level)}
         save_dynamic(found.model, args.output, identification=table)
         print(f"wrote {args.output}")
     return 0
 
 
-def _identification_table(found: StaticIdentification, level: float) -> dict[str, Any]:
+def _print_coefficients(found: _Identification, intervals: FloatArray, compared: str) -> None:
+    for name, value, (low, high) in zip(found.names, found.coefficients, intervals, strict=True):
+        print(f"{name:>4} {value:14.5g}  [{low:.5g}, {high:.5g}]")
+    if found.indistinct:
+        print(f"the data cannot distinguish (compare {compared}): {', '.join(found.indistinct)}")
+
+
+def _certainty(found: _Identification, level: float) -> dict[str, Any]:
+    """How well the coefficients are known, as a parameter set has it."""
+    intervals = zip(found.names, found.intervals(level), strict=True)
     return {
-        "measurements": len(found.residuals),
-        "rms_N": found.rms,
-        "leave_one_out_rms_N": found.leave_one_out_rms,
         "level": level,
         "indistinct": list(found.indistinct),
-        "intervals": {n: list(map(float, pair)) for n, pair in zip(found.names, found.intervals(level), strict=True)},
-        "covariance": [list(map(float, row)) for row in found.covariance],
+        "intervals": {name: list(map(float, pair)) for name, pair in intervals},
     }

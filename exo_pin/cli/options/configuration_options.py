@@ -10,6 +10,8 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...exo.shoulder_exo import ShoulderExo
+from .option_kinds import add_repeated
+from .option_values import named_numbers
 from .query_options import add_pose, pose
 
 __all__ = ["add_configuration", "configuration", "joint_value"]
@@ -18,12 +20,11 @@ __all__ = ["add_configuration", "configuration", "joint_value"]
 def add_configuration(parser: argparse.ArgumentParser) -> None:
     """Add the pose of an arm, and joints that are set."""
     add_pose(parser)
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--set",
-        action="append",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="of a robot from a file: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
+        "JOINT=VALUE",
+        "of a robot from a file: hold a hinge at an angle, rad, or a slide at a position, m; may be repeated",
     )
 
 
@@ -40,18 +41,13 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
         held.append("root_joint")
     elif angles:
         raise InvalidInput(f"{exo.name!r} has no arm to put into a pose: --set its joints instead")
-    for text in options.set:
-        held.append(_set(chain, q, text))
+    held += [_set(chain, q, text) for text in options.set]
     return chain.close(q, hold=held)
 
 
 def joint_value(text: str) -> tuple[str, float]:
     """The joint and the number, rad or m, of JOINT=VALUE."""
-    joint, _, number = text.partition("=")
-    try:
-        value = float(number)
-    except ValueError:
-        raise InvalidInput(f"expected --set JOINT=VALUE with a number, rad or m, got {text!r}") from None
+    joint, (value,) = named_numbers(text, "--set JOINT=VALUE with a number, rad or m", 1)
     if not np.isfinite(value):
         raise InvalidInput(f"expected --set with a finite number, got {text!r}")
     return joint, value

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scipy.spatial.transform import Rotation
 
@@ -17,6 +17,11 @@ from ...core.files import write_figure
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
+from .option_kinds import add_file, add_flag, add_number
+from .option_values import numbers
+
+if TYPE_CHECKING:
+    from ...person import Person
 
 __all__ = [
     "add_approach",
@@ -29,10 +34,13 @@ __all__ = [
     "caution_offset",
     "design",
     "limits",
+    "offset",
     "person_numbers",
     "pose",
     "pose_angles",
+    "pose_words",
     "print_approach",
+    "wearer",
 ]
 
 #: An offset, mm, below which it is likely that metres were given.
@@ -86,25 +94,16 @@ def add_person(parser: argparse.ArgumentParser) -> None:
         metavar="HEIGHT,MASS,SEX",
         help="the wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design)",
     )
-    parser.add_argument(
-        "--elbow-flexion",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="bend of the person's elbow, degrees (default 0)",
-    )
-    parser.add_argument(
-        "--payload", type=float, default=0.0, metavar="KG", help="mass in the person's hand, kg, not N (default 0)"
-    )
+    add_number(parser, "--elbow-flexion", "DEG", "bend of the person's elbow, degrees", 0.0)
+    add_number(parser, "--payload", "KG", "mass in the person's hand, kg, not N", 0.0)
 
 
 def add_approach(parser: argparse.ArgumentParser) -> None:
     """Add the picture of the way into a singular pose."""
-    parser.add_argument(
+    add_file(
+        parser,
         "--approach",
-        type=Path,
-        metavar="FILE",
-        help="picture (PNG, SVG or PDF) of the forces on the way into the singular pose that is nearest to the pose",
+        "picture (PNG, SVG or PDF) of the forces on the way into the singular pose that is nearest to the pose",
     )
 
 
@@ -132,7 +131,7 @@ def add_offset(parser: argparse.ArgumentParser) -> None:
 
 def add_limits(parser: argparse.ArgumentParser) -> None:
     """Add the limits of the limbs' forces."""
-    parser.add_argument("--pull", action="store_true", help="let limbs only pull, whatever their actuators are")
+    add_flag(parser, "--pull", "let limbs only pull, whatever their actuators are")
     parser.add_argument(
         "--tension",
         metavar="MIN,MAX",
@@ -144,10 +143,7 @@ def limits(options: argparse.Namespace) -> ActuatorBounds:
     """Limits of the limb forces."""
     if options.tension is None:
         return "pull" if options.pull else None
-    try:
-        low, high = (float(part) for part in options.tension.split(","))
-    except ValueError:
-        raise InvalidInput(f"expected --tension MIN,MAX in N, got {options.tension!r}") from None
+    low, high = numbers(options.tension, "--tension MIN,MAX in N", 2)
     return (max(low, 0.0) if options.pull else low, high)
 
 
@@ -164,6 +160,12 @@ def design(options: argparse.Namespace) -> ShoulderExo:
 def pose_angles(options: argparse.Namespace) -> tuple[float, float, float]:
     """Flexion, abduction and internal rotation, degrees."""
     return options.flexion, options.abduction, options.internal_rotation
+
+
+def pose_words(options: argparse.Namespace, exo: ShoulderExo) -> str:
+    """The pose as given, for the head of a report."""
+    flexion, abduction, internal = pose_angles(options)
+    return f"{exo.side} shoulder at flexion {flexion:g}°, abduction {abduction:g}°, internal rotation {internal:g}°"
 
 
 def pose(options: argparse.Namespace, exo: ShoulderExo) -> Rotation:
@@ -191,6 +193,20 @@ def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
     height, mass, sex = person_numbers(text)
     with _cautions():
         return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)
+
+
+def wearer(options: argparse.Namespace, **more: Any) -> Person:
+    """The person of ``--person``, with their muscles."""
+    from ...person import Person  # here, because few queries need one
+
+    height, mass, sex = person_numbers(options.person)
+    bend, load = options.elbow_flexion, options.payload
+    return Person(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True, **more)
+
+
+def offset(options: argparse.Namespace) -> list[float] | None:
+    """Where ``--offset`` puts the device's centre, m."""
+    return None if options.offset is None else [1e-3 * value for value in options.offset]
 
 
 def caution_offset(options: argparse.Namespace) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...core.conventions import shoulder_rotation
 from ...person import ContactOptions, Person
+from ..text_tables import aligned
 
 __all__ = ["literature_table"]
 
@@ -35,7 +36,7 @@ def literature_table(person: Person, options: ContactOptions) -> str:
     str
         Percent of body weight, with a dash where the muscles hold no such load.
     """
-    columns, heads = [], []
+    columns, heads = [], ["elevation, °"]
     nothing = np.zeros_like(_ELEVATIONS)
     for name, flexion, abduction in (("abduction", nothing, _ELEVATIONS), ("flexion", _ELEVATIONS, nothing)):
         poses = shoulder_rotation(flexion, abduction, 0.0, side=person.side, degrees=True)
@@ -46,11 +47,9 @@ def literature_table(person: Person, options: ContactOptions) -> str:
             if not payload:
                 columns.append(100.0 * result.shear / result.body_weight)
                 heads.append("shear")
-    lines = ["elevation, °  " + "  ".join(heads)]
-    for row, elevation in enumerate(_ELEVATIONS):
-        cells = [
-            (f"{column[row]:.0f}" if np.isfinite(column[row]) else "-").rjust(len(head))
-            for column, head in zip(columns, heads, strict=True)
-        ]
-        lines.append(f"{elevation:12.0f}  " + "  ".join(cells))
-    return "\n".join(["Contact force without a device, % of body weight", *lines, "", *_PUBLISHED])
+    rows = [
+        [f"{value:.0f}" if np.isfinite(value) else "-" for value in row]
+        for row in np.column_stack([_ELEVATIONS, *columns])
+    ]
+    table = aligned([heads, *rows])
+    return "\n".join(["Contact force without a device, % of body weight", *table, "", *_PUBLISHED])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,11 @@ from ...core.errors import InvalidInput
 from ...core.files import write_figure
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...load_case.ranges_of_motion import ADL_BOX
-from ...person import ContactOptions, ContactRange, JointContact, Person
+from ...person import ContactOptions, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
-from ..options.query_options import add_design, add_limits, add_pose, limits, person_numbers, pose, pose_angles
+from ..options.option_kinds import add_file, add_flag, add_number
+from ..options.query_options import add_design, add_limits, add_pose, limits, pose, pose_angles, pose_words, wearer
 from .literature_table import literature_table
 
 __all__ = ["add_commands"]
@@ -41,27 +41,15 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         metavar="HEIGHT,MASS,SEX",
         help="the wearer: height in m, mass in kg, male or female (default 1.75,75,male)",
     )
-    parser.add_argument(
-        "--strength",
-        type=float,
-        default=100.0,
-        metavar="PERCENT",
-        help="strength of all muscles, percent (default 100)",
-    )
-    parser.add_argument(
-        "--elbow-flexion",
-        type=float,
-        default=0.0,
-        metavar="DEG",
-        help="bend of the elbow, 0 to 130 degrees (default 0)",
-    )
-    parser.add_argument("--payload", type=float, default=0.0, metavar="KG", help="mass in the hand, kg (default 0)")
-    parser.add_argument("--bare", action="store_true", help="without a device")
-    parser.add_argument(
+    add_number(parser, "--strength", "PERCENT", "strength of all muscles, percent", 100.0)
+    add_number(parser, "--elbow-flexion", "DEG", "bend of the elbow, 0 to 130 degrees", 0.0)
+    add_number(parser, "--payload", "KG", "mass in the hand, kg", 0.0)
+    add_flag(parser, "--bare", "without a device")
+    add_number(
+        parser,
         "--share",
-        type=float,
-        metavar="PERCENT",
-        help="of the moments of the arm that the device carries (default 100; 0: it carries only itself)",
+        "PERCENT",
+        "of the moments of the arm that the device carries (default 100; 0: it carries only itself)",
     )
     parser.add_argument(
         "--least",
@@ -69,43 +57,32 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         help="choose the limb forces for least muscle effort, or for least contact force (a lower bound)",
     )
     add_limits(parser)
-    parser.add_argument(
+    add_number(
+        parser,
         "--side-force-limit",
-        type=float,
-        metavar="N",
-        help="side forces of UPU limbs up to this size, chosen with the activations (default: none)",
+        "N",
+        "side forces of UPU limbs up to this size, chosen with the activations (default: none)",
     )
-    parser.add_argument(
-        "--moving-centre", action="store_true", help="the device's centre stays where the shoulder's is at rest"
+    add_flag(parser, "--moving-centre", "the device's centre stays where the shoulder's is at rest")
+    add_flag(parser, "--cubes", "least sum of cubed instead of squared activations")
+    add_flag(parser, "--volumes", "weigh the muscles by their volume")
+    add_flag(parser, "--passive", "stretched muscles pull without activation")
+    add_flag(parser, "--any-direction", "let the force leave the socket's rim")
+    add_flag(parser, "--range", "change the assumptions one at a time")
+    add_flag(parser, "--map", "over the box of daily activities instead of a pose")
+    add_number(parser, "--step", "DEG", "step of the map's grid, degrees", 20.0)
+    add_flag(
+        parser, "--literature", "without a device at 10 to 120 degrees, without and with 2 kg, beside published values"
     )
-    parser.add_argument("--cubes", action="store_true", help="least sum of cubed instead of squared activations")
-    parser.add_argument("--volumes", action="store_true", help="weigh the muscles by their volume")
-    parser.add_argument("--passive", action="store_true", help="stretched muscles pull without activation")
-    parser.add_argument("--any-direction", action="store_true", help="let the force leave the socket's rim")
-    parser.add_argument("--range", action="store_true", help="change the assumptions one at a time")
-    parser.add_argument("--map", action="store_true", help="over the box of daily activities instead of a pose")
-    parser.add_argument(
-        "--step", type=float, default=20.0, metavar="DEG", help="step of the map's grid, degrees (default 20)"
-    )
-    parser.add_argument(
-        "--literature",
-        action="store_true",
-        help="without a device at 10 to 120 degrees, without and with 2 kg, beside published values",
-    )
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    parser.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE",
-        help="contact force over the elevation in the plane of the pose; of a map, over the box",
-    )
+    add_flag(parser, "--progress", "show a progress bar")
+    add_flag(parser, "--json", "print JSON instead of a table")
+    add_file(parser, "--plot", "contact force over the elevation in the plane of the pose; of a map, over the box")
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    exo, person = load(options.design, side=options.side), _person(options)
-    person = person.on_side(exo.side)
+    exo = load(options.design, side=options.side)
+    person = wearer(options, strength=options.strength / 100.0, side=exo.side)
     if sum((options.map, options.range, options.literature)) > 1:
         raise InvalidInput("--map, --range and --literature do not go together: give one of them")
     if options.literature and (options.json or options.plot is not None):
@@ -118,31 +95,15 @@ def _run(options: argparse.Namespace) -> int:
     orientation = pose(options, exo)
     if options.json and options.range:
         raise InvalidInput("--json and --range do not go together: leave one out")
-    if options.range:
-        _print(exo, person, options, str(_asked(exo, person, orientation, options, ranged=True)))
+    asked, query = _question(exo, person, options)
+    result = (asked.contact_range if options.range else asked.joint_contact)(orientation, **query)
+    if options.json:
+        print(result.to_json())
     else:
-        result = _asked(exo, person, orientation, options)
-        assert isinstance(result, JointContact)
-        if options.json:
-            print(result.to_json())
-        else:
-            _print(exo, person, options, str(result))
+        print(f"{_device(exo, options)}\n{pose_words(options, exo)}\n\n{result}\n\nPerson\n{person}")
     if options.plot is not None:
         _plot(exo, person, orientation, options)
     return 0
-
-
-def _person(options: argparse.Namespace) -> Person:
-    height, mass, sex = person_numbers(options.person)
-    return Person(
-        height,
-        mass,
-        sex,
-        strength=options.strength / 100.0,
-        elbow_flexion=options.elbow_flexion,
-        payload=options.payload,
-        degrees=True,
-    )
 
 
 def _assumptions(options: argparse.Namespace) -> ContactOptions:
@@ -160,8 +121,8 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
         raise InvalidInput("a map has poses of its own: give no --flexion, --abduction or --internal-rotation")
     box = ADL_BOX.axes(options.step)
     poses = ADL_BOX.poses(options.step, exo.side)
-    result = _asked(exo, person, poses, options, outside="mark", progress=options.progress)
-    assert isinstance(result, JointContact)
+    asked, query = _question(exo, person, options)
+    result = asked.joint_contact(poses, **query, outside="mark", progress=options.progress)
     if options.json:
         print(result.to_json())
     else:
@@ -177,53 +138,28 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
     return 0
 
 
-def _asked(
-    exo: ShoulderExo,
-    person: Person,
-    orientation: Rotation,
-    options: argparse.Namespace,
-    ranged: bool = False,
-    **more: Any,
-) -> JointContact | ContactRange:
-    """The result that the options name."""
-    chosen = _assumptions(options)
+def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
+    """Who is asked, the bare person or the design, and with what arguments besides the poses."""
+    query: dict[str, Any] = {"options": _assumptions(options)}
     bounds, sides = limits(options), options.side_force_limit
     if options.bare:
-        if (
-            options.share is not None
-            or options.least is not None
-            or bounds is not None
-            or options.moving_centre
-            or sides
-        ):
+        given = (options.share, options.least, bounds)
+        if options.moving_centre or sides or any(value is not None for value in given):
             raise InvalidInput(
                 "--bare is without a device: leave out --share, --least, --pull, --tension, --side-force-limit, "
                 "--moving-centre"
             )
-        ask = person.contact_range if ranged else person.joint_contact
-        return ask(orientation, options=chosen, **more)
+        return person, query
     if options.share is not None and options.least is not None:
         raise InvalidInput("--share gives the limb forces and --least chooses them: give one of the two")
     if options.least is not None:
-        forces: Any = f"least_{options.least}"
-        more["actuator_bounds"] = bounds
+        query |= {"forces": f"least_{options.least}", "actuator_bounds": bounds}
+    elif bounds is not None:
+        raise InvalidInput("--pull and --tension are limits for --least: give it too")
     else:
-        if bounds is not None:
-            raise InvalidInput("--pull and --tension are limits for --least: give it too")
-        forces = (100.0 if options.share is None else options.share) / 100.0
+        query["forces"] = (100.0 if options.share is None else options.share) / 100.0
     offset = person.centre_path() if options.moving_centre else None
-    query = exo.contact_range if ranged else exo.joint_contact
-    more["constraint_bounds"] = sides
-    return query(orientation, person, forces=forces, centre_offset=offset, options=chosen, **more)
-
-
-def _print(exo: ShoulderExo, person: Person, options: argparse.Namespace, text: str) -> None:
-    angles = pose_angles(options)
-    print(
-        f"{_device(exo, options)}\n"
-        f"{exo.side} shoulder at flexion {angles[0]:g}°, abduction {angles[1]:g}°, internal rotation {angles[2]:g}°\n\n"
-        f"{text}\n\nPerson\n{person}"
-    )
+    return exo, query | {"person": person, "centre_offset": offset, "constraint_bounds": sides}
 
 
 def _device(exo: ShoulderExo, options: argparse.Namespace) -> str:
@@ -236,9 +172,8 @@ def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argp
     azimuth, tilt, torsion = tilt_torsion_angles(orientation, exo.side, degrees=True)
     azimuth = 90.0 if tilt < 1.0 else azimuth
     poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=exo.side, degrees=True)
-    result = _asked(exo, person, poses, options, outside="mark")
-    assert isinstance(result, JointContact)
-    axes = contact_over_elevation(_ELEVATIONS, result)
+    asked, query = _question(exo, person, options)
+    axes = contact_over_elevation(_ELEVATIONS, asked.joint_contact(poses, **query, outside="mark"))
     axes.set_title(f"{'No device' if options.bare else exo.name}: plane of elevation {azimuth:.0f}° from forward")
     write_figure(options.plot, axes.figure)
     if not options.json:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import math
 import shlex
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput, MissingData
@@ -18,13 +16,12 @@ from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.query_options import add_offset, add_person, design, person_numbers
+from ..options.option_kinds import add_count, add_file, add_flag, add_number, add_repeated
+from ..options.option_values import in_si, named_numbers, numbers, require_ending
+from ..options.query_options import add_offset, add_person, design, wearer
 from .workspace_command import add_criteria, criteria
 
 __all__ = ["add_commands"]
-
-#: Endings of a variable's name that give its unit; the library takes SI.
-_UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0}
 
 
 def add_commands(commands: Any) -> None:
@@ -36,37 +33,28 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--side", choices=("left", "right"), help="side of the body (default: as in the design, else left)"
     )
-    parser.add_argument("--limbs", type=int, default=4, metavar="N", help="number of limbs (default 4)")
+    add_count(parser, "--limbs", "number of limbs", 4)
     parser.add_argument(
         "--family", choices=ACTUATOR_FAMILIES, default="cable", help="family of the actuators (default cable)"
     )
-    parser.add_argument(
-        "--pull",
-        type=float,
-        metavar="N",
-        help="greatest pull of a limb, N (default 400, or as in the design to start from)",
-    )
-    parser.add_argument(
-        "--push", type=float, metavar="N", help="greatest push of linear actuators, N (default: as --pull)"
-    )
-    parser.add_argument(
-        "--travel", type=float, metavar="MM", help="greatest travel of a limb, mm (default: that of its family)"
-    )
+    add_number(parser, "--pull", "N", "greatest pull of a limb, N (default 400, or as in the design to start from)")
+    add_number(parser, "--push", "N", "greatest push of linear actuators, N (default: as --pull)")
+    add_number(parser, "--travel", "MM", "greatest travel of a limb, mm (default: that of its family)")
     parser.add_argument(
         "--force-law",
         metavar="NAME",
-        help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle models",
+        help="force law of pneumatic muscles, instead of --pull; names: exo-pin muscle force --help",
     )
-    parser.add_argument(
-        "--supply", type=float, default=4.0, metavar="BAR", help="gauge pressure with --force-law, bar (default 4)"
-    )
+    add_number(parser, "--supply", "BAR", "gauge pressure with --force-law, bar", 4.0)
     parser.add_argument(
         "--device", metavar="PRESET|FILE", help="design whose moving part rides on the person's arm, such as prototype"
     )
-    parser.add_argument(
-        "--vary", action="append", default=[], metavar="NAME=LOW:HIGH",
-        help="such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
-    )  # fmt: skip
+    add_repeated(
+        parser,
+        "--vary",
+        "NAME=LOW:HIGH",
+        "such as r_A_mm=50:180, A[1].radius_mm=120:250, nominal_length[1]_mm=200:500 (default: all joints free)",
+    )
     parser.add_argument(
         "--base-radius",
         metavar="LOW:HIGH",
@@ -81,10 +69,10 @@ def add_commands(commands: Any) -> None:
     add_person(parser)
     add_offset(parser)
     add_moving_centre(parser)
-    parser.add_argument(
+    add_flag(
+        parser,
         "--fixed-centre",
-        action="store_true",
-        help="with --moving-centre: every pose counts twice, with the moving centre and with one that stays",
+        "with --moving-centre: every pose counts twice, with the moving centre and with one that stays",
     )
     add_criteria(parser)
     parser.add_argument(
@@ -93,30 +81,21 @@ def add_commands(commands: Any) -> None:
         choices=tuple(OBJECTIVES),
         help="what to improve; repeat it for a Pareto front (default index)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the random numbers (default 0)")
-    parser.add_argument(
-        "--budget", type=int, default=60_000, metavar="N", help="number of designs to evaluate (default 60000)"
-    )
-    parser.add_argument(
-        "--run-length",
-        type=int,
-        default=12_000,
-        metavar="N",
-        help="number of designs in a run from one start (default 12000)",
-    )
-    parser.add_argument("--refine", action="store_true", help="start from the design itself, with small steps")
+    add_count(parser, "--seed", "seed of the random numbers", 0)
+    add_count(parser, "--budget", "number of designs to evaluate", 60_000)
+    add_count(parser, "--run-length", "number of designs in a run from one start", 12_000)
+    add_flag(parser, "--refine", "start from the design itself, with small steps")
     parser.add_argument("--storage", metavar="FILE|URL", help="SQLite file or database in which the study is stored")
     parser.add_argument(
         "--name", default="study", help="name of the study and of the design that is written (default study)"
     )
-    parser.add_argument("--progress", action="store_true", help="show a progress bar")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write the best design as .toml")
+    add_flag(parser, "--progress", "show a progress bar")
+    add_file(parser, "--out", "write the best design as .toml")
     parser.set_defaults(run=_optimise)
 
 
 def _optimise(options: argparse.Namespace) -> int:
-    if options.out is not None and options.out.suffix.lower() != ".toml":
-        raise InvalidInput(f"expected --out to end in .toml, got {options.out}")
+    require_ending("--out", options.out, ".toml")
     exo = _start(options)
     found = optimise(
         exo,
@@ -216,9 +195,7 @@ def _wearer(options: argparse.Namespace, side: str) -> Person | None:
     """The person whose contact force is an objective."""
     if "contact_force" not in (options.objective or ()) or options.person is None:
         return None
-    height, mass, sex = person_numbers(options.person)
-    elbow = math.radians(options.elbow_flexion)
-    return Person(height, mass, sex, elbow_flexion=elbow, payload=options.payload, side=side)
+    return wearer(options, side=side)
 
 
 def _centres(options: argparse.Namespace, side: str) -> tuple[CentreOffset | CentrePath | None, ...]:
@@ -245,21 +222,12 @@ def _variables(options: argparse.Namespace, limb_count: int) -> dict[str, tuple[
 
 def _interval(name: str, text: str) -> tuple[float, float]:
     """Bounds in m of LOW:HIGH in mm."""
-    try:
-        low, high = (1e-3 * float(part) for part in text.split(":"))
-    except ValueError:
-        raise InvalidInput(f"expected {name} LOW:HIGH in mm, got {text!r}") from None
-    return low, high
+    low, high = numbers(text, f"{name} LOW:HIGH in mm", 2, separator=":")
+    return 1e-3 * low, 1e-3 * high
 
 
 def _variable(text: str) -> tuple[str, tuple[float, float]]:
     """Name and bounds, SI, of one --vary."""
-    name, _, values = text.partition("=")
-    try:
-        low, high = (float(part) for part in values.split(":"))
-    except ValueError:
-        raise InvalidInput(f"expected --vary NAME=LOW:HIGH, got {text!r}") from None
-    for ending, unit in _UNITS.items():
-        if name.endswith(ending):
-            return name.removesuffix(ending), (unit * low, unit * high)
-    return name, (low, high)
+    name, (low, high) = named_numbers(text, "--vary NAME=LOW:HIGH", 2, separator=":")
+    bare, unit = in_si(name)
+    return bare, (unit * low, unit * high)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from pathlib import Path
 from typing import Any
 
 from ...core.errors import InvalidInput
@@ -14,6 +13,7 @@ from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
 from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
 from ..options.centre_options import add_moving_centre, centre_offset
+from ..options.option_kinds import add_file, add_flag, add_number, add_repeated
 from ..options.query_options import add_design, add_offset, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]
@@ -27,32 +27,22 @@ def add_commands(commands: Any) -> None:
     add_offset(parser)
     add_moving_centre(parser)
     add_criteria(parser)
-    parser.add_argument(
-        "--step", type=float, default=4.0, metavar="DEG", help="step of the grid of poses, degrees (default 4)"
-    )
-    parser.add_argument(
-        "--one-by-one", action="store_true", help="also what each criterion costs when they are added one by one"
-    )
-    parser.add_argument(
-        "--limb-table", action="store_true", help="also lengths, forces, gaps and joint angles of every limb inside"
-    )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="picture of the slices: PNG, SVG or PDF")
-    parser.add_argument("--ball", type=Path, metavar="FILE", help="picture of the ball of rotations: PNG, SVG or PDF")
+    add_number(parser, "--step", "DEG", "step of the grid of poses, degrees", 4.0)
+    add_flag(parser, "--one-by-one", "also what each criterion costs when they are added one by one")
+    add_flag(parser, "--limb-table", "also lengths, forces, gaps and joint angles of every limb inside")
+    add_flag(parser, "--json", "print JSON instead of a table")
+    add_file(parser, "--out", "picture of the slices: PNG, SVG or PDF")
+    add_file(parser, "--ball", "picture of the ball of rotations: PNG, SVG or PDF")
     parser.set_defaults(run=_workspace)
 
     tasks = commands.add_parser("tasks")
     add_design(tasks)
     add_person(tasks)
     add_criteria(tasks)
-    tasks.add_argument(
-        "--movement", action="append", default=[], metavar="NAME=FILE", help="CSV of a task's movement; may be repeated"
-    )
-    tasks.add_argument("--no-ranges", action="store_true", help="leave the published ranges out")
-    tasks.add_argument(
-        "--step", type=float, default=8.0, metavar="DEG", help="step of the grid over a range, degrees (default 8)"
-    )
-    tasks.add_argument("--out", type=Path, metavar="FILE", help="write the table as CSV too")
+    add_repeated(tasks, "--movement", "NAME=FILE", "CSV of a task's movement; may be repeated")
+    add_flag(tasks, "--no-ranges", "leave the published ranges out")
+    add_number(tasks, "--step", "DEG", "step of the grid over a range, degrees", 8.0)
+    add_file(tasks, "--out", "write the table as CSV too")
     tasks.set_defaults(run=_tasks)
 
 
@@ -63,36 +53,12 @@ def add_criteria(parser: argparse.ArgumentParser) -> None:
         metavar="NAMES",
         help="names of criteria with commas between them (default: all that the data allow)",
     )
-    parser.add_argument(
-        "--body", type=float, metavar="HEIGHT", help="stature in m of the body that limbs must keep clear of"
-    )
-    parser.add_argument(
-        "--gap",
-        type=float,
-        default=0.0,
-        metavar="MM",
-        help="distance that limbs keep from body and arm and from one another, mm (default 0)",
-    )
-    parser.add_argument(
-        "--shoulder-force", type=float, metavar="N", help="largest shoulder force |F_s|, N (default: no limit)"
-    )
-    parser.add_argument(
-        "--least-tension",
-        type=float,
-        default=0.0,
-        metavar="N",
-        help="least tension of limbs that only pull, N (default 0)",
-    )
-    parser.add_argument(
-        "--least-moment",
-        type=float,
-        default=0.0,
-        metavar="NM",
-        help="disturbing moment to hold besides, in any direction, N m (default 0)",
-    )
-    parser.add_argument(
-        "--independence", type=float, default=0.05, metavar="X", help="least |det X|, dimensionless (default 0.05)"
-    )
+    add_number(parser, "--body", "HEIGHT", "stature in m of the body that limbs must keep clear of")
+    add_number(parser, "--gap", "MM", "distance that limbs keep from body and arm and from one another, mm", 0.0)
+    add_number(parser, "--shoulder-force", "N", "largest shoulder force |F_s|, N (default: no limit)")
+    add_number(parser, "--least-tension", "N", "least tension of limbs that only pull, N", 0.0)
+    add_number(parser, "--least-moment", "NM", "disturbing moment to hold besides, in any direction, N m", 0.0)
+    add_number(parser, "--independence", "X", "least |det X|, dimensionless", 0.05)
     parser.add_argument(
         "--stroke-rule",
         choices=("each", "not all short"),

@@ -22,8 +22,6 @@ __all__ = ["Figure"]
 
 #: Height of the ground under O for the figure's own stature, and how far it reaches, m.
 _GROUND, _GROUND_RADIUS = -1.385, 2.6
-#: Opacity of the shoulder at O where there is no figure.
-_OWN_SHOULDER = 0.5
 
 
 class Figure(OneProcess):
@@ -95,12 +93,12 @@ class Figure(OneProcess):
         if not self.is_there:
             return
         try:
-            self._human = Human(stage, side, elbow_flexion=elbow, stature=tall)
+            self._human = Human(stage, side, elbow, self.scale)
         except MissingExtra as error:
             if human:
                 raise
             self.notes.append(f"chest and head alone, no human figure: {error}")
-            draw_bust(stage, "bust", side, self.scale, _OWN_SHOULDER)
+            draw_bust(stage, side, self.scale)
 
     @property
     def has_arm(self) -> bool:

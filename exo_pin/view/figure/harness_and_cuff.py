@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import WristGeometry
-from ..scene.shapes import IntArray, loft, matt_material, mesh_of, skin_of, tube
+from ..scene.shapes import IntArray, lathe, matt_material, mesh_of, placement, rings_about_z, skin_of, tube
 from ..scene.stage import Stage
 from .bust import MIDDLE
 
@@ -88,11 +88,8 @@ class HarnessAndCuff(OneProcess):
 
     def show(self, matrix: FloatArray) -> None:
         """Turn the cuff into a pose, shape (3, 3)."""
-        harness, cuff = np.eye(4), np.eye(4)
-        harness[:3, 3] = self._harness
-        cuff[:3, :3], cuff[:3, 3] = matrix, matrix @ self._cuff
-        self._stage.set_transform(f"{self._root}/harness", harness)
-        self._stage.set_transform(f"{self._root}/cuff", cuff)
+        self._stage.set_transform(f"{self._root}/harness", placement(1.0, self._harness))
+        self._stage.set_transform(f"{self._root}/cuff", placement(matrix, matrix @ self._cuff))
 
 
 def _bars(line: FloatArray) -> list[Any]:
@@ -159,22 +156,18 @@ def _sleeve(points: FloatArray) -> tuple[Any, list[tuple[FloatArray, IntArray]]]
     low, high = points[:, 2].min(), points[:, 2].max()
     middle = min((low + high) / 2, _SLEEVE_TOP)
     half = max(_SLEEVE_HEIGHT, high - low + 0.02) / 2
-    turn = np.linspace(0.0, 2 * np.pi, 48, endpoint=False)
-    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(48)])
-    profile = [(radius, -half), (radius + _WALL, -half), (radius + _WALL, half), (radius, half), (radius, -half)]
-    rings = np.array([r * circle + [0.0, 0.0, middle + z] for r, z in profile])
+    bottom, top, wall = middle - half, middle + half, radius + _WALL
+    profile = np.array([(radius, bottom), (wall, bottom), (wall, top), (radius, top), (radius, bottom)])
     struts = []
     for point, out in zip(points, reach, strict=True):
-        if out <= radius + _WALL + _BAR:
+        if out <= wall + _BAR:
             continue
-        foot = np.array([*(radius * point[:2] / out), np.clip(point[2], middle - half + _BAR, middle + half - _BAR)])
+        foot = np.array([*(radius * point[:2] / out), np.clip(point[2], bottom + _BAR, top - _BAR)])
         struts.append(tube(np.linspace(foot, point, 3), _BAR))
-    return loft(rings), struts
+    return lathe(profile, 48), struts
 
 
 def _balls(points: FloatArray) -> Any:
     rise = np.linspace(-np.pi / 2, np.pi / 2, 9)
-    turn = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
-    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(16)])
-    ball = _BALL * np.array([np.cos(angle) * circle + [0.0, 0.0, np.sin(angle)] for angle in rise])
+    ball = _BALL * rings_about_z(np.column_stack([np.cos(rise), np.sin(rise)]), 16)
     return mesh_of([skin_of(ball + point) for point in points])

@@ -22,9 +22,9 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import MissingExtra
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..meshcat_viewer import MeshcatVisualizer
+from ..scene.shapes import placement
 from ..scene.stage import Stage
-from .bust import CLOTH, OWN_STATURE, SKIN, draw_bust
+from .bust import CLOTH, SEE_THROUGH, SKIN, draw_bust
 
 __all__ = ["Human", "human_urdf"]
 
@@ -71,12 +71,10 @@ class Human(OneProcess):
         Where it is drawn.
     side : {"left", "right"}
         Which of its shoulders is the one.
-    opacity : float
-        Of the arm that wears the device; 1 is opaque, less shows joints and forces in it.
     elbow_flexion : float
         rad.
-    stature : float, optional
-        Of the person, m; the figure's own if left out.
+    scale : float
+        Stature over that of the figure.
 
     Raises
     ------
@@ -86,14 +84,7 @@ class Human(OneProcess):
 
     PATH = "/meshcat/human"
 
-    def __init__(
-        self,
-        stage: Stage,
-        side: str,
-        opacity: float = 0.5,
-        elbow_flexion: float = 0.0,
-        stature: float | None = None,
-    ) -> None:
+    def __init__(self, stage: Stage, side: str, elbow_flexion: float, scale: float) -> None:
         urdf = human_urdf()
         share = str(urdf.parents[4])
         self._model = pin.buildModelFromUrdf(str(urdf))
@@ -107,10 +98,8 @@ class Human(OneProcess):
         for shape in visuals.geometryObjects:
             arm = shape.name.startswith((f"{side}_upperarm", f"{side}_lowerarm", f"{side}_hand"))
             bare = arm or "hand" in shape.name
-            shape.meshColor = np.array([*(SKIN if bare else CLOTH), opacity if arm else 1.0])
-        self._picture = MeshcatVisualizer(self._model, pin.GeometryModel(), visuals)
-        self._picture.initViewer(viewer=stage.viewer)
-        self._picture.loadViewerModel("human")
+            shape.meshColor = np.array([*(SKIN if bare else CLOTH), SEE_THROUGH if arm else 1.0])
+        self._picture = stage.picture(self._model, visuals, "human")
         self._q = pin.neutral(self._model)
         joints = [self._model.joints[self._model.getJointId(f"{side}_shoulder_{axis}")] for axis in "ZXY"]
         self._index = [joint.idx_q for joint in joints]
@@ -122,12 +111,9 @@ class Human(OneProcess):
         pin.updateFramePlacements(self._model, self._picture.data)
         frame = self._model.getFrameId(f"{side}_upperarm")
         shoulder = self._picture.data.oMf[frame].translation
-        placed = np.eye(4)
-        scale = 1.0 if stature is None else stature / OWN_STATURE
-        placed[:3, :3] = scale * _UPRIGHT.as_matrix()
-        placed[:3, 3] = -placed[:3, :3] @ shoulder
-        stage.set_transform(self.PATH, placed)
-        draw_bust(stage, "bust", side, scale, opacity)
+        turned = scale * _UPRIGHT.as_matrix()
+        stage.set_transform(self.PATH, placement(turned, -turned @ shoulder))
+        draw_bust(stage, side, scale)
 
     def show(self, orientation: Rotation) -> None:
         """Turn the arm into a pose."""

@@ -21,7 +21,7 @@ from ...reaction import GlenoidCone
 from ..colours import BLACK, SKY, scale_colours
 from ..meshcat_viewer import mg
 from ..scene.force_arrows import PoseContact, round_up
-from ..scene.shapes import flat_material, lathe, matt_material, mesh_of, segment, tube
+from ..scene.shapes import flat_material, lathe, matt_material, mesh_of, placement, segment, tube
 from ..scene.stage import Stage
 
 if TYPE_CHECKING:
@@ -92,9 +92,7 @@ class WearerFigure(OneProcess):
         moved = shape.bones["trunk"][:3, 3] - self._rest["trunk"][:3, 3]
         for name, placed in self._rest.items():
             if name != "trunk":
-                there = placed.copy()
-                there[:3, 3] += moved
-                self._stage.set_transform(f"{root}/other_arm/{name}", there)
+                self._stage.set_transform(f"{root}/other_arm/{name}", placement(placed[:3, :3], placed[:3, 3] + moved))
         for muscle, path, volume in zip(MUSCLES, shape.paths, self._volume, strict=True):
             points, length = _resampled(path, len(_PROFILE))
             radius = np.sqrt(_DRAWN * volume / (np.pi * length * np.mean(_PROFILE**2)))
@@ -122,10 +120,9 @@ class WearerFigure(OneProcess):
         for muscle, colour in zip(MUSCLES, scale_colours(values, 0.0, self.top), strict=True):
             self._stage.set_colour(f"/meshcat/{self.PATH}/muscles/{muscle}", [*colour, 1.0])
         axes, depth = self._socket
-        ball = np.diag([_HIDDEN, _HIDDEN, _HIDDEN, 1.0])
+        ball = placement(_HIDDEN)
         if contact is not None and axes[0] @ contact.force > 0.0:
-            ball[:3, :3] = _BALL * np.eye(3)
-            ball[:3, 3] = -depth * contact.force / (axes[0] @ contact.force)
+            ball = placement(_BALL, -depth * contact.force / (axes[0] @ contact.force))
         self._stage.set_transform(f"/meshcat/{self.PATH}/socket/force", ball)
 
     def _show_socket(self, shape: LimbShape) -> None:
@@ -134,10 +131,8 @@ class WearerFigure(OneProcess):
         depth = -float(outward @ shape.socket_centre)
         self._socket = shape.socket_axes, depth
         cone = GlenoidCone()
-        ring = np.eye(4)
-        ring[:3, :3] = depth * np.column_stack([cone.anterior * anterior, cone.superior * superior, _FLAT * outward])
-        ring[:3, 3] = -depth * outward
-        self._stage.set_transform(f"/meshcat/{self.PATH}/socket/rim", ring)
+        ring = depth * np.column_stack([cone.anterior * anterior, cone.superior * superior, _FLAT * outward])
+        self._stage.set_transform(f"/meshcat/{self.PATH}/socket/rim", placement(ring, -depth * outward))
 
     def _other_arm_at_rest(self) -> dict[str, FloatArray]:
         """Placements of the other arm's bones and of the trunk in the posture of rest."""
@@ -145,14 +140,10 @@ class WearerFigure(OneProcess):
         left = person.side == "left"
         own = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, left).bones
         other = limb_shape(np.eye(3), 0.0, 0.0, person.length_scale, not left).bones
-        # Both trunks are one.
-        found = {"trunk": own["trunk"]}
         shift = own["trunk"][:3, 3] - other["trunk"][:3, 3]
-        for name, placed in other.items():
-            if name != "trunk":
-                found[name] = placed.copy()
-                found[name][:3, 3] += shift
-        return found
+        found = {name: placement(placed[:3, :3], placed[:3, 3] + shift) for name, placed in other.items()}
+        # Both trunks are one.
+        return found | {"trunk": own["trunk"]}
 
 
 def _piece(low: float, high: float) -> Any:

@@ -13,7 +13,6 @@ import time
 from collections.abc import Coroutine
 from concurrent.futures import CancelledError
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from ...core.errors import BrowserFailed, BrowserNotFound, InvalidInput
@@ -103,9 +102,7 @@ class Browser(OneProcess):
     def __enter__(self) -> Browser:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def resize(self, size: tuple[int, int]) -> None:

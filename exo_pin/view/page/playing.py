@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -17,7 +15,7 @@ from ...reaction import Reaction
 from ..scene.force_arrows import PoseForces
 from ..scene.offset_marks import Offset, offsets
 from ..scene.stage import Stage
-from .recording import FrameTaker, Recording
+from .recording import Recording, as_times, play_frames, record_frames
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -52,18 +50,8 @@ class Playing(ABC):
         Reaction or None
             Forces of all poses.
         """
-        poses, stamps, air = self._motion(orientations, times, pressures)
-        answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
-        forces = self._planned(poses, answer, query)
-        centres = self._offsets(poses, query)
-        start = time.monotonic()
-        for index in range(len(stamps)):
-            late = time.monotonic() - start
-            # A machine that is too slow for all frames leaves some out, and never the last.
-            if index + 1 < len(stamps) and stamps[index + 1] - stamps[0] < late:
-                continue
-            time.sleep(max(float(stamps[index] - stamps[0]) - late, 0.0))
-            self._frame(index, poses, forces, air, centres)
+        stamps, answer, draw = self._motion(orientations, times, pressures, query)
+        play_frames(stamps, draw)
         return answer
 
     def record(
@@ -76,53 +64,32 @@ class Playing(ABC):
         Recording
             Its ``save`` writes one file that plays without a network.
         """
-        poses, stamps, air = self._motion(orientations, times, pressures)
-        answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
-        forces = self._planned(poses, answer, query)
-        centres = self._offsets(poses, query)
-        taker = FrameTaker(self._stage)
-        for index in range(len(stamps)):
-            self._frame(index, poses, forces, air, centres)
-            taker.take()
-        return taker.finish(stamps, answer)
+        stamps, answer, draw = self._motion(orientations, times, pressures, query)
+        return record_frames(self._stage, stamps, draw, answer)
 
     def _motion(
-        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None
-    ) -> tuple[Rotation, FloatArray, FloatArray | None]:
-        """Poses, times and pressures that fit each other."""
+        self, orientations: Rotation, times: ArrayLike, pressures: ArrayLike | None, query: dict[str, Any]
+    ) -> tuple[FloatArray, Reaction | None, Callable[[int], None]]:
+        """Times, forces, and what draws a frame; scale and legend are those of the motion from here on."""
         poses = as_rotation("orientations", orientations)
-        stamps = as_finite("times", times, (None,))
-        if poses.shape != stamps.shape or not len(stamps):
-            raise InvalidInput(f"expected a time for every pose, got poses {poses.shape} and times {stamps.shape}")
-        if (np.diff(stamps) <= 0).any():
-            raise InvalidInput("expected times that rise")
-        return poses, stamps, None if pressures is None else self._pressures(pressures, stamps.shape)
-
-    def _planned(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:
-        """Forces of all poses; the arrows' scale and the legend are theirs from here on."""
+        stamps = as_times(times, "pose", poses.shape)
+        air = [None] * len(stamps) if pressures is None else self._pressures(pressures, stamps.shape)
+        answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
         forces = self._forces(poses, answer, query)
         self._plan(forces)
-        return forces
+        centres = self._offsets(poses, query)
 
-    def _frame(
-        self,
-        index: int,
-        poses: Rotation,
-        forces: list[PoseForces | None],
-        pressures: FloatArray | None,
-        centres: list[Offset] | None,
-    ) -> None:
-        self._draw(
-            poses[index],
-            forces[index],
-            None if pressures is None else pressures[index],
-            None if centres is None else centres[index],
-        )
+        def draw(index: int) -> None:
+            self._draw(poses[index], forces[index], air[index], centres[index])
 
-    def _offsets(self, poses: Rotation, query: dict[str, Any]) -> list[Offset] | None:
+        return stamps, answer, draw
+
+    def _offsets(self, poses: Rotation, query: dict[str, Any]) -> Sequence[Offset | None]:
         """Where the device's centre is in each pose, None if it is the shoulder's."""
         given = query.get("centre_offset")
-        return None if given is None else offsets(given, poses, query.get("split", "spherical"))
+        if given is None:
+            return [None] * (1 if poses.single else len(poses))
+        return offsets(given, poses, query.get("split", "spherical"))
 
     def _pressures(self, pressures: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         values = as_finite("pressures", pressures, (self._exo.geometry.limb_count,), stack=True)

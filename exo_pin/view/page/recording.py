@@ -1,22 +1,26 @@
-"""A recorded motion: placements, colours and numbers of every frame."""
+"""A motion of a scene, frame by frame: played live, or recorded with placements, colours and numbers."""
 
 from __future__ import annotations
 
 import base64
+import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ...core.errors import InvalidInput
 from ...core.files import write_text
-from ...core.records import OneProcess, Record
-from ...core.validation import FloatArray
+from ...core.records import Record
+from ...core.validation import FloatArray, as_finite
 from ...reaction import Reaction
 from ..scene.stage import Stage
 from .page_overlay import static_page
 
-__all__ = ["FrameTaker", "Recording"]
+__all__ = ["Recording", "as_times", "play_frames", "record_frames"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,38 +49,48 @@ class Recording(Record):
         write_text(path, self.html())
 
 
-class FrameTaker(OneProcess):
-    """Collects frames from a stage."""
-
-    def __init__(self, stage: Stage) -> None:
-        self._stage = stage
-        self._transforms: list[dict[str, FloatArray]] = []
-        self._colours: list[dict[str, tuple[float, ...]]] = []
-        self._panels: list[dict[str, Any]] = []
-
-    def take(self) -> None:
-        """Keep the scene as it is now as the next frame."""
-        self._transforms.append(self._stage.placements())
-        self._colours.append(self._stage.colours())
-        self._panels.append({name: self._stage.panel(name) for name in ("numbers", "labels")})
-
-    def finish(self, times: FloatArray, reaction: Reaction | None) -> Recording:
-        """Make the recording: only what is not in one place throughout goes into the frames."""
-        moving = _changing(self._transforms)
-        coloured = _changing(self._colours)
-        transforms = [np.asarray(frame[path]).T.ravel() for frame in self._transforms for path in moving]
-        colours = [frame[path] for frame in self._colours for path in coloured]
-        frames = {
-            "moving": moving,
-            "coloured": coloured,
-            "transforms": _floats(transforms),
-            "colours": _floats(colours),
-            "panels": self._panels,
-        }
-        return Recording(times, reaction, self._stage.snapshot(), frames)
+def as_times(times: ArrayLike, what: str, shape: tuple[int, ...]) -> FloatArray:
+    """Checked times of a motion, shape (k,), s, that has ``what`` of a shape."""
+    stamps = as_finite("times", times, (None,))
+    if shape != stamps.shape or not len(stamps):
+        raise InvalidInput(f"expected a time for every {what}, got {what}s {shape} and times {stamps.shape}")
+    if (np.diff(stamps) <= 0).any():
+        raise InvalidInput("expected times that rise")
+    return stamps
 
 
-def _changing(frames: list[dict[str, Any]]) -> list[str]:
+def play_frames(times: FloatArray, draw: Callable[[int], None]) -> None:
+    """Draw the frames of a motion in real time."""
+    start = time.monotonic()
+    for index in range(len(times)):
+        late = time.monotonic() - start
+        # A machine that is too slow for all frames leaves some out, and never the last.
+        if index + 1 < len(times) and times[index + 1] - times[0] < late:
+            continue
+        time.sleep(max(float(times[index] - times[0]) - late, 0.0))
+        draw(index)
+
+
+def record_frames(stage: Stage, times: FloatArray, draw: Callable[[int], None], reaction: Reaction | None) -> Recording:
+    """Draw the frames of a motion on a stage and keep them: only what is not in one place throughout is in each."""
+    placements, colours, panels = [], [], []
+    for index in range(len(times)):
+        draw(index)
+        placements.append(stage.placements())
+        colours.append(stage.colours())
+        panels.append({name: stage.panel(name) for name in ("numbers", "labels")})
+    moving, coloured = _changing(placements), _changing(colours)
+    frames = {
+        "moving": moving,
+        "coloured": coloured,
+        "transforms": _floats([frame[path].T.ravel() for frame in placements for path in moving]),
+        "colours": _floats([frame[path] for frame in colours for path in coloured]),
+        "panels": panels,
+    }
+    return Recording(times, reaction, stage.snapshot(), frames)
+
+
+def _changing(frames: Sequence[Mapping[str, Any]]) -> list[str]:
     """Paths whose value is replaced in some frame; the stage keeps the very object for what does not change."""
     return [path for path in frames[0] if any(frame[path] is not frames[0][path] for frame in frames)]
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...core.conventions import shoulder_rotation
-from ...core.errors import ExoPinError, InvalidInput, MissingExtra, UnknownName
+from ...core.errors import ExoPinError, InvalidInput, MissingExtra
 from ...core.records import OneProcess
+from ...core.validation import as_choice
 from ...reaction import Reaction
 from ..scene.scene_of_exo import Scene
 from .panels import notebook_cell
@@ -73,8 +74,7 @@ class Sliders(OneProcess):
         circles = exo.geometry.circles
         chosen = tuple(DIMENSIONS if circles is not None else ()) if dimensions is None else tuple(dimensions)
         for name in chosen:
-            if name not in DIMENSIONS:
-                raise UnknownName("dimension with a slider", name, DIMENSIONS)
+            as_choice("dimension with a slider", name, DIMENSIONS)
         if chosen and circles is None:
             raise InvalidInput("this geometry is given by points, so it has no dimensions to slide")
         self._start, self._live = exo, live
@@ -111,8 +111,7 @@ class Sliders(OneProcess):
             If there is no such mechanism; everything stays as it was.
         """
         for name in values:
-            if name not in self._values:
-                raise UnknownName("slider", name, self._values)
+            as_choice("slider", name, self._values)
         self._draw({**self._values, **values})
         return self.reaction
 
@@ -142,7 +141,8 @@ class Sliders(OneProcess):
             raise MissingExtra("notebooks", "ipywidgets") from error
         picture = ipywidgets.HTML(self._picture()) if not self._live else None
         numbers = ipywidgets.Label(self.summary())
-        wide = {"style": {"description_width": "130px"}, "layout": ipywidgets.Layout(width="420px")}
+        look = {"style": {"description_width": "130px"}, "layout": ipywidgets.Layout(width="420px")}
+        look |= {"continuous_update": self._live, "readout_format": ".1f"}
         boxes = []
 
         def moved(name: str, scale: float, change: Any) -> None:
@@ -162,16 +162,8 @@ class Sliders(OneProcess):
                 meaning, reach = DIMENSIONS[name]
                 low, high = 1e3 * max(value - reach, 0.01), 1e3 * (value + reach)
                 step, scale, text = 0.5, 1e-3, f"{meaning} {name}, mm"
-            slider = ipywidgets.FloatSlider(
-                value=value / scale,
-                min=low,
-                max=high,
-                step=step,
-                description=text,
-                continuous_update=self._live,
-                readout_format=".1f",
-                **wide,
-            )
+            span = {"value": value / scale, "min": low, "max": high, "step": step, "description": text}
+            slider = ipywidgets.FloatSlider(**span, **look)
             slider.observe(lambda change, name=name, scale=scale: moved(name, scale, change), names="value")
             boxes.append(slider)
         half = len(ANGLES)

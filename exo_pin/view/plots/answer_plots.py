@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.conventions import shoulder_angles
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, as_finite
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, as_finite
 from ...reaction import MovementReaction, Reaction
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED, SKY
-from .charts import force_history, tension_history
-from .plot_style import LINES, legend_below, pyplot, tidy
+from .charts import as_limits, force_history, tension_history
+from .plot_style import legend_below, line, new_figure, tidy
 from .singularity_plots import approach_figure
 from .tracking_plots import tracking_figure
 
@@ -67,9 +67,7 @@ def movement_figure(
     limits: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Figure:
     """Figure of a movement; see :meth:`exo_pin.MovementReaction.plot`."""
-    if against not in _AGAINST:
-        raise UnknownName("quantity to draw against", against, _AGAINST)
-    label, angle = _AGAINST[against]
+    label, angle = _AGAINST[as_choice("quantity to draw against", against, _AGAINST)]
     movement = answer.movement
     angles = shoulder_angles(movement.orientations, side, degrees=True)
     return _curves(movement.times if angle is None else angles[:, angle], answer.reaction, label, limits)
@@ -93,7 +91,7 @@ def map_figure(
         np.arange(count, dtype=float) if values is None else as_finite("along", values, (count,))
         for values, count in zip(given, magnitude.shape, strict=True)
     ]
-    figure, axes = _figure(6.4, 4.2 if magnitude.ndim == 1 else 5.0)
+    figure, axes = new_figure(6.4, 4.2 if magnitude.ndim == 1 else 5.0)
     if magnitude.ndim == 1:
         axes.plot(places[0], magnitude, color=BLACK, linewidth=2.0)
         axes.set(xlabel=names[0] or "pose", ylabel="|F_s|, N", ylim=(0.0, _top(magnitude)))
@@ -119,7 +117,7 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     if values.dtype.kind not in "fiu":
         raise InvalidInput(f"expected a column of numbers, got {figure!r}")
     varied = _varied(table)
-    canvas, axes = _figure(6.8, 4.2)
+    canvas, axes = new_figure(6.8, 4.2)
     if not varied or len(varied) > 2:
         names = table["design"] if "design" in table else np.arange(1, table.row_count + 1).astype(str)
         rows = np.arange(table.row_count)
@@ -137,11 +135,8 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     for k, group in enumerate(groups):
         rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
         rows = rows[np.argsort(table[first][rows])]
-        colour, dashes = LINES[k % len(LINES)]
         name = None if group is None else f"{_words(second[0])}: {group:.4g}"
-        axes.plot(
-            table[first][rows], values[rows], color=colour, linestyle=dashes, linewidth=1.8, marker="o", label=name
-        )
+        axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
     axes.set(xlabel=_words(first), ylabel=_words(figure))
     tidy(axes)
     if second:
@@ -151,7 +146,7 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
 
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
     """Limb forces with their limits, and F_s with its components, both in N."""
-    figure, (left, right) = _figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
+    figure, (left, right) = new_figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
     state = f"split “{reaction.split}”, {reaction.status}".replace("_", " ")
     if not reaction.has_answer:
         figure.suptitle(f"No forces: the pose is {str(reaction.status).replace('_', ' ')}", fontsize=11)
@@ -172,10 +167,9 @@ def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None)
     share = reaction.percent_body_weight
     weight = "" if share is None or not np.isfinite(share) else f", {float(share):.1f} % of body weight"
     right.set_title(f"shoulder on the arm{weight}")
-    hatched = (
-        "" if all(known) and sure.constraint_forces.all() else "; hatched: equilibrium alone does not determine it"
-    )
-    figure.supxlabel(state + hatched, fontsize=9, color="0.3")
+    if not (all(known) and sure.constraint_forces.all()):
+        state += "; hatched: equilibrium alone does not determine it"
+    figure.supxlabel(state, fontsize=9, color="0.3")
     return figure
 
 
@@ -209,12 +203,7 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
 
 
 def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> None:
-    try:
-        low, high = (np.broadcast_to(np.asarray(edge, dtype=float), (count,)) for edge in limits)
-    except (TypeError, ValueError):
-        raise InvalidInput(f"expected limits (lower, upper) that broadcast to ({count},)") from None
-    if not (low <= high).all():
-        raise InvalidInput("expected limits with lower <= upper, and numbers throughout")
+    low, high = as_limits(limits, (count,))
     for k, edge in enumerate((low, high)):
         finite = np.isfinite(edge)
         places = np.flatnonzero(finite)
@@ -225,7 +214,7 @@ def _limit_marks(axes: Any, limits: tuple[ArrayLike, ArrayLike], count: int) -> 
 
 
 def _curves(places: FloatArray, reaction: Reaction, label: str, limits: Any) -> Figure:
-    figure, (top, bottom) = _figure(7.6, 7.6, nrows=2, sharex=True)
+    figure, (top, bottom) = new_figure(7.6, 7.6, nrows=2, sharex=True)
     force_history(places, reaction, top, label)
     tension_history(places, reaction, limits, bottom, label)
     top.set_xlabel("")
@@ -283,9 +272,3 @@ def _words(column: str) -> str:
             what = full.removesuffix(ending)
             return f"{what.replace('_F_s', ' |F_s|')}, {unit}"
     return column
-
-
-def _figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
-    figure = pyplot().figure(figsize=(width, height), layout="constrained")
-    ratios = {key: grid.pop(key) for key in ("width_ratios", "height_ratios") if key in grid}
-    return figure, figure.subplots(**grid, **ratios)

@@ -12,12 +12,12 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...reaction import Reaction
 from ..colours import BLACK, RED
-from .plot_style import DARK, LINES, METHODS, axes_or_new, legend_below, tidy
+from .plot_style import DARK, METHODS, axes_or_new, legend_below, line, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["force_history", "method_bars", "tension_history"]
+__all__ = ["as_limits", "force_history", "method_bars", "tension_history"]
 
 #: Label of the axis of time.
 TIME = "time, s"
@@ -55,17 +55,14 @@ def force_history(times: ArrayLike, reaction: Reaction, ax: Axes | None = None, 
     stamps = _stamps(times, reaction, label)
     axes = axes_or_new(ax, 7, 4.2)
     axes.plot(stamps, reaction.magnitude, color=BLACK, linewidth=2.2, label="|F_s|")
-    for part, (name, (colour, dashes)) in enumerate(zip(("x forward", "y left", "z up"), LINES, strict=False)):
-        values = reaction.shoulder_force[:, part]
-        axes.plot(stamps, values, color=colour, linestyle=dashes, linewidth=1.5, label=f"F_s {name}")
+    for part, name in enumerate(("x forward", "y left", "z up")):
+        axes.plot(stamps, reaction.shoulder_force[:, part], **line(part), linewidth=1.5, label=f"F_s {name}")
     axes.axhline(0.0, color="0.6", linewidth=0.8)
     axes.set(xlabel=label, ylabel="shoulder on the arm, N")
     _mark_singular(axes, stamps, reaction)
     _cut_peaks(axes, np.column_stack([reaction.magnitude, reaction.shoulder_force]), "|F_s|")
     if reaction.body_weight is not None:
-        weight = reaction.body_weight / 100.0
-        right = axes.secondary_yaxis("right", functions=(lambda n: n / weight, lambda percent: percent * weight))
-        right.set_ylabel("% of body weight")
+        right_scale(axes, reaction.body_weight / 100.0, "% of body weight")
     tidy(axes)
     legend_below(axes, 3)
     return axes
@@ -108,7 +105,7 @@ def tension_history(
     axes = axes_or_new(ax, 7, 4.2)
     forces = reaction.actuator_forces
     # Without limits none are drawn.
-    low, high = _limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
+    low, high = as_limits((-np.inf, np.inf) if limits is None else limits, forces.shape)
     shared = bool((low == low[:, :1]).all() and (high == high[:, :1]).all())
     if limits is not None and shared:
         order = np.argsort(stamps, kind="stable")
@@ -117,18 +114,17 @@ def tension_history(
         for edge in (low[:, 0], high[:, 0]):
             axes.plot(stamps, edge, color="0.45", linewidth=1.0)
     for i in range(forces.shape[1]):
-        colour, dashes = LINES[i % len(LINES)]
-        axes.plot(stamps, forces[:, i], color=colour, linestyle=dashes, linewidth=1.8, label=f"limb {i + 1}")
+        axes.plot(stamps, forces[:, i], **line(i), linewidth=1.8, label=f"limb {i + 1}")
         if not shared:
             for edge in (low[:, i], high[:, i]):
-                axes.plot(stamps, edge, color=colour, linestyle=dashes, linewidth=0.8, alpha=0.7)
+                axes.plot(stamps, edge, **line(i), linewidth=0.8, alpha=0.7)
         with np.errstate(invalid="ignore"):
             beyond = np.flatnonzero((forces[:, i] < low[:, i]) | (forces[:, i] > high[:, i]))
         if beyond.size:
             name = f"limb {i + 1} beyond limits"
             # Crosses at every pose would hide the line.
             apart = max(beyond.size // _CROSSES, 1)
-            axes.plot(stamps[beyond], forces[beyond, i], "x", color=colour, markevery=apart, label=name)
+            axes.plot(stamps[beyond], forces[beyond, i], "x", color=line(i)["color"], markevery=apart, label=name)
     axes.axhline(0.0, color="0.6", linewidth=0.8)
     axes.set(xlabel=label, ylabel="limb force, N (tension positive)")
     _mark_singular(axes, stamps, reaction)
@@ -208,7 +204,8 @@ def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:
     return stamps
 
 
-def _limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+def as_limits(limits: tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper limits of a shape."""
     try:
         low, high = (np.broadcast_to(np.asarray(edge, dtype=float), shape) for edge in limits)
     except (TypeError, ValueError):
@@ -240,14 +237,8 @@ def _mark_singular(ax: Any, stamps: FloatArray, reaction: Reaction) -> None:
     if near.any():
         edges = np.concatenate([stamps[:1], (stamps[1:] + stamps[:-1]) / 2, stamps[-1:]])
         for i in np.flatnonzero(near):
-            first = i == np.flatnonzero(near)[0]
-            ax.axvspan(
-                *sorted(edges[i : i + 2]),
-                color="0.82",
-                linewidth=0,
-                zorder=0,
-                label="near singular" if first else None,
-            )
+            label = "near singular" if not near[:i].any() else None
+            ax.axvspan(*sorted(edges[i : i + 2]), color="0.82", linewidth=0, zorder=0, label=label)
     for k, (after,) in enumerate(reaction.crossings()):
         middle = (stamps[after] + stamps[after + 1]) / 2
         ax.axvline(middle, color=RED, linestyle=":", linewidth=1.5, label="det X = 0 crossed" if k == 0 else None)

@@ -11,7 +11,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_finite
 from ...person import JointContact
 from ..colours import BLACK, BLUE, ORANGE
-from .plot_style import axes_or_new, pyplot, tidy
+from .plot_style import axes_or_new, new_figure, right_scale, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,23 +43,16 @@ def contact_over_elevation(elevation: ArrayLike, contact: JointContact, ax: Axes
     if contact.status.shape != degrees.shape:
         raise InvalidInput(f"expected contact forces of shape {degrees.shape}, got {contact.status.shape}")
     ax = axes_or_new(ax, 6.4, 4.8)
-    percent = 100.0 / contact.body_weight
     if contact.without_device is None:
         _curves(ax, degrees, contact, "", BLACK, "-")
     else:
         _curves(ax, degrees, contact.without_device, " without the device", BLACK, "-")
         _curves(ax, degrees, contact, " with the device", BLUE, "--")
     ax.set(xlabel="elevation of the arm, °", ylabel="% of body weight", ylim=(0.0, None))
-    right = ax.secondary_yaxis("right", functions=_newtons(percent))
-    right.set_ylabel("N")
+    right_scale(ax, 100.0 / contact.body_weight, "N")
     tidy(ax)
     ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)
     return ax
-
-
-def _newtons(percent: float) -> tuple[Any, Any]:
-    """From percent of body weight to N, and back."""
-    return (lambda value: value / percent), (lambda force: force * percent)
 
 
 def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, colour: str, dashes: str) -> None:
@@ -72,10 +65,7 @@ def _curves(ax: Axes, degrees: FloatArray, contact: JointContact, which: str, co
         ax.plot(degrees[lost], np.zeros(lost.sum()), "x", color=ORANGE, label=f"no result{which}")
 
 
-def contact_over_box(
-    axes: tuple[FloatArray, FloatArray, FloatArray],
-    contact: JointContact,
-) -> Figure:
+def contact_over_box(axes: tuple[FloatArray, FloatArray, FloatArray], contact: JointContact) -> Figure:
     """Contact force over a box of shoulder angles: without the device, with it, and the relief.
 
     Each cell is the median over the internal rotations; a cell without a result is white.
@@ -93,10 +83,10 @@ def contact_over_box(
         One panel for a bare arm, three with a device.
     """
     flexion, abduction, internal = axes
-    if contact.status.shape != (len(flexion), len(abduction), len(internal)):
+    shape = (len(flexion), len(abduction), len(internal))
+    if contact.status.shape != shape:
         raise InvalidInput(
-            f"expected contact forces of shape {(len(flexion), len(abduction), len(internal))}, one for each pose of "
-            f"the grid, got {contact.status.shape}"
+            f"expected contact forces of shape {shape}, one for each pose of the grid, got {contact.status.shape}"
         )
     bare = contact.without_device
     panels = [("contact force", contact.percent_body_weight)]
@@ -108,7 +98,7 @@ def contact_over_box(
     top = float(known.max()) if known.size else 100.0
     relief = contact.relief_percent
     count = len(layers) + (relief is not None)
-    figure, axs = pyplot().subplots(1, count, figsize=(1.2 + 3.6 * count, 3.9), layout="constrained", squeeze=False)
+    figure, axs = new_figure(1.2 + 3.6 * count, 3.9, ncols=count, squeeze=False)
     for ax, (title, layer) in zip(axs[0], layers, strict=False):
         shown = _mesh(ax, flexion, abduction, layer, cmap="cividis", vmin=0.0, vmax=top)
         ax.set_title(title, fontsize=10)

@@ -11,7 +11,7 @@ from ...core.validation import FloatArray, as_rotation
 from ...reaction.holding.verdict import angle_words
 from ...workspace import BodyShape
 from ..colours import BLACK
-from .plot_style import LINES, pyplot, tidy
+from .plot_style import line, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,9 +45,7 @@ def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> 
     """
     stack = as_rotation("orientation", orientation)
     poses = stack.as_matrix().reshape(-1, 3, 3)
-    figure, grid = pyplot().subplots(
-        len(poses), 3, figsize=(11.0, 3.7 * len(poses) + 0.5), layout="constrained", squeeze=False
-    )
+    figure, grid = new_figure(11.0, 3.7 * len(poses) + 0.5, nrows=len(poses), ncols=3, squeeze=False)
     arms = [_turned(body.arm, R) for R in poses]
     low, high = _span(exo, [body.torso, *arms])
     for row, R, moved in zip(grid, poses, arms, strict=True):
@@ -57,19 +55,18 @@ def design_drawing(exo: ShoulderExo, body: BodyShape, orientation: Rotation) -> 
                 for capsule in rows:
                     _capsule(ax, capsule, first, second, colour)
             for i, (a, b) in enumerate(zip(exo.geometry.base_points, ends, strict=True)):
-                colour, dashes = LINES[i % len(LINES)]
-                line = 1e3 * np.array([a, b])
-                ax.plot(line[:, first], line[:, second], color=colour, linestyle=dashes, linewidth=2.0, zorder=3)
-                ax.plot(line[0, first], line[0, second], "s", color=colour, markersize=6, zorder=4)
-                ax.plot(line[1, first], line[1, second], "o", color=colour, markersize=5, zorder=4)
+                limb, look = 1e3 * np.array([a, b]), line(i)
+                ax.plot(limb[:, first], limb[:, second], **look, linewidth=2.0, zorder=3)
+                ax.plot(limb[0, first], limb[0, second], "s", color=look["color"], markersize=6, zorder=4)
+                ax.plot(limb[1, first], limb[1, second], "o", color=look["color"], markersize=5, zorder=4)
             ax.plot(0, 0, "+", color=BLACK, markersize=9, zorder=5)
             ax.set(xlabel=f"{_NAMES[first]}, mm", ylabel=f"{_NAMES[second]}, mm", title=title, aspect="equal")
             ax.set(xlim=(low, high) if sign > 0.0 else (high, low), ylim=(low, high))
             tidy(ax)
         row[1].set_title(f"{angle_words(Rotation.from_matrix(R), exo.side)}\n{row[1].get_title()}", fontsize=11)
     handles = [
-        pyplot().Line2D([], [], color=colour, linestyle=dashes, linewidth=2.0, marker="s", label=f"limb {i + 1}")
-        for i, (colour, dashes) in enumerate(LINES[: exo.geometry.limb_count])
+        pyplot().Line2D([], [], **line(i), linewidth=2.0, marker="s", label=f"limb {i + 1}")
+        for i in range(exo.geometry.limb_count)
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     figure.suptitle(exo.mechanism.title or exo.name)

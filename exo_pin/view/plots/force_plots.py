@@ -1,4 +1,4 @@
-"""Plots with matplotlib: the mechanism, forces along a motion, methods side by side, maps over the range of motion.
+"""Plots with matplotlib: the mechanism with its forces, and maps over the range of motion.
 
 One style for all: colours of the Okabe-Ito palette (safe for colour-blind readers) with line styles and labels that
 distinguish the curves in grey prints as well, and units on every axis.
@@ -17,9 +17,7 @@ from ...core.validation import FloatArray, as_rotation
 from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
-from .charts import force_history, method_bars, tension_history
 from .plot_style import axes_or_new, legend_below, pyplot
-from .singularity_plots import determinant_map
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,16 +25,7 @@ if TYPE_CHECKING:
 
     from ...exo.shoulder_exo import ShoulderExo
 
-__all__ = [
-    "determinant_map",
-    "draw_mechanism",
-    "force_history",
-    "method_bars",
-    "overview",
-    "shoulder_force_map",
-    "tension_history",
-    "use_file_backend",
-]
+__all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
 
 #: Length of an arrow, m per N.
 _METRES_PER_NEWTON = 0.002
@@ -78,15 +67,9 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     for i, tension in enumerate(answer.actuator_forces):
         pulls = not tension < 0
         known = f"{'pulls' if pulls else 'pushes'} {abs(tension):.0f} N" if np.isfinite(tension) else "(no force found)"
-        ax.plot(
-            *np.stack([a[i], b[i]], axis=1),
-            color=BLUE if pulls else ORANGE,
-            linestyle="-" if pulls else (0, (2, 0.6)),
-            linewidth=3.5,
-            marker="o",
-            markersize=4,
-            label=f"limb {i + 1} {known}",
-        )
+        colour, dashes = (BLUE, "-") if pulls else (ORANGE, (0, (2, 0.6)))
+        look = {"color": colour, "linestyle": dashes, "linewidth": 3.5, "marker": "o", "markersize": 4}
+        ax.plot(*np.stack([a[i], b[i]], axis=1), **look, label=f"limb {i + 1} {known}")
         ax.text(*(1.12 * a[i]), str(i + 1), fontsize=9, ha="center", va="center")
     weight = arm.mass * exo.mechanism.gravity
     _arrow(ax, R @ arm.centre_of_mass, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
@@ -125,12 +108,8 @@ def _arrow(ax: Any, start: FloatArray, force: FloatArray, color: str, label: str
 def _equal_axes(ax: Any, points: FloatArray) -> None:
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = (low + high) / 2, (high - low).max() / 2 * 1.05
-    ax.set(
-        xlim=(middle[0] - half, middle[0] + half),
-        ylim=(middle[1] - half, middle[1] + half),
-        zlim=(middle[2] - half, middle[2] + half),
-        box_aspect=(1, 1, 1),
-    )
+    x, y, z = zip(middle - half, middle + half, strict=True)
+    ax.set(xlim=x, ylim=y, zlim=z, box_aspect=(1, 1, 1))
 
 
 def shoulder_force_map(
@@ -191,22 +170,14 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
     orientation : Rotation
         A single pose.
     """
-    plt = pyplot()
-    figure = plt.figure(figsize=(12, 5.8), layout="constrained")
+    figure = pyplot().figure(figsize=(12, 5.8), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
     left.view_init(elev=14, azim=58)
     draw_mechanism(exo, orientation, left)
     flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
     left.set_title(f"{exo.name}: flexion {flexion:.0f}°, abduction {abduction:.0f}°")
     right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
-    right.plot(
-        flexion,
-        abduction,
-        "o",
-        markersize=9,
-        markerfacecolor=RED,
-        markeredgecolor="white",
-        label="the pose on the left",
-    )
+    mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
+    right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
     legend_below(right)
     return figure

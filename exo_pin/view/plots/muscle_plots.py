@@ -12,14 +12,14 @@ from ...muscle.io.measured import SteadyStates, steady_states
 from ...muscle.laws.dynamic import DynamicModel
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.response import StepResponse
+from ..colours import BLUE, GREEN, RED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["plot_force_map", "plot_measured", "plot_responses"]
 
-# A palette that stays apart in print and for the colour-blind (Okabe and Ito).
-_INK, _BLUE, _ORANGE, _GREEN, _GREY = "#222222", "#0072b2", "#d55e00", "#009e73", "#8a8a8a"
+_INK, _GREY = "#222222", "#8a8a8a"
 
 
 def _figure(width: float, height: float, **kwargs: Any) -> tuple[Figure, Any]:
@@ -70,45 +70,30 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     lines = axis.contour(x * 1e3, p / BAR, raw, levels=levels, colors=_INK, linewidths=0.7, alpha=0.65)
     axis.clabel(lines, fmt="%.0f N", fontsize=8)
     inside = (~np.ma.getmaskarray(force)).astype(float)
-    axis.contour(x * 1e3, p / BAR, inside, levels=[0.5], colors=_ORANGE, linewidths=2.2)
-    handles = [_line(_ORANGE, 2.2, "the model holds inside")]
+    axis.contour(x * 1e3, p / BAR, inside, levels=[0.5], colors=RED, linewidths=2.2)
+    handles = [_handle("the model holds inside", color=RED, linewidth=2.2)]
     if states is not None:
         if not np.isclose(model.scale, 1.0):
             raise InvalidInput("expected a model of the length the states were measured at, got a scaled one")
         for valid, face, label in ((True, "white", "measured, called valid"), (False, "none", "measured, beyond")):
             pick = states.called_valid == valid
             edge = _INK if valid else _GREY
-            axis.scatter(
-                states.contraction[pick] * 1e3,
-                states.pressure[pick] / BAR,
-                s=26,
-                facecolor=face,
-                edgecolor=edge,
-                linewidth=1.1,
-                zorder=4,
-                clip_on=False,
-            )
-            handles.append(_marker(face, edge, label))
-    axis.set_xlabel("contraction (mm)")
-    axis.set_ylabel("pressure (bar)")
-    axis.set_xlim(0.0, x[-1] * 1e3)
-    axis.set_ylim(0.0, p[-1] / BAR)
+            style = {"s": 26, "facecolor": face, "edgecolor": edge, "linewidth": 1.1}
+            axis.scatter(states.contraction[pick] * 1e3, states.pressure[pick] / BAR, **style, zorder=4, clip_on=False)
+            look = {"linestyle": "", "marker": "o", "markerfacecolor": face, "markeredgecolor": edge}
+            handles.append(_handle(label, **look))
+    axis.set(xlabel="contraction (mm)", xlim=(0.0, x[-1] * 1e3), ylabel="pressure (bar)", ylim=(0.0, p[-1] / BAR))
     axis.set_title(f"Pull of a {model.length * 1e3:.0f} mm muscle, {model.name}", loc="left", fontsize=11)
     figure.colorbar(filled, ax=axis, label="force (N)", ticks=levels)
     figure.legend(handles=handles, loc="outside lower left", ncols=len(handles), frameon=False, fontsize=9)
     return figure
 
 
-def _line(color: str, width: float, label: str) -> Any:
+def _handle(label: str, **look: Any) -> Any:
+    """An entry of a legend."""
     from matplotlib.lines import Line2D
 
-    return Line2D([], [], color=color, linewidth=width, label=label)
-
-
-def _marker(face: str, edge: str, label: str) -> Any:
-    from matplotlib.lines import Line2D
-
-    return Line2D([], [], linestyle="", marker="o", markerfacecolor=face, markeredgecolor=edge, label=label)
+    return Line2D([], [], label=label, **look)
 
 
 def plot_measured(models: Mapping[str, StaticModel], states: SteadyStates | None = None) -> Figure:
@@ -140,7 +125,7 @@ def plot_measured(models: Mapping[str, StaticModel], states: SteadyStates | None
     left.plot([0, most], [0, most], color=_GREY, linewidth=1, zorder=1)
     # Beside one another on the right only, where the weight is but a label; on the left it is a coordinate.
     spread = np.linspace(-0.9, 0.9, len(models)) if len(models) > 1 else np.zeros(1)
-    looks = zip((_ORANGE, _BLUE, _GREEN), "so^", spread, strict=False)
+    looks = zip((RED, BLUE, GREEN), "so^", spread, strict=False)
     for (label, model), (color, marker, shift) in zip(models.items(), looks, strict=False):
         force = model.unchecked_force(data.contraction, data.pressure)
         error = force - data.force
@@ -148,16 +133,11 @@ def plot_measured(models: Mapping[str, StaticModel], states: SteadyStates | None
         style = {"s": 26, "marker": marker, "facecolor": "none", "edgecolor": color, "linewidth": 1.3}
         left.scatter(data.force, force, label=f"{label}: rms {rms:.2f} N", **style)
         right.scatter(data.force + shift, error, **style)
-    left.set_xlabel("hung weight (N)")
-    left.set_ylabel("modelled force (N)")
-    left.set_xlim(0, most)
-    left.set_ylim(0, most)
+    left.set(xlabel="hung weight (N)", xlim=(0, most), ylabel="modelled force (N)", ylim=(0, most))
     left.legend(frameon=False, fontsize=9, loc="upper left")
     left.set_title("Modelled against measured", loc="left", fontsize=11)
     right.axhline(0.0, color=_GREY, linewidth=1, zorder=1)
-    right.set_xlabel("hung weight (N), models side by side")
-    right.set_ylabel("modelled less measured (N)")
-    right.set_xlim(0, most)
+    right.set(xlabel="hung weight (N), models side by side", xlim=(0, most), ylabel="modelled less measured (N)")
     right.set_title(f"Errors over {len(data.force)} steady states", loc="left", fontsize=11)
     return figure
 
@@ -193,7 +173,7 @@ def plot_responses(
     if not 1 <= len(responses) <= 3:
         raise InvalidInput(f"expected one to three responses, got {len(responses)}")
     figure, (top, bottom) = _figure(8.4, 5.4, nrows=2, sharex=True, height_ratios=[3, 1])
-    for (label, response), color in zip(responses.items(), (_BLUE, _ORANGE, _GREEN), strict=False):
+    for (label, response), color in zip(responses.items(), (BLUE, RED, GREEN), strict=False):
         x = response.contraction * 1e3
         held = np.where(response.inside, x, np.nan)
         top.plot(response.time, x, color=color, linewidth=1.2, linestyle=":")
@@ -208,12 +188,9 @@ def plot_responses(
             top.axhspan(band[0] * 1e3, band[1] * 1e3, color=color, alpha=0.12, linewidth=0, label=where)
     if measured is not None:
         top.axhline(measured * 1e3, color=_INK, linewidth=1, linestyle="--", label="measured steady state")
-    top.set_ylabel("contraction (mm)")
-    top.set_ylim(bottom=0.0)
+    top.set(ylabel="contraction (mm)", ylim=(0.0, None))
     top.legend(frameon=False, fontsize=9, loc="lower right")
     mass = next(iter(responses.values())).mass
     top.set_title(f"A hung mass of {mass:.2f} kg; dotted: outside the model's range", loc="left", fontsize=11)
-    bottom.set_xlabel("time (s)")
-    bottom.set_ylabel("pressure (bar)")
-    bottom.set_ylim(bottom=0.0)
+    bottom.set(xlabel="time (s)", ylabel="pressure (bar)", ylim=(0.0, None))
     return figure

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...core.errors import MissingExtra
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED, SKY
 
-__all__ = ["DARK", "LINES", "METHODS", "axes_or_new", "legend_below", "pyplot", "tidy"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "DARK",
+    "LINES",
+    "METHODS",
+    "axes_or_new",
+    "legend_below",
+    "line",
+    "new_figure",
+    "pyplot",
+    "right_scale",
+    "tidy",
+]
 
 #: Colour and dashes of the first, second, ... line of a plot: lightness and dashes differ as well as hue.
 LINES = (
@@ -39,9 +53,27 @@ def pyplot() -> Any:
     return plt
 
 
+def new_figure(width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
+    """A figure of a size in inches, and its axes."""
+    figure, axes = pyplot().subplots(figsize=(width, height), layout="constrained", **grid)
+    return figure, axes
+
+
 def axes_or_new(ax: Any, width: float, height: float) -> Any:
     """The axes given, or those of a new figure of a size in inches."""
-    return pyplot().subplots(figsize=(width, height), layout="constrained")[1] if ax is None else ax
+    return new_figure(width, height)[1] if ax is None else ax
+
+
+def line(number: int) -> dict[str, Any]:
+    """Colour and dashes of the line of a number from 0, as arguments of ``plot``."""
+    colour, dashes = LINES[number % len(LINES)]
+    return {"color": colour, "linestyle": dashes}
+
+
+def right_scale(ax: Any, unit: float, label: str) -> None:
+    """A second scale on the right, in multiples of a unit of the left one."""
+    right = ax.secondary_yaxis("right", functions=(lambda value: value / unit, lambda multiple: multiple * unit))
+    right.set_ylabel(label)
 
 
 def legend_below(ax: Any, columns: int = 2) -> None:

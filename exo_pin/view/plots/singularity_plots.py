@@ -6,6 +6,7 @@ colour-blind readers and grey prints show the same.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_surface_mesh as loci
 from ...wrist.singularities import singularity_free_region as region
 from ..colours import BLACK, GREEN, SKY
-from .plot_style import LINES, axes_or_new, legend_below, pyplot, tidy
+from .plot_style import axes_or_new, legend_below, line, new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +74,8 @@ def determinant_map(
     piece = loci.shoulder_slice(exo.geometry, internal_rotation, around, step, exo.side)
     rest = region.side_of_rest(exo.geometry)
     _shaded(ax, piece.x, piece.y, piece.determinant.T, rest)
-    _locus(ax, piece)
+    for k, curve in enumerate(piece.curves):
+        ax.plot(*curve.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
     labels = [item.name for item in drawn]
     if rest != 0:
         # If the rest pose itself is singular, there is no other side.
@@ -81,26 +83,14 @@ def determinant_map(
         labels = [f"{item.range.name}: {100 * item.across:.0f} % across" for item in crossings]
     for style, item, label in zip(_STYLES * 3, drawn, labels, strict=False):
         (x0, x1), (y0, y1) = item.flexion_deg, item.abduction_deg
-        ax.plot(
-            [x0, x1, x1, x0, x0],
-            [y0, y0, y1, y1, y0],
-            color="white",
-            linewidth=4.2,
-            solid_joinstyle="miter",
-        )
-        ax.plot(
-            [x0, x1, x1, x0, x0],
-            [y0, y0, y1, y1, y0],
-            color=BLACK,
-            linestyle=style,
-            linewidth=1.7,
-            label=label,
-        )
+        frame = [x0, x1, x1, x0, x0], [y0, y0, y1, y1, y0]
+        ax.plot(*frame, color="white", linewidth=4.2, solid_joinstyle="miter")
+        ax.plot(*frame, color=BLACK, linestyle=style, linewidth=1.7, label=label)
     if internal_rotation == 0.0:
         ax.plot(0, 0, marker="o", markersize=10, color="white", markeredgecolor=BLACK, markeredgewidth=2,
                 linestyle="none", label=f"rest, det X {'<=>'[rest + 1]} 0")  # fmt: skip
     if rest != 0:
-        _across_entry(ax)
+        ax.fill_between([np.nan], [np.nan], facecolor="white", edgecolor=_HATCH, hatch="///", label="across from rest")
     ax.set(
         xlabel="flexion, °",
         ylabel="abduction, °",
@@ -110,10 +100,6 @@ def determinant_map(
     )
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, fontsize=8.5, frameon=False)
     return ax
-
-
-def _across_entry(ax: Any) -> None:
-    ax.fill_between([np.nan], [np.nan], facecolor="white", edgecolor=_HATCH, hatch="///", label="across from rest")
 
 
 def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest: int) -> None:
@@ -126,11 +112,6 @@ def _shaded(ax: Any, x: FloatArray, y: FloatArray, determinant: FloatArray, rest
         hatched = ax.contourf(x, y, side, levels=[-10.0, 0.0], colors="none", hatches=["///"])
         hatched.set(edgecolor=_HATCH, linewidth=0.0)
     ax.figure.colorbar(image, ax=ax, extend="both", label="det X", fraction=0.046, pad=0.03)
-
-
-def _locus(ax: Any, piece: loci.LocusSlice) -> None:
-    for k, line in enumerate(piece.curves):
-        ax.plot(*line.T, color=BLACK, linewidth=3.0, label="singular, det X = 0" if k == 0 else None)
 
 
 def locus_surface(
@@ -166,16 +147,9 @@ def locus_surface(
         ax = plt.figure(figsize=(7.5, 6.5), layout="constrained").add_subplot(projection="3d")
     surface = loci.singular_surface(exo.geometry, box, step, exo.side)
     if len(surface.faces):
-        ax.plot_trisurf(
-            surface.vertices[:, 0],
-            surface.vertices[:, 1],
-            surface.vertices[:, 2],
-            triangles=surface.faces,
-            color=SKY,
-            linewidth=0.0,
-            antialiased=False,
-            lightsource=LightSource(azdeg=235, altdeg=40),
-        )
+        look = {"color": SKY, "linewidth": 0.0, "antialiased": False}
+        light = LightSource(azdeg=235, altdeg=40)
+        ax.plot_trisurf(*surface.vertices.T, triangles=surface.faces, lightsource=light, **look)
     _frame(ax, box, "0.45", "-", box.name)
     for style, item in zip(_STYLES * 3, ranges, strict=False):
         first, second, third = (
@@ -195,25 +169,20 @@ def locus_surface(
 
 def _frame(ax: Any, box: RangeOfMotion, color: str, style: Any, label: str) -> None:
     """The twelve edges of a box."""
-    named = label
-    corners = np.array(np.meshgrid(*box.intervals, indexing="ij")).reshape(3, -1).T
-    for i in range(8):
-        for j in range(i + 1, 8):
-            if (corners[i] != corners[j]).sum() == 1:
-                ax.plot(*np.stack([corners[i], corners[j]], axis=1), color=color, linestyle=style, linewidth=1.1,
-                        label=named or None)  # fmt: skip
-                named = ""
+    corners = itertools.product(*box.intervals)
+    edges = [pair for pair in itertools.combinations(corners, 2) if (np.not_equal(*pair)).sum() == 1]
+    for k, edge in enumerate(edges):
+        named = label if k == 0 else None
+        ax.plot(*np.transpose(edge), color=color, linestyle=style, linewidth=1.1, label=named)
 
 
 def approach_figure(approach: SingularApproach) -> Figure:
     """Forces on the way into a singular pose; see :meth:`exo_pin.reaction.SingularApproach.plot`."""
     answer, left = approach.reaction, np.degrees(approach.turns)
-    figure, ax = pyplot().subplots(figsize=(7.6, 5.2), layout="constrained")
+    figure, ax = new_figure(7.6, 5.2)
     ax.plot(left, answer.magnitude, color=BLACK, linewidth=2.4, label="shoulder |F_s|")
     for i in range(answer.actuator_forces.shape[1]):
-        colour, dashes = LINES[i % len(LINES)]
-        size = np.abs(answer.actuator_forces[:, i])
-        ax.plot(left, size, color=colour, linestyle=dashes, linewidth=1.8, label=f"limb {i + 1} |f|")
+        ax.plot(left, np.abs(answer.actuator_forces[:, i]), **line(i), linewidth=1.8, label=f"limb {i + 1} |f|")
     limits = design_limits(answer.source.poses.mechanism, answer.source.poses.lengths)
     pull = np.fmin(limits.upper, limits.ceiling).max(axis=1)
     if np.isfinite(pull).any():

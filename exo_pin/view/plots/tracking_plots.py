@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.validation import FloatArray
 from ..colours import BLACK, GREY
-from .plot_style import LINES, pyplot, tidy
+from .plot_style import line, new_figure, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,8 +29,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold. Limbs
     with motors have motor forces in place of pressures.
     """
-    figure = pyplot().figure(figsize=(10.4, 9.2), layout="constrained")
-    axes = figure.subplots(3, 2, sharex=True)
+    figure, axes = new_figure(10.4, 9.2, nrows=3, ncols=2, sharex=True)
     run, t = tracking.run, tracking.times
     limbs = [f"limb {i}" for i in range(1, run.tensions.shape[1] + 1)]
     reached, wanted = (_with_meaning(tracking.angles(wanted=which)) for which in (False, True))
@@ -38,8 +37,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     _pairs(axes[1, 0], t, 100.0 * tracking.ratios, 100.0 * tracking.wanted_ratios, limbs, "contraction, %")
     axes[1, 0].axhline(0.0, color="0.6", linewidth=0.8)
     axes[0, 1].plot(t, np.degrees(tracking.error), color=BLACK, linewidth=2.0)
-    axes[0, 1].set_ylabel("angle to the wanted pose, °")
-    axes[0, 1].set_ylim(bottom=0.0)
+    axes[0, 1].set(ylabel="angle to the wanted pose, °", ylim=(0.0, None))
     if run.plant.motors.any():
         _lines(axes[1, 1], t, run.motor_forces, limbs, "motor force along the limb, N")
     else:
@@ -76,15 +74,14 @@ def _with_meaning(angles: FloatArray) -> FloatArray:
 
 def _lines(ax: Any, t: FloatArray, values: FloatArray, names: Any, label: str) -> None:
     for k, (name, column) in enumerate(zip(names, values.T, strict=True)):
-        colour, dashes = LINES[k % len(LINES)]
-        ax.plot(t, column, color=colour, linestyle=dashes, linewidth=1.8, label=name)
+        ax.plot(t, column, **line(k), linewidth=1.8, label=name)
     ax.set_ylabel(label)
 
 
 def _pairs(ax: Any, t: FloatArray, reached: FloatArray, wanted: FloatArray, names: Any, label: str) -> None:
     _lines(ax, t, reached, names, label)
     for k, column in enumerate(wanted.T):
-        ax.plot(t, column, color=LINES[k % len(LINES)][0], linewidth=0.9)
+        ax.plot(t, column, color=line(k)["color"], linewidth=0.9)
 
 
 def _shade(ax: Any, t: FloatArray, where: Any) -> None:

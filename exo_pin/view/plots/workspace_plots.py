@@ -12,36 +12,24 @@ from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...workspace import Workspace
-from ..colours import BLUE
-from .plot_style import pyplot, tidy
+from ..colours import BLACK, BLUE, ORANGE, PURPLE, RED
+from .plot_style import new_figure, pyplot, tidy
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["rotation_ball", "shoulder_force_slices", "workspace_slices"]
 
-#: Fill of poses that fail, by the first criterion that they do not meet; lightness differs as well as hue.
-_COLOURS = {
-    "joint_angles": "#882255",
-    "shoulder_range": "#DDDDDD",
-    "stroke": "#E69F00",
-    "singularity": "#000000",
-    "connected": "#777777",
-    "forces": "#D55E00",
-    "shoulder_force": "#CC79A7",
-    "clearance": "#F0E442",
-}
-_INSIDE = BLUE
-#: Names as words.
-_WORDS = {
-    "joint_angles": "joint angles",
-    "shoulder_range": "shoulder range",
-    "connected": "connection to rest",
-    "singularity": "singularity",
-    "forces": "forces of the actuators",
-    "shoulder_force": "shoulder force",
-    "clearance": "clearance",
-    "stroke": "stroke",
+#: Criteria in words, and the fill of poses that do not meet them; lightness differs as well as hue.
+_CRITERIA = {
+    "joint_angles": ("joint angles", "#882255"),
+    "shoulder_range": ("shoulder range", "#DDDDDD"),
+    "stroke": ("stroke", ORANGE),
+    "singularity": ("singularity", BLACK),
+    "connected": ("connection to rest", "#777777"),
+    "forces": ("forces of the actuators", RED),
+    "shoulder_force": ("shoulder force", PURPLE),
+    "clearance": ("clearance", "#F0E442"),
 }
 
 
@@ -68,11 +56,9 @@ def rotation_ball(found: Workspace) -> Figure:
     inside = found.inside.reshape(-1)
     space = figure.add_subplot(2, 2, 1, projection="3d")
     space.scatter(*vectors[~inside].T, s=1.0, color="0.8", alpha=0.15, rasterized=True)
-    space.scatter(*vectors[inside].T, s=2.0, color=_INSIDE, alpha=0.5, rasterized=True)
-    space.set(xlabel="x", ylabel="y", zlabel="z")
-    space.set_box_aspect((1, 1, 1))
-    for axis in ("x", "y", "z"):
-        getattr(space, f"set_{axis}lim")(-np.pi, np.pi)
+    space.scatter(*vectors[inside].T, s=2.0, color=BLUE, alpha=0.5, rasterized=True)
+    ball = (-np.pi, np.pi)
+    space.set(xlabel="x", ylabel="y", zlabel="z", xlim=ball, ylim=ball, zlim=ball, box_aspect=(1, 1, 1))
     space.set_title("rotation vector ω, |ω| in rad")
     for place, (first, second, title) in enumerate(
         ((0, 1, "from above"), (0, 2, "from the right"), (1, 2, "from the front")), start=2
@@ -80,7 +66,7 @@ def rotation_ball(found: Workspace) -> Figure:
         ax = figure.add_subplot(2, 2, place)
         ax.add_patch(plt.Circle((0.0, 0.0), np.pi, fill=False, color="0.4", linewidth=1.0))
         ax.scatter(vectors[~inside, first], vectors[~inside, second], s=2.0, color="0.85", rasterized=True)
-        ax.scatter(vectors[inside, first], vectors[inside, second], s=3.0, color=_INSIDE, alpha=0.4, rasterized=True)
+        ax.scatter(vectors[inside, first], vectors[inside, second], s=3.0, color=BLUE, alpha=0.4, rasterized=True)
         names = ("x forward", "y left", "z up")
         ax.set(xlabel=f"ω_{names[first]}, rad", ylabel=f"ω_{names[second]}, rad", title=title, aspect="equal")
         ax.set(xlim=(-3.4, 3.4), ylim=(-3.4, 3.4))
@@ -115,18 +101,13 @@ def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | Non
     first = np.zeros(found.inside.shape, dtype=int)
     for code, name in reversed(list(enumerate(names, start=1))):
         first[~found.met[name]] = code
-    colours = [_INSIDE, *(_COLOURS[name] for name in names)]
+    looks = [("inside", BLUE)]
+    looks += [(f"not met: {words}", colour) for words, colour in (_CRITERIA[name] for name in names)]
+    colours = ListedColormap([colour for _, colour in looks])
     figure, panels = _panels(found, internal_rotations)
     for ax, x, y, layer in panels:
-        ax.pcolormesh(
-            x, y, first[..., layer].T, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(names) + 0.5,
-            shading="nearest", rasterized=True,
-        )  # fmt: skip
-    seen = [code for code in range(len(colours)) if (first == code).any()]
-    handles = [
-        Patch(color=colours[code], label="inside" if code == 0 else f"not met: {_WORDS[names[code - 1]]}")
-        for code in seen
-    ]
+        _shaded(ax, x, y, first[..., layer], colours, -0.5, len(names) + 0.5)
+    handles = [Patch(color=colour, label=label) for code, (label, colour) in enumerate(looks) if (first == code).any()]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 4), frameon=False)
     figure.suptitle(f"{found.name}: {100 * found.index:.1f} % inside; colours name the first criterion that is not met")
     return figure
@@ -146,12 +127,15 @@ def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] 
     image: Any = None
     for ax, x, y, layer in panels:
         ax.set_facecolor("0.88")
-        image = ax.pcolormesh(
-            x, y, force[..., layer].T, cmap="cividis", vmin=0.0, vmax=highest, shading="nearest", rasterized=True
-        )
+        image = _shaded(ax, x, y, force[..., layer], "cividis", 0.0, highest)
     figure.colorbar(image, ax=figure.axes, label="|F_s|, N (grey: outside)", fraction=0.03)
     figure.suptitle(f"{found.name}: least shoulder force over tensions within the limits")
     return figure
+
+
+def _shaded(ax: Any, x: FloatArray, y: FloatArray, values: Any, colours: Any, low: float, high: float) -> Any:
+    """Values of shape (x, y) as cells."""
+    return ax.pcolormesh(x, y, values.T, cmap=colours, vmin=low, vmax=high, shading="nearest", rasterized=True)
 
 
 def _panels(
@@ -175,10 +159,8 @@ def _panels(
     layers = np.unique(layers)
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)
-    figure, grid = pyplot().subplots(
-        lines, columns, figsize=(4.0 * columns, 3.6 * lines + 0.6), layout="constrained", squeeze=False, sharex=True,
-        sharey=True,
-    )  # fmt: skip
+    cells = {"nrows": lines, "ncols": columns, "squeeze": False, "sharex": True, "sharey": True}
+    figure, grid = new_figure(4.0 * columns, 3.6 * lines + 0.6, **cells)
     panels = []
     for ax, layer in zip(grid.ravel(), layers, strict=False):
         ax.set_title(f"internal rotation {internal[layer]:.0f}°", fontsize=10)

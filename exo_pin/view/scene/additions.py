@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive
 from ..colours import hexadecimal, scale_colours
 from ..meshcat_viewer import mg
 from .stage import Stage
@@ -104,9 +104,7 @@ class Additions(ABC):
         UnknownName
             If there is no addition of that name.
         """
-        there = {*self._bars, *self._items}
-        if name not in there:
-            raise UnknownName("addition", name, there)
+        as_choice("addition", name, {*self._bars, *self._items})
         self._bars.pop(name, None)
         self._items.pop(name, None)
         with self._stage.update():

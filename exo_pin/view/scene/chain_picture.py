@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from os import PathLike
 from typing import Any
 
@@ -15,10 +15,10 @@ from ...chain import TYPES, ClosedChain, Closure
 from ...chain.structure.topology import se3
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..colours import BLUE, GREY, ORANGE, PURPLE
-from ..meshcat_viewer import MeshcatVisualizer, mg
+from ..colours import BLUE, GREY, ORANGE, PURPLE, channels
+from ..meshcat_viewer import mg
 from .mechanism_picture import urdf_visuals
-from .shapes import along, flat_material, frustum, segment
+from .shapes import along, flat_material, frustum, placement, segment
 from .stage import Stage
 
 __all__ = ["ChainPicture", "closure_words"]
@@ -28,7 +28,7 @@ _ROD, _JOINT, _MARK = 0.006, 0.011, 0.015
 #: Links shorter than this are points, m; a smaller gap of a loop is not visible.
 _POINT = 1e-6
 #: Makes a bar of unit height six long, with its middle at zero.
-_LONG = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 6.0, -3.0], [0.0, 0.0, 0.0, 1.0]])
+_LONG = placement([1.0, 1.0, 6.0], [0.0, 0.0, -3.0])
 _LINKS = ((0.45, 0.55, 0.68), (0.64, 0.60, 0.50), (0.50, 0.62, 0.58), (0.62, 0.52, 0.60))
 
 
@@ -46,8 +46,6 @@ class ChainPicture(OneProcess):
         beside it.
     q : ndarray
         Shape (nq,), a configuration to take the size from.
-    root : str
-        Name of its node.
 
     Attributes
     ----------
@@ -61,16 +59,8 @@ class ChainPicture(OneProcess):
         Diagonal of the box about all of it at ``q``, m.
     """
 
-    def __init__(
-        self,
-        stage: Stage,
-        chain: ClosedChain,
-        urdf: str | PathLike[str] | None,
-        q: FloatArray,
-        root: str = "chain",
-    ) -> None:
-        self._stage, self._chain, self._root = stage, chain, root
-        self.notes: list[str] = []
+    def __init__(self, stage: Stage, chain: ClosedChain, urdf: str | PathLike[str] | None, q: FloatArray) -> None:
+        self._stage, self._chain = stage, chain
         self.loops = [closure for closure in chain.closures if closure.type != "coupling"]
         shapes = self._visuals(urdf)
         self._looks = shapes
@@ -79,9 +69,7 @@ class ChainPicture(OneProcess):
         self.balls = set(chain.model.names[1:]) - {chain.model.names[joint] for joint in drawn}
         for shape in self._skeleton(drawn):
             shapes.addGeometryObject(shape)
-        self._picture = MeshcatVisualizer(chain.model, pin.GeometryModel(), shapes)
-        self._picture.initViewer(viewer=stage.viewer)
-        self._picture.loadViewerModel(root)
+        self._picture = stage.picture(chain.model, shapes, "chain")
         self._load_closures()
 
     def show(self, q: FloatArray) -> None:
@@ -91,9 +79,7 @@ class ChainPicture(OneProcess):
             path = self._mark(closure)
             size = _MARK * self.size
             for end, frame in (("a", a), ("b", b)):
-                placed = np.eye(4)
-                placed[:3, :3] = size * along(_axis(closure, frame))
-                placed[:3, 3] = frame.translation
+                placed = placement(size * along(_axis(closure, frame)), frame.translation)
                 self._stage.set_transform(f"{path}/{end}", placed)
             gap = b.translation - a.translation
             # No shape is drawn at zero size: where the loop is closed the line is a speck inside the mark.
@@ -122,14 +108,8 @@ class ChainPicture(OneProcess):
 
     def _visuals(self, urdf: str | PathLike[str] | None) -> Any:
         """The URDF's own visuals; none, and a note, where they cannot be read."""
-        if urdf is None:
-            return pin.GeometryModel()
-        try:
-            return urdf_visuals(self._chain.model, urdf)
-        except (RuntimeError, ValueError) as error:
-            reason = " ".join(str(error).split())
-            self.notes.append(f"drawn by its joints: the URDF's visuals cannot be read ({reason:.200})")
-            return pin.GeometryModel()
+        visuals, self.notes = (None, []) if urdf is None else urdf_visuals(self._chain.model, urdf, "by its joints")
+        return pin.GeometryModel() if visuals is None else visuals
 
     def _skeleton(self, drawn: set[int]) -> Iterator[Any]:
         """Rods and balls for the bodies that have no visuals, the ground among them."""
@@ -147,7 +127,7 @@ class ChainPicture(OneProcess):
             if joint > 0:
                 driven = name in actuated
                 ball = coal.Sphere((1.3 if driven else 1.0) * _JOINT * self.size)
-                yield _shape(f"{name}_joint", joint, pin.SE3.Identity(), ball, _rgb(BLUE if driven else GREY))
+                yield _shape(f"{name}_joint", joint, pin.SE3.Identity(), ball, channels(BLUE if driven else GREY))
 
     def _corners(self, joint: int) -> list[FloatArray]:
         """What a body joins, in the axes of its joint: next joints, closures, links fixed to it; else its far end."""
@@ -156,9 +136,9 @@ class ChainPicture(OneProcess):
         frames = {frame.name: frame for frame in reversed(list(model.frames))}
         for closure in self.loops:
             ends = ((closure.frame_a, closure.placement_a), (closure.frame_b, closure.placement_b))
-            for name, placement in ends:
+            for name, place in ends:
                 if frames[name].parentJoint == joint:
-                    found.append((frames[name].placement * se3(placement)).translation)
+                    found.append((frames[name].placement * se3(place)).translation)
         found += [
             frame.placement.translation
             for frame in model.frames
@@ -184,7 +164,7 @@ class ChainPicture(OneProcess):
 
     def _mark(self, closure: Closure) -> str:
         index = [item.name for item in self.loops].index(closure.name)
-        return f"/meshcat/closures/{self._root}_{index}"
+        return f"/meshcat/closures/chain_{index}"
 
 
 def _boxes(model: Any, shapes: Any, q: FloatArray) -> FloatArray:
@@ -208,14 +188,10 @@ def _axis(closure: Closure, frame: pin.SE3) -> FloatArray:
     return turned
 
 
-def _shape(name: str, joint: int, placement: pin.SE3, geometry: Any, colour: tuple[float, ...]) -> Any:
+def _shape(name: str, joint: int, placement: pin.SE3, geometry: Any, colour: Iterable[float]) -> Any:
     shape = pin.GeometryObject(name, joint, placement, geometry)
     shape.meshColor = np.array([*colour, 1.0])
     return shape
-
-
-def _rgb(colour: str) -> tuple[float, ...]:
-    return tuple(int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
 
 
 def closure_words(closure: Closure) -> str:

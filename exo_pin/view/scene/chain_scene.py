@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike
 from typing import Any
 
@@ -15,7 +14,7 @@ from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.validation import FloatArray, as_finite
 from ..colours import BLUE, GREY, ORANGE, PURPLE
 from ..page.page_output import Pages
-from ..page.recording import FrameTaker, Recording
+from ..page.recording import Recording, as_times, play_frames, record_frames
 from .additions import Additions
 from .chain_picture import ChainPicture, closure_words
 from .shapes import draw_ground
@@ -160,13 +159,7 @@ class ChainScene(Additions, Pages):
         times : array_like
             Shape (k,), s, rising.
         """
-        path, stamps = self._motion(configurations, times)
-        start = time.monotonic()
-        for q, stamp in zip(path, stamps, strict=True):
-            self._draw(q)
-            pause = start + float(stamp - stamps[0]) - time.monotonic()
-            if pause > 0:
-                time.sleep(pause)
+        play_frames(*self._motion(configurations, times))
 
     def record(self, configurations: ArrayLike, times: ArrayLike) -> Recording:
         """Record a motion; the arguments are those of :meth:`play`, and no time passes.
@@ -176,12 +169,7 @@ class ChainScene(Additions, Pages):
         Recording
             Its ``save`` writes one file that plays without a network. It holds no forces.
         """
-        path, stamps = self._motion(configurations, times)
-        taker = FrameTaker(self._stage)
-        for q in path:
-            self._draw(q)
-            taker.take()
-        return taker.finish(stamps, None)
+        return record_frames(self._stage, *self._motion(configurations, times), None)
 
     def _draw(self, q: FloatArray) -> None:
         with self._stage.update():
@@ -235,11 +223,7 @@ class ChainScene(Additions, Pages):
             (ORANGE, "gap of an open loop"): self._is_open and not all(gaps),
         }
         items = [{"glyph": "line", "colour": colour, "text": text} for (colour, text), there in drawn.items() if there]
-        legend = {
-            "scale": "",
-            "items": [*items, *self._items.values()],
-            "bars": [*self._bars.values()],
-        }
+        legend = {"scale": "", "items": [*items, *self._items.values()], "bars": [*self._bars.values()]}
         self._stage.set_panel("legend", legend)
 
     def _draw_ground(self) -> None:
@@ -288,11 +272,13 @@ class ChainScene(Additions, Pages):
     def _checked(self, q: ArrayLike) -> FloatArray:
         return self._chain.state.configuration(q)
 
-    def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        path = as_finite("configurations", configurations, (None, self._chain.model.nq))
-        stamps = as_finite("times", times, (None,))
-        if len(path) != len(stamps) or not len(stamps):
-            raise InvalidInput(f"expected a time for every configuration, got {len(path)} and {len(stamps)}")
-        if (np.diff(stamps) <= 0).any():
-            raise InvalidInput("expected times that rise")
-        return np.array([self._checked(q) for q in path]), stamps
+    def _motion(self, configurations: ArrayLike, times: ArrayLike) -> tuple[FloatArray, Callable[[int], None]]:
+        """Times, and what draws a frame."""
+        given = as_finite("configurations", configurations, (None, self._chain.model.nq))
+        stamps = as_times(times, "configuration", given.shape[:1])
+        path = [self._checked(q) for q in given]
+
+        def draw(index: int) -> None:
+            self._draw(path[index])
+
+        return stamps, draw

@@ -193,17 +193,14 @@ class ForcePicture(OneProcess):
         """Which kinds of arrows a pose has."""
         least = _SHORTEST / self.scale
         contact = 0.0 if forces.contact is None else float(np.nan_to_num(np.linalg.norm(forces.contact.force)))
-        return {
-            name
-            for name, size in (
-                ("shoulder", float(np.linalg.norm(forces.shoulder))),
-                ("contact", contact),
-                ("pull", float(forces.tensions.max())),
-                ("push", float(-forces.tensions.min())),
-                ("side", float(np.abs(forces.side_forces).max())),
-            )
-            if size >= least
+        sizes = {
+            "shoulder": np.linalg.norm(forces.shoulder),
+            "contact": contact,
+            "pull": forces.tensions.max(),
+            "push": -forces.tensions.min(),
+            "side": np.abs(forces.side_forces).max(),
         }
+        return {name for name, size in sizes.items() if size >= least}
 
     def show(
         self,

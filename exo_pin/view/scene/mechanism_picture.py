@@ -17,7 +17,7 @@ from ...wrist import inverse_kinematics
 from ...wrist_chain import EquilibriumModel, mechanism_urdf
 from ..colours import GREY
 from ..figure.harness_and_cuff import HarnessAndCuff
-from ..meshcat_viewer import MeshcatVisualizer, mg
+from ..meshcat_viewer import mg
 from .offset_marks import Offset, displaced
 from .shapes import flat_material, frustum, lathe, segment
 from .stage import Stage
@@ -84,14 +84,10 @@ class MechanismPicture(OneProcess):
             mechanism = mechanism.replace(arm=Arm(1.0, np.array([0.0, 0.0, -0.2])))
         self._equilibrium = EquilibriumModel(mechanism)
         model = self._equilibrium.chain.model
-        self.notes: list[str] = []
         own = mechanism_urdf(mechanism, part="whole")[0]
-        try:
-            visuals = urdf_visuals(model, own if urdf is None else urdf)
-        except (RuntimeError, ValueError) as error:
-            reason = " ".join(str(error).split())
-            self.notes.append(f"drawn as exo_pin draws wrists: the URDF's visuals cannot be read ({reason:.200})")
-            visuals = urdf_visuals(model, own)
+        visuals, self.notes = urdf_visuals(model, own if urdf is None else urdf, "as exo_pin draws wrists")
+        if visuals is None:
+            visuals = _read_visuals(model, own)
         hidden = []
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
@@ -103,10 +99,8 @@ class MechanismPicture(OneProcess):
                 hidden.append(shape.name)
         for name in hidden:
             visuals.removeGeometryObject(name)
-        self._picture = MeshcatVisualizer(model, pin.GeometryModel(), visuals)
-        self._picture.initViewer(viewer=stage.viewer)
         stage.viewer[root].delete()
-        self._picture.loadViewerModel(root, visual_color=None if colour is None else list(colour))
+        self._picture = stage.picture(model, visuals, root, colour)
         self._worn = None
         if urdf is None:
             self._worn = HarnessAndCuff(stage, worn.geometry, worn.side, root, colour, offset, see_through)
@@ -167,8 +161,21 @@ class MechanismPicture(OneProcess):
         self._stage.set_transform(f"{path}/fitting_b", segment(end, b, _FITTING_RADIUS))
 
 
-def urdf_visuals(model: pin.Model, urdf: str | PathLike[str]) -> pin.GeometryModel:
-    """Visuals of a URDF or of its XML, on the links of the model that have the same names."""
+def urdf_visuals(
+    model: pin.Model, urdf: str | PathLike[str], instead: str
+) -> tuple[pin.GeometryModel | None, list[str]]:
+    """Visuals of a URDF or of its XML, on the links of the model that have the same names.
+
+    None where they cannot be read, and then a note that says why, and how the robot is drawn ``instead``.
+    """
+    try:
+        return _read_visuals(model, urdf), []
+    except (RuntimeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        return None, [f"drawn {instead}: the URDF's visuals cannot be read ({reason:.200})"]
+
+
+def _read_visuals(model: pin.Model, urdf: str | PathLike[str]) -> pin.GeometryModel:
     if isinstance(urdf, str) and urdf.lstrip().startswith("<"):
         return pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
     folder = Path(urdf).resolve().parent

@@ -16,7 +16,7 @@ from ...reaction.query import as_split
 from ...wrist.forces.displaced import as_offset
 from ..colours import BLACK, GREY
 from ..meshcat_viewer import mg
-from .shapes import flat_material, frustum, segment
+from .shapes import flat_material, frustum, placement, segment
 from .stage import Stage
 
 __all__ = ["Offset", "OffsetMarks", "displaced", "offsets", "same_offset"]
@@ -81,8 +81,7 @@ class OffsetMarks(OneProcess):
         for name, centre, colour in (("harness", base, BLACK), ("cuff", cuff, GREY)):
             size = float(np.linalg.norm(centre))
             hidden = size < _FITS or (name == "cuff" and together)
-            ball = np.diag([*([_FITS if hidden else _MARK] * 3), 1.0])
-            ball[:3, 3] = centre
+            ball = placement(_FITS if hidden else _MARK, centre)
             line = segment(np.zeros(3), np.zeros(3) if hidden else centre, _FITS if hidden else _LINE)
             self._stage.set_transform(f"/meshcat/offset/{name}/ball", ball)
             self._stage.set_transform(f"/meshcat/offset/{name}/line", line)

@@ -21,10 +21,10 @@ from ..page.panels import numbers_panel
 from ..page.playing import Playing
 from .additions import bar
 from .force_arrows import ForcePicture, PoseForces
-from .ghost_picture import Ghosts, single_pose
 from .mechanism_picture import MechanismPicture
 from .offset_marks import Offset, OffsetMarks, same_offset
 from .stage import Stage
+from .wrist_additions import WristAdditions, single_pose
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -36,7 +36,7 @@ __all__ = ["Scene"]
 _PRESSURE_TOP = 4e5
 
 
-class Scene(Ghosts, Playing, Pages):
+class Scene(WristAdditions, Playing, Pages):
     """A design in a pose, with forces, drawn by Meshcat.
 
     A scene needs no browser and no server. :meth:`serve` opens a live page on this machine, :meth:`save_html` writes
@@ -92,7 +92,7 @@ class Scene(Ghosts, Playing, Pages):
             metres_per_newton = as_positive("metres_per_newton", metres_per_newton)
         if not device and person is None:
             raise InvalidInput("without a device there is nothing to draw but a person: give one")
-        Ghosts.__init__(self, Stage())
+        WristAdditions.__init__(self, Stage())
         self._device = device
         self._style, self._asked_scale = limbs, metres_per_newton
         self._offset: Offset | None = None
@@ -169,11 +169,11 @@ class Scene(Ghosts, Playing, Pages):
         answer = None if self._exo.arm is None else self._exo.holding_reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
-        centre = self._offsets(pose, query)
+        (centre,) = self._offsets(pose, query)
         forces = self._forces(pose, answer, query)[0]
         with self._stage.update():
             self._plan([forces])
-            self._draw(pose, forces, pressure, None if centre is None else centre[0])
+            self._draw(pose, forces, pressure, centre)
         return answer
 
     def _forces(self, poses: Rotation, answer: Reaction | None, query: dict[str, Any]) -> list[PoseForces | None]:

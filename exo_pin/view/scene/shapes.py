@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..colours import number
+from ..colours import channels, hexadecimal, number
 from ..meshcat_viewer import mg
 from .stage import Stage
 
 __all__ = [
     "Arrow",
     "along",
+    "circle",
     "draw_ground",
     "flat_material",
     "frustum",
@@ -23,6 +24,8 @@ __all__ = [
     "loft",
     "matt_material",
     "mesh_of",
+    "placement",
+    "rings_about_z",
     "segment",
     "skin_of",
     "trimmed",
@@ -43,15 +46,26 @@ def along(direction: FloatArray) -> FloatArray:
     return np.column_stack([x, np.cross(direction, x), direction])
 
 
+def placement(scale: ArrayLike, at: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Transform, shape (4, 4), that scales, then moves; ``scale`` is one factor, three, or a matrix of shape (3, 3)."""
+    placed = np.eye(4)
+    placed[:3, :3] = scale if np.ndim(scale) == 2 else np.diag(np.broadcast_to(scale, 3))
+    placed[:3, 3] = at
+    return placed
+
+
+def circle(corners: int) -> FloatArray:
+    """Points on the unit circle about z, shape (corners, 3)."""
+    turn = np.linspace(0.0, 2 * np.pi, corners, endpoint=False)
+    return np.column_stack([np.cos(turn), np.sin(turn), np.zeros(corners)])
+
+
 def segment(start: FloatArray, end: FloatArray, radius: float = 1.0) -> FloatArray:
     """Transform, shape (4, 4), of a shape of unit height and radius on z so that it runs from start to end."""
     line = end - start
     length = float(np.linalg.norm(line))
-    placed = np.eye(4)
     direction = line / length if length > _NOTHING else np.array([0.0, 0.0, 1.0])
-    placed[:3, :3] = along(direction) * np.array([radius, radius, max(length, _NOTHING)])
-    placed[:3, 3] = start
-    return placed
+    return placement(along(direction) * np.array([radius, radius, max(length, _NOTHING)]), start)
 
 
 def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> Any:
@@ -66,8 +80,7 @@ def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> An
     on_top : bool
         Whether it shows through objects in front of it.
     """
-    dimmed = "#" + "".join(f"{round(0.6 * int(colour[i : i + 2], 16)):02X}" for i in (1, 3, 5))
-    base = "#" + "".join(f"{round(0.4 * int(colour[i : i + 2], 16)):02X}" for i in (1, 3, 5))
+    dimmed, base = (hexadecimal(share * channels(colour)) for share in (0.6, 0.4))
     # Drawn among the transparent things, and so after the opaque ones, where it must not be painted over.
     extra: dict[str, Any] = {"depthTest": False, "transparent": True} if on_top else {}
     return mg.MeshLambertMaterial(color=number(base), emissive=number(dimmed), opacity=opacity, side=0, **extra)
@@ -75,8 +88,7 @@ def flat_material(colour: str, opacity: float = 1.0, on_top: bool = False) -> An
 
 def matt_material(rgb: tuple[float, ...], opacity: float = 1.0) -> Any:
     """A material that takes its shades from the light; ``rgb`` in 0 to 1."""
-    colour = "#" + "".join(f"{round(255 * part):02X}" for part in rgb)
-    return mg.MeshLambertMaterial(color=number(colour), opacity=opacity, transparent=opacity < 1.0, side=2)
+    return mg.MeshLambertMaterial(color=number(hexadecimal(rgb)), opacity=opacity, transparent=opacity < 1.0, side=2)
 
 
 def lathe(profile: FloatArray, segments: int = 28) -> Any:
@@ -89,9 +101,13 @@ def lathe(profile: FloatArray, segments: int = 28) -> Any:
     segments : int
         Corners of a ring.
     """
-    turn = np.linspace(0.0, 2 * np.pi, segments, endpoint=False)
-    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(segments)])
-    return loft(np.array([r * circle + [0.0, 0.0, z] for r, z in profile]))
+    return loft(rings_about_z(profile, segments))
+
+
+def rings_about_z(profile: FloatArray, corners: int) -> FloatArray:
+    """Rings of given radius and height, shape (k, 2), m, as :func:`skin_of` takes them."""
+    round_z = circle(corners)
+    return np.array([radius * round_z + [0.0, 0.0, height] for radius, height in profile])
 
 
 def skin_of(rings: FloatArray) -> tuple[FloatArray, IntArray]:
@@ -145,17 +161,10 @@ def draw_ground(stage: Stage, height: float, radius: float) -> None:
     """A level disc, m: what is in the scene stands above it."""
     node = stage.viewer["ground"]
     for name, share, grey in (("inner", 0.992, 0.925), ("edge", 1.0, 0.86)):
-        disc = mg.TriangularMeshGeometry(*skin_of(_circles(np.array([1e-6, share * radius]), 96)))
-        node[name].set_object(disc, mg.MeshBasicMaterial(color=number("#" + 3 * f"{round(255 * grey):02X}"), side=2))
-        placed = np.eye(4)
-        placed[2, 3] = height - 2e-3 * radius * (name == "edge")
-        stage.set_transform(f"/meshcat/ground/{name}", placed)
-
-
-def _circles(radii: FloatArray, corners: int) -> FloatArray:
-    turn = np.linspace(0.0, 2 * np.pi, corners, endpoint=False)
-    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(corners)])
-    return np.array([radius * circle for radius in radii])
+        disc = lathe(np.array([[1e-6, 0.0], [share * radius, 0.0]]), 96)
+        node[name].set_object(disc, mg.MeshBasicMaterial(color=number(hexadecimal(3 * [grey])), side=2))
+        level = height - 2e-3 * radius * (name == "edge")
+        stage.set_transform(f"/meshcat/ground/{name}", placement(1.0, [0.0, 0.0, level]))
 
 
 def frustum(bottom: float, top: float) -> Any:
@@ -223,6 +232,5 @@ class Arrow(OneProcess):
 
     def hide(self) -> None:
         """Hide the shapes."""
-        hidden = np.diag([_NOTHING, _NOTHING, _NOTHING, 1.0])
         for path in self._paths:
-            self._stage.set_transform(path, hidden)
+            self._stage.set_transform(path, placement(_NOTHING))

@@ -8,21 +8,22 @@ from __future__ import annotations
 
 import struct
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import umsgpack
 from numpy.typing import ArrayLike
 
 from ...core.records import OneProcess
 from ...core.validation import FloatArray
-from ..meshcat_viewer import meshcat
+from ..meshcat_viewer import MeshcatVisualizer, meshcat
 from ..page.live_server import Server
 
-__all__ = ["Changes", "Stage"]
+__all__ = ["Stage"]
 
 #: Entries of a transform that differ by less, m or 1, are the same place: below what a screen shows, above rounding.
 _SAME_PLACE = 1e-9
@@ -39,15 +40,6 @@ class _Node:
     colour: tuple[float, ...] | None = None
 
 
-@dataclass
-class Changes:
-    """What one update changed: path to matrix (4, 4), path to colour (4,), panel to its data."""
-
-    transforms: dict[str, FloatArray] = field(default_factory=dict)
-    colours: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    panels: dict[str, Any] = field(default_factory=dict)
-
-
 class Stage(OneProcess):
     """The scene as a record of commands.
 
@@ -55,8 +47,6 @@ class Stage(OneProcess):
     ----------
     viewer : meshcat.Visualizer
         Meshcat's handle on it.
-    changes : Changes
-        What has changed since :meth:`update` was entered last.
     """
 
     _instead = "send or copy the ShoulderExo or ClosedChain, and make a new scene of it"
@@ -68,7 +58,6 @@ class Stage(OneProcess):
         self._outgoing: list[bytes] | None = None
         self._serial = 0
         self._server: Server | None = None
-        self.changes = Changes()
         self.viewer = meshcat.Visualizer(window=self)
 
     @property
@@ -96,6 +85,15 @@ class Stage(OneProcess):
         else:
             self._apply(data)
 
+    def picture(
+        self, model: pin.Model, visuals: pin.GeometryModel, name: str, colour: Sequence[float] | None = None
+    ) -> MeshcatVisualizer:
+        """Pinocchio's picture of a model at a node, all of it in one colour with opacity if one is given."""
+        made = MeshcatVisualizer(model, pin.GeometryModel(), visuals)
+        made.initViewer(viewer=self.viewer)
+        made.loadViewerModel(name, visual_color=None if colour is None else list(colour))
+        return made
+
     def set_transform(self, path: str, matrix: FloatArray) -> None:
         """Place a node, unless it is there already.
 
@@ -110,7 +108,7 @@ class Stage(OneProcess):
         if node is not None and node.matrix is not None and np.abs(node.matrix - matrix).max() <= _SAME_PLACE:
             return
         self._apply({"type": "set_transform", "path": path, "matrix": matrix.T.ravel().tolist()})
-        self.changes.transforms[path] = self._nodes[path].matrix = np.array(matrix)
+        self._nodes[path].matrix = np.array(matrix)
 
     def set_colour(self, path: str, colour: ArrayLike) -> None:
         """Colour a node and all below it, (red, green, blue, alpha) in 0 to 1, unless it has that colour."""
@@ -119,7 +117,7 @@ class Stage(OneProcess):
         if node is not None and node.colour == rgba:
             return
         self._apply({"type": "set_property", "path": path, "property": "color", "value": list(rgba)})
-        self.changes.colours[path] = self._nodes[path].colour = rgba
+        self._nodes[path].colour = rgba
 
     def set_property(self, path: str, name: str, value: Any) -> None:
         """Set a property of a node in three.js; Meshcat's own way there turns the name into small letters."""
@@ -137,7 +135,6 @@ class Stage(OneProcess):
     def set_panel(self, name: str, data: Any) -> None:
         """Write a panel of the page, unless its content is the same."""
         if self._panels.get(name) != data:
-            self.changes.panels[name] = data
             self._apply({"type": "panel", "path": "", "name": name, "data": data})
 
     def panel(self, name: str) -> Any:
@@ -145,13 +142,11 @@ class Stage(OneProcess):
         return self._panels.get(name)
 
     @contextmanager
-    def update(self) -> Iterator[Changes]:
+    def update(self) -> Iterator[None]:
         """Send all commands of a block together, so that no half-moved scene is drawn."""
         outer, self._outgoing = self._outgoing, []
-        if outer is None:
-            self.changes = Changes()
         try:
-            yield self.changes
+            yield
         finally:
             outgoing, self._outgoing = self._outgoing, outer
             if outer is not None:

@@ -10,7 +10,7 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.core import errors
-from exo_pin.view.plots import force_plots as plots
+from exo_pin.view import plots
 
 TIMES = np.linspace(0.0, 1.0, 41)
 

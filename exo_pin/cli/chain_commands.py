@@ -1,4 +1,4 @@
-"""``exo-pin forces``: forces in actuators, joints and closures of any robot, and which of them are determined."""
+"""``exo-pin mobility`` and ``exo-pin forces`` of any robot: its freedoms, and the forces in actuators and joints."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
+from ..chain.kinematics.margins import PARTS_OF_POSE
 from ..core.errors import InvalidInput
 from .options.configuration_options import add_configuration, configuration
+from .options.option_kinds import add_flag, add_repeated
+from .options.option_values import named_numbers
 from .options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]
@@ -18,23 +21,35 @@ __all__ = ["add_commands"]
 
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
+    mobility = commands.add_parser("mobility")
+    add_design(mobility)
+    add_configuration(mobility)
+    mobility.add_argument(
+        "--frame", metavar="NAME", help="body whose motion counts (default: the arm that the closures file names)"
+    )
+    mobility.add_argument(
+        "--part", choices=tuple(PARTS_OF_POSE), help="what of its motion counts (default: pose, that is both)"
+    )
+    mobility.set_defaults(run=_mobility)
+
     parser = commands.add_parser("forces")
     add_design(parser)
     add_configuration(parser)
     add_person(parser)
-    parser.add_argument(
+    add_repeated(
+        parser,
         "--joint",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="joint or closure to report, may be repeated (default: the shoulder, else all closures)",
+        "NAME",
+        "joint or closure to report, may be repeated (default: the shoulder, else all closures)",
     )
     parser.add_argument("--actuated", metavar="NAME,...", help="joints with an actuator (default: as in the file)")
-    parser.add_argument(
-        "--external", action="append", default=[], metavar="FRAME=FX,FY,FZ[,MX,MY,MZ]",
-        help="force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
-    )  # fmt: skip
-    parser.add_argument("--pull", action="store_true", help="let actuators only pull (slides only shorten)")
+    add_repeated(
+        parser,
+        "--external",
+        "FRAME=FX,FY,FZ[,MX,MY,MZ]",
+        "force (N) and moment (N m) on a body about its frame's origin, world axes; may be repeated, and adds up",
+    )
+    add_flag(parser, "--pull", "let actuators only pull (slides only shorten)")
     parser.add_argument("--least", metavar="NAME", help="make the force in this joint or closure as small as it can be")
     parser.add_argument(
         "--at",
@@ -49,8 +64,19 @@ def add_commands(commands: Any) -> None:
         metavar="FRAME",
         help="report along the axes of this frame (default: world)",
     )
-    parser.add_argument("--json", action="store_true", help="print JSON instead of text")
+    add_flag(parser, "--json", "print JSON instead of text")
     parser.set_defaults(run=_forces)
+
+
+def _mobility(options: argparse.Namespace) -> int:
+    exo = design(options)
+    chain, q = exo.chain, configuration(options, exo)
+    answer = chain.mobility(q, frame=options.frame, part=options.part or "pose")
+    print(f"{exo.name}\n{answer}")
+    beyond = chain.beyond_limits(q)
+    if beyond:
+        print(f"beyond their limits  {', '.join(beyond)}")
+    return 0
 
 
 def _forces(options: argparse.Namespace) -> int:
@@ -104,20 +130,13 @@ def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
     """Wrenches by frame; several on one frame add up."""
     total: dict[str, np.ndarray] = {}
     for text in texts:
-        frame, wrench = _wrench(text)
+        expected = "--external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind"
+        frame, values = named_numbers(text, expected, 3, 6)
+        wrench = np.append(values, np.zeros(6 - len(values)))
+        if not np.isfinite(wrench).all():
+            raise InvalidInput(f"expected {expected}, got {text!r}")
         total[frame] = total.get(frame, np.zeros(6)) + wrench
     return total
-
-
-def _wrench(text: str) -> tuple[str, list[float]]:
-    frame, _, numbers = text.partition("=")
-    try:
-        values = [float(number) for number in numbers.split(",")]
-    except ValueError:
-        values = []
-    if len(values) not in (3, 6) or not np.isfinite(values).all():
-        raise InvalidInput(f"expected --external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind, got {text!r}")
-    return frame, values + [0.0] * (6 - len(values))
 
 
 def _as_json(

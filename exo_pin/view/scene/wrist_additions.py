@@ -1,0 +1,109 @@
+"""Additions to the scene of a wrist: a second pose or design as a ghost, and the socket of the shoulder as a cone."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...core.errors import InvalidInput
+from ...core.validation import as_positive, as_rotation
+from ...reaction import GlenoidCone
+from ..colours import SKY
+from .additions import Additions
+from .mechanism_picture import MechanismPicture
+from .shapes import flat_material, frustum, placement
+
+if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
+
+__all__ = ["WristAdditions", "single_pose"]
+
+#: Colour and opacity of a ghost, and its colour on white, as its entry in the legend.
+_GHOST, _GHOST_SHOWN = (0.34, 0.40, 0.48, 0.30), "#AEB3BA"
+_CONE = "additions/glenoid cone"
+
+
+class WristAdditions(Additions):
+    """Ghost and socket of a wrist's scene; base of :class:`Scene`."""
+
+    _orientation: Rotation
+    _ghost: MechanismPicture | None = None
+    _cone: tuple[GlenoidCone, float]
+
+    def ghost(self, orientation: Rotation | None = None, exo: ShoulderExo | None = None) -> None:
+        """Draw a second pose, or a second design, as a grey ghost for comparison.
+
+        Parameters
+        ----------
+        orientation : Rotation, optional
+            Its pose; the one of the scene if left out.
+        exo : ShoulderExo, optional
+            Its design; the one of the scene if left out.
+        """
+        pose = self._orientation if orientation is None else single_pose(orientation)
+        design = self.exo if exo is None else exo
+        with self._stage.update():
+            if self._ghost is None or self._ghost.mechanism is not design.mechanism:
+                self._ghost = MechanismPicture(self._stage, design.mechanism, "ghost", _GHOST)
+            self._ghost.show(pose)
+            self._items["ghost"] = {"glyph": "line", "colour": _GHOST_SHOWN, "text": "ghost, for comparison"}
+            self._write_legend()
+
+    def remove_ghost(self) -> None:
+        """Take the ghost away."""
+        with self._stage.update():
+            self._stage.viewer["ghost"].delete()
+            self._ghost = None
+            self._items.pop("ghost", None)
+            self._write_legend()
+
+    def glenoid_cone(self, cone: GlenoidCone | None = None, length: float = 0.12) -> None:
+        """Draw the cone that the shoulder reaction should stay in, to the scale of the arrows.
+
+        While the arrow of F_s ends in the cone, the socket keeps the head of the humerus.
+
+        Parameters
+        ----------
+        cone : GlenoidCone, optional
+            Which; the default one if left out. Compression by the person's own muscles moves its apex from O into
+            the body, by as much as their arrow would be long.
+        length : float
+            Of the drawn part along its axis, m.
+        """
+        self._cone = GlenoidCone() if cone is None else cone, as_positive("length", length)
+        with self._stage.update():
+            self._stage.viewer[_CONE].set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))
+            self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}
+            self._place_cone()
+            self._write_legend()
+
+    def _place_cone(self) -> None:
+        """Place the cone, if there is one: its apex moves with the arrows' scale."""
+        if "glenoid cone" not in self._items:
+            return
+        socket, long = self._cone
+        outward, superior, anterior = socket.axes(self.exo.side)
+        sides = long * np.column_stack([socket.anterior * anterior, socket.superior * superior, outward])
+        apex = -self.metres_per_newton * socket.muscle_compression * outward
+        self._stage.set_transform(f"/meshcat/{_CONE}", placement(sides, apex))
+
+    @property
+    @abstractmethod
+    def exo(self) -> ShoulderExo:
+        """The design that is drawn."""
+
+    @property
+    @abstractmethod
+    def metres_per_newton(self) -> float:
+        """Scale of the arrows, m/N."""
+
+
+def single_pose(orientation: Rotation) -> Rotation:
+    """A checked pose, which is no stack."""
+    pose = as_rotation("orientation", orientation)
+    if pose.shape != ():
+        raise InvalidInput(f"expected a single pose, got a stack of shape {pose.shape}; play and record take stacks")
+    return pose

@@ -17,7 +17,7 @@ from ..numerics.vectors import SINGULAR_MARGIN
 from ..person import DeviceAction, Person
 from ..reaction import ActuatorBounds, Reaction
 from ..reaction.constraints.limb_limits import as_force_limits
-from ..reaction.holding.actuator_limits import DesignActuators
+from ..reaction.constraints.side_force_bounds import two_ends
 from ..reaction.holding.hold_check import hold_check
 from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
@@ -83,22 +83,16 @@ def action_of_limbs(
     for part in () if mechanism.arm is None else mechanism.arm.parts:
         if part.device:
             device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
-    caution = ""
+    caution, lengths = "", partial(limb_lengths, mechanism, query.matrices, (base, cuff))
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
-        lengths = partial(limb_lengths, mechanism, query.matrices, (base, cuff))
-        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            limits = DesignActuators(mechanism).limits(lengths())
-        else:
-            limits = as_force_limits(actuator_bounds, shape, n, lengths)
-        lower, upper, words = limits.lower, limits.upper, _CHOSEN[forces]
+        lower, upper = as_force_limits(actuator_bounds, mechanism, shape, lengths)
+        words = _CHOSEN[forces]
         least = forces.removeprefix("least_")
     else:
         if actuator_bounds is not None:
             raise InvalidInput('actuator_bounds are for forces="least_effort" and "least_contact": leave them out')
-        lower, words, caution = _given(
-            forces, limbs, device, wearer, mechanism, query, limb_lengths(mechanism, query.matrices, (base, cuff))
-        )
+        lower, words, caution = _given(forces, limbs, device, wearer, mechanism, query, lengths())
         upper, least = lower, "effort"
     sides = 0
     if constraint_bounds is None:
@@ -129,16 +123,11 @@ def _side_bounds(
     mechanism: Mechanism, bounds: float | tuple[ArrayLike, ArrayLike], shape: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Bounds of the side forces, shape (N, n) each; zero for limbs that carry none."""
-    pair = as_pair("constraint_bounds", bounds)
-    try:
-        lower, upper = pair
-    except (TypeError, ValueError):
-        raise InvalidInput(
-            f"expected constraint_bounds to be None, a number or (lower, upper) in N, got {bounds!r:.80}"
-        ) from None
-    low, high = force_bounds("constraint_bounds", lower, upper, shape, mechanism.limb_count)
-    carries = np.array([limb.kind == "UPU" for limb in mechanism.limbs])
-    return np.where(carries, low, 0.0), np.where(carries, high, 0.0)
+    ends = two_ends(
+        as_pair("constraint_bounds", bounds), "constraint_bounds to be None, a number or (lower, upper) in N"
+    )
+    low, high = force_bounds("constraint_bounds", *ends, shape, mechanism.limb_count)
+    return np.where(mechanism.is_upu, low, 0.0), np.where(mechanism.is_upu, high, 0.0)
 
 
 def _given(

@@ -39,9 +39,6 @@ def answer(
     split: Split,
     poses: PoseStack,
     shape: tuple[int, ...],
-    status: NDArray[np.int8],
-    margin: FloatArray,
-    determinant: FloatArray,
     arm: tuple[FloatArray, FloatArray, FloatArray],
     progress: bool = False,
 ) -> Reaction:
@@ -52,20 +49,16 @@ def answer(
     split : Split
         Chooses what equilibrium does not determine.
     poses : PoseStack
-        Equilibrium and limits of N poses.
+        Equilibrium and limits of N poses; their status is changed where a pose has no answer.
     shape : tuple of int
         The caller's stack.
-    status : ndarray of int8
-        Shape (N,), index into :data:`QUERY_STATUS`, changed where a pose has no answer.
-    margin, determinant : ndarray
-        Shape (N,), as in :class:`Reaction`.
     arm : tuple of ndarray
         What :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
     progress : bool
         Whether to show a progress bar.
     """
-    chosen, missing = _distribute(split, poses, status, progress)
-    f, g, state, owner = chosen.f, chosen.g, poses.state, poses.mechanism.arm
+    chosen, missing = _distribute(split, poses, progress)
+    f, g, state, status, owner = chosen.f, chosen.g, poses.state, poses.status, poses.mechanism.arm
     closure = state.closures(f, g)
     shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
     spherical, rows = poses.spherical_force, answered(status)
@@ -88,14 +81,14 @@ def answer(
         spherical_force=stacked(spherical),
         split=split.name,
         equilibrium_status=stacked(_NAMES[status]),
-        margin=stacked(margin),
-        determinant=stacked(determinant),
+        margin=stacked(poses.margin),
+        determinant=stacked(poses.determinant),
         residual=stacked(residual),
         source=ComponentSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1)),
         body_weight=None if owner is None or owner.body_mass is None else owner.body_mass * STANDARD_GRAVITY,
         trivial=bool(rows.size and chosen.trivial[rows].all()),
         optimum=Optimum(stacked(chosen.kkt), stacked(chosen.gap), stacked(chosen.unique)),
-        infeasibility=Infeasibility.from_rows(shape, f.shape[1], missing) if missing else None,
+        infeasibility=Infeasibility.from_rows(shape, missing) if missing else None,
         **{name: stacked(value) for name, value in split.extras(poses, chosen).items()},
     )
 
@@ -117,11 +110,9 @@ def _balance_residual(shoulder: Any, on_arm: Any, force: Any, moment: Any, radiu
         residual[k] = miss / largest if largest > 0.0 else miss
 
 
-def _distribute(
-    split: Split, poses: PoseStack, status: NDArray[np.int8], progress: bool
-) -> tuple[Chosen, dict[int, Shortfall]]:
+def _distribute(split: Split, poses: PoseStack, progress: bool) -> tuple[Chosen, dict[int, Shortfall]]:
     """Forces of all poses, and what is missing in the rows that cannot be held."""
-    chosen, rows = Chosen(status, poses.tensions.f.shape[1]), answered(status)
+    chosen, rows = Chosen(poses.status, poses.tensions.f.shape[1]), answered(poses.status)
     if poses.limits is not None and poses.socket is None:
         rows = split.choose_within(poses, rows, chosen)
     missing = _choose(split, poses, rows, chosen, progress) if rows.size else {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 __all__ = ["ShownMovement", "ShownReaction", "force_columns", "frame_of", "movement_columns", "peak_of"]
 
 _ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
+#: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
+_DERIVED = ("verdict", "magnitude", "percent_body_weight", "harness_wrench", "ratio", "can_hold", "unknown", "status")
+_EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")
+_DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
 
 
 def _vector(label: str, values: FloatArray | None, names: Any) -> dict[str, FloatArray]:
@@ -54,7 +59,7 @@ def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArra
     )
 
 
-def frame_of(columns: dict[str, Any], shape: tuple[int, ...] | None = None) -> Any:
+def frame_of(columns: dict[str, Any]) -> Any:
     """A pandas DataFrame of columns, one row a pose; a stack of several dimensions has an index of as many levels.
 
     Raises
@@ -66,8 +71,9 @@ def frame_of(columns: dict[str, Any], shape: tuple[int, ...] | None = None) -> A
         pandas = import_module("pandas")
     except ImportError as error:
         raise MissingExtra("study", "pandas") from error
-    names = [f"axis_{k}" for k in range(len(shape or ()))]
-    index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape or ()], names=names)
+    shape = next(map(np.shape, columns.values()), ())
+    names = [f"axis_{k}" for k in range(len(shape))]
+    index = None if len(names) < 2 else pandas.MultiIndex.from_product([range(n) for n in shape], names=names)
     return pandas.DataFrame({name: np.asarray(values).ravel() for name, values in columns.items()}, index=index)
 
 
@@ -95,9 +101,7 @@ class ShownReaction:
         MissingExtra
             If pandas is not installed.
         """
-        return frame_of(
-            force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)}, self.status.shape
-        )
+        return frame_of(force_columns(self) | {"det_X": self.determinant, "status": self.status.astype(object)})
 
     def plot(  # type: ignore[misc]
         self: Reaction,
@@ -131,70 +135,24 @@ class ShownReaction:
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """All fields as arrays and plain values, in one flat dict."""
-        fields = {
-            name: getattr(self, name)
-            for name in (
-                "shoulder_force",
-                "actuator_forces",
-                "constraint_forces",
-                "limb_wrenches",
-                "cuff_wrench",
-                "harness_wrenches",
-                "harness_wrench",
-                "spherical_force",
-                "ratio",
-                "can_hold",
-                "unknown",
-                "status",
-                "equilibrium_status",
-                "margin",
-                "determinant",
-                "residual",
-            )
-        }
-        evidence: dict[str, Any] = {}
+        names = [field.name for field in fields(self) if field.name not in ("source", "optimum", "infeasibility")]
+        found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
         if self.optimum is not None:
-            evidence = {"kkt": self.optimum.kkt, "gap": self.optimum.gap, "unique": self.optimum.unique}
+            found |= vars(self.optimum)
         if self.infeasibility is not None:
-            for name in ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force"):
-                evidence[name] = getattr(self.infeasibility, name)
-        return {
-            "verdict": self.verdict,
-            **fields,
-            **evidence,
-            "magnitude": self.magnitude,
-            "percent_body_weight": self.percent_body_weight,
-            "undetermined": self.certificate.undetermined,
-            "actuator_forces_determined": self.certificate.actuator_forces,
-            "constraint_forces_determined": self.certificate.constraint_forces,
-            "shoulder_force_determined": self.certificate.shoulder_force,
-            "torso_wrench_determined": self.certificate.torso_wrench,
-            "split": self.split,
-            "trivial": self.trivial,
-            "certificate": str(self.certificate),
-            "body_weight": self.body_weight,
-            "centre_displacement": self.centre_displacement,
-            "side_stiffness": self.side_stiffness,
-            "arm_orientation": self.arm_orientation,
-            "interface_displacements": self.interface_displacements,
-            "limb_lengths": self.limb_lengths,
-            "guide_twist": self.guide_twist,
-            "guide_bending": self.guide_bending,
-            "guide_load": self.guide_load,
-            "load_share": self.load_share,
-        }
+            found |= {name: getattr(self.infeasibility, name) for name in _EVIDENCE}
+        found |= {f"{name}_determined": getattr(self.certificate, name) for name in _DETERMINED}
+        return found | {"undetermined": self.certificate.undetermined, "certificate": str(self.certificate)}
 
     def to_json(self: Reaction, indent: int | None = 2) -> str:  # type: ignore[misc]
         """Return the answer as JSON; units as in the attributes, a number that is not finite becomes null."""
 
         def plain(value: Any) -> Any:
             if isinstance(value, np.ndarray):
-                return plain(value.tolist())
+                value = value.tolist()
             if isinstance(value, list):
                 return [plain(item) for item in value]
-            if isinstance(value, float) and not np.isfinite(value):
-                return None
-            return value
+            return None if isinstance(value, float) and not np.isfinite(value) else value
 
         return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)
 

@@ -12,7 +12,6 @@ from ..core.records import Record
 from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case.pose_stacks import Query
-from ..wrist.forces.affine_state import AffineState, BalancedTensions
 from ..wrist.forces.displaced import Displaced
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
 from ..wrist.forces.moved_device import MovedDevice
@@ -95,22 +94,6 @@ class ElasticPoses(Record):
         """Lengths of the limbs, shape (N, n), m."""
         return self.device.movement.lengths
 
-    @property
-    def equilibria(
-        self,
-    ) -> tuple[AffineState, BalancedTensions, FloatArray, FloatArray, NDArray[np.int8], FloatArray, FloatArray]:
-        """State, tensions, stiffness and misfit of the displaced device; status; margin and determinant of the pose."""
-        own, unmoved = self.device.displaced, self.unmoved
-        return (
-            own.state,
-            own.tensions,
-            own.side.stiffness,
-            self.device.misfit,
-            self.status,
-            unmoved.margin,
-            unmoved.determinant,
-        )
-
     def within_limits(self, poses: PoseStack, progress: bool = False) -> PoseStack:
         """The poses at their equilibrium within limits and cone, and how the device moved to it."""
         limited = poses.socket is not None or (poses.limits is not None and self.mechanism.limb_count > 3)
@@ -118,13 +101,8 @@ class ElasticPoses(Record):
             for row in track(answered(self.status).tolist(), "elastic limits", progress):
                 self._limit(poses, row)
             self._move()
-        own = self.device.displaced
         self._mark_overloaded()
-        return poses._replace(
-            state=own.state,
-            tensions=own.tensions,
-            stiffness=own.side.stiffness,
-            misfit=self.device.misfit,
+        return _moved(poses, self.device)._replace(
             movement=self.device.movement,
             unmoved=self.unmoved.tensions.shoulder,
             load_share=self.reached,
@@ -153,15 +131,8 @@ class ElasticPoses(Record):
     def _led_to(self, poses: PoseStack, row: int, x: FloatArray) -> FloatArray:
         """Unknowns that follow from the forces that the program chooses at the unknowns x, or from the closest ones."""
         device = MovedDevice(self.equations, np.array([row]), x[None])
-        own = device.displaced
-        there = poses._replace(
-            state=own.state,
-            tensions=own.tensions,
-            stiffness=own.side.stiffness,
-            misfit=device.misfit,
-            limits=None if poses.limits is None else poses.limits.row(row),
-        )
-        program = self.split.program(there, 0)
+        own, limits = device.displaced, None if poses.limits is None else poses.limits.row(row)
+        program = self.split.program(_moved(poses, device)._replace(limits=limits), 0)
         missing = shortfall(program)
         f = choose(program).f if missing is None else missing.f
         assert program.follower is not None
@@ -192,3 +163,9 @@ class ElasticPoses(Record):
                 own = (limb.guide.largest_bending_moment, limb.guide.largest_torque)
                 limits[:, i] = [np.nan if value is None else value for value in own]
         return np.asarray(np.fmax(g * side.bending / limits[0], g * np.abs(side.torque) / limits[1]))
+
+
+def _moved(poses: PoseStack, device: MovedDevice) -> PoseStack:
+    """Poses in the equilibrium of a moved device."""
+    own = device.displaced
+    return poses._replace(state=own.state, tensions=own.tensions, stiffness=own.side.stiffness, misfit=device.misfit)

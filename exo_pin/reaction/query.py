@@ -23,7 +23,7 @@ from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, as_force_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import DesignActuators, ForceLimits
+from .holding.actuator_limits import ForceLimits
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -69,13 +69,8 @@ def reaction(
         device = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, orientation, motion, load))
     limits = None
     if actuator_bounds is not None:
-        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            actuator_bounds = DesignActuators(mechanism)
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        if isinstance(actuator_bounds, DesignActuators):
-            limits = actuator_bounds.limits(lengths())
-        else:
-            limits = as_force_limits(actuator_bounds, query.shape, mechanism.limb_count, lengths)
+        limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         one_signed = limits is not None and limits.one_signed
@@ -84,19 +79,20 @@ def reaction(
     loads = arm_loads(model.arm, mechanism.gravity, query) if device is None else device.loads
     if device is not None:
         _mark_out_of_stroke(device.status, limits)
-        found = _Equilibria(*device.equilibria)
+        own, unmoved = device.device.displaced, device.unmoved
+        classified = (device.status, unmoved.margin, unmoved.determinant)
+        found = _Equilibria(own.state, own.tensions, own.side.stiffness, device.device.misfit, *classified)
     elif offset is None:
         found = _aligned(model, law, query, limits, progress)
     else:
-        displaced = Displaced(mechanism, query, *offset, *loads[:2])
-        _mark_out_of_stroke(displaced.status, limits)
-        side = displaced.side
-        found = _Equilibria(displaced.state, displaced.tensions, side.stiffness, side.misfit, *displaced.classified)
+        own = Displaced(mechanism, query, *offset, *loads[:2])
+        _mark_out_of_stroke(own.status, limits)
+        found = _Equilibria(own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
     options = (limits, bounds, socket, weights)
-    poses = PoseStack(mechanism, model.radius, model.upu, *found[:4], *options, query.matrices, offset)
+    poses = PoseStack(mechanism, model.radius, model.upu, *found, *options, query.matrices, offset)
     if device is not None:
         poses, loads = device.within_limits(poses, progress), device.loads
-    return answer(law, poses, query.shape, found.status, found.margin, found.determinant, loads, progress)
+    return answer(law, poses, query.shape, loads, progress)
 
 
 def as_split(split: str | Split) -> Split:

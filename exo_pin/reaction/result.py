@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import FloatArray, ReadOnly
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
-from .holding.actuator_limits import DesignLimits
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
@@ -175,20 +174,10 @@ class Reaction(ShownReaction, ReadOnly):
     @cached_property
     def limits(self) -> HoldCheck:
         """Lengths and tensions compared with the limits of the design's actuators."""
-        poses, shape = self.source.poses, self.equilibrium_status.shape
-        given = None
-        if poses.limits is not None:
-            given = DesignLimits(poses.limits.lower, poses.limits.upper, poses.limits.upper)
-        tensions = self.actuator_forces.reshape(len(poses.matrices), poses.mechanism.limb_count)
-        check = hold_check(
-            poses.mechanism,
-            poses.lengths,
-            tensions,
-            poses.free_stress,
-            self.has_answer.reshape(-1),
-            given,
-        )
-        return check.reshaped(shape)
+        poses, answered = self.source.poses, self.has_answer.reshape(-1)
+        tensions = self.actuator_forces.reshape(len(answered), poses.mechanism.limb_count)
+        check = hold_check(poses.mechanism, poses.lengths, tensions, poses.free_stress, answered, poses.limits)
+        return check.reshaped(self.has_answer.shape)
 
     @property
     def has_better_tensions(self) -> bool:

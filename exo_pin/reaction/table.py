@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.notebook_tables import html_table
+from .columns import peak_of
 
 if TYPE_CHECKING:
     from .result import Reaction
@@ -90,8 +91,8 @@ def _pose_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 
 
 def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
-    def peak(values: np.ndarray) -> str:
-        return "-" if np.isnan(values).all() else _number(float(np.nanmax(values)))
+    def counted(status: str) -> list[str]:
+        return [str(int((reaction.equilibrium_status == status).sum())) for reaction in reactions]
 
     def median(values: np.ndarray) -> str:
         return _number(float(np.median(values))) if values.size else "-"
@@ -99,15 +100,12 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
     return [
         ["poses", *(str(r.status.size) for r in reactions)],
         ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
-        ["  marked near_singular", *(str(int((r.equilibrium_status == "near_singular").sum())) for r in reactions)],
-        [
-            "  infeasible within the given limits",
-            *(str(int((r.equilibrium_status == "infeasible").sum())) for r in reactions),
-        ],
-        ["peak |F_s|, N", *(peak(r.magnitude) for r in reactions)],
+        ["  marked near_singular", *counted("near_singular")],
+        ["  infeasible within the given limits", *counted("infeasible")],
+        ["peak |F_s|, N", *(_number(r.peak) for r in reactions)],
         ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
-        ["peak |f_i|, N", *(peak(np.abs(r.actuator_forces)) for r in reactions)],
-        ["peak |g_i|, N", *(peak(np.abs(r.constraint_forces)) for r in reactions)],
+        ["peak |f_i|, N", *(_number(peak_of(np.abs(r.actuator_forces))) for r in reactions)],
+        ["peak |g_i|, N", *(_number(peak_of(np.abs(r.constraint_forces))) for r in reactions)],
         ["crossings of det X = 0", *(_crossings(r) for r in reactions)],
     ]
 

@@ -39,11 +39,7 @@ class ShownMap:
         columns: dict[str, NDArray[Any]] = {**force_columns(self)}
         if self.status_codes is not None:
             columns["status"] = self.status.astype(object)
-        numbers = (self.status_codes, self.magnitude, self.margin)
-        vectors = (self.shoulder_force, self.actuator_forces, self.constraint_forces)
-        shapes = [part.shape for part in numbers if part is not None]
-        shapes += [part.shape[:-1] for part in vectors if part is not None]
-        return frame_of(columns, shapes[0] if shapes else None)
+        return frame_of(columns)
 
     def plot(  # type: ignore[misc]
         self: ReactionMap,

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import ExoPinError, InvalidInput, MissingData, UnknownName
-from ...core.validation import LARGEST, FloatArray, as_pair
+from ...core.errors import ExoPinError, InvalidInput, MissingData
+from ...core.validation import LARGEST, FloatArray, as_choice, as_pair
+from ...design import Mechanism
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..holding.actuator_limits import DesignActuators, ForceLimits
+from .side_force_bounds import two_ends
 
 __all__ = ["ActuatorBounds", "ForceLimited", "PressureActuator", "as_force_limits", "each_limb"]
 
@@ -51,20 +52,20 @@ ActuatorBounds = (
 
 
 def as_force_limits(
-    bounds: ActuatorBounds, shape: tuple[int, ...], limb_count: int, lengths: Callable[[], FloatArray]
+    bounds: ActuatorBounds, mechanism: Mechanism, shape: tuple[int, ...], lengths: Callable[[], FloatArray]
 ) -> ForceLimits:
     """Limits of f for every pose of a stack.
 
     Parameters
     ----------
     bounds : ActuatorBounds
-        None: none. "pull": f_i >= 0. A pair in N: numbers or arrays that broadcast to (..., n), infinite where
-        there is no limit. An object with ``force_limits(length)``, or a sequence of n of them: what the
-        actuators can do at their lengths.
+        None: none. "pull": f_i >= 0. "design": what the mechanism's own actuators can do. A pair in N: numbers or
+        arrays that broadcast to (..., n), infinite where there is no limit. An object with ``force_limits(length)``,
+        or a sequence of n of them: what the actuators can do at their lengths.
+    mechanism : Mechanism
+        The design.
     shape : tuple of int
         Stack shape (...), N poses in all.
-    limb_count : int
-        n.
     lengths : callable
         Returns l_i, shape (N, n), m; called only where actuators are given.
 
@@ -79,29 +80,20 @@ def as_force_limits(
     MissingData
         If an actuator lacks what it needs, such as the length of its end fitting.
     """
-    size = (math.prod(shape), limb_count)
-    bounds = as_pair("actuator_bounds", bounds)
-    if bounds is None:
-        return ForceLimits(np.full(size, -np.inf), np.full(size, np.inf))
+    limb_count = mechanism.limb_count
+    bounds = (-np.inf, np.inf) if bounds is None else as_pair("actuator_bounds", bounds)
     if isinstance(bounds, str):
-        if bounds != "pull":
-            raise UnknownName("actuator bound", bounds, ("pull", "design"))
-        return ForceLimits(np.zeros(size), np.full(size, np.inf))
+        pull = as_choice("actuator bound", bounds, ("pull", "design")) == "pull"
+        bounds = (0.0, np.inf) if pull else DesignActuators(mechanism)
+    if isinstance(bounds, DesignActuators):
+        return bounds.limits(lengths())
     if _is_actuators(bounds):
         actuators, own = each_limb(bounds, limb_count, ForceLimited, "force_limits(length)"), lengths()
-        columns = [_limits(actuator, i, own[:, i]) for i, actuator in enumerate(actuators)]
-        lower, upper = (np.stack(ends, axis=1) for ends in zip(*columns, strict=True))
-        unknown = np.isnan(lower).any(axis=1)
-        lower[unknown], upper[unknown] = np.nan, np.nan
-        return ForceLimits(lower, upper)
-    try:
-        least, most = bounds  # type: ignore[misc]
-    except (TypeError, ValueError):
-        raise InvalidInput(
-            'expected actuator_bounds to be None, "pull", (lower, upper) in N, or objects with '
-            f"force_limits(length), got {bounds!r:.80}"
-        ) from None
-    return ForceLimits(*force_bounds("actuator_bounds", least, most, shape, limb_count))  # type: ignore[arg-type]
+        limits = np.array([_limits(actuator, i, own[:, i]) for i, actuator in enumerate(actuators)])
+        limits[:, :, np.isnan(limits).any(axis=(0, 1))] = np.nan
+        return ForceLimits(limits[:, 0].T.copy(), limits[:, 1].T.copy())
+    forms = 'actuator_bounds to be None, "pull", (lower, upper) in N, or objects with force_limits(length)'
+    return ForceLimits(*force_bounds("actuator_bounds", *two_ends(bounds, forms), shape, limb_count))
 
 
 def _is_actuators(bounds: Any) -> bool:
@@ -127,17 +119,16 @@ def each_limb(given: Any, limb_count: int, protocol: type, needs: str) -> list[A
     return actuators
 
 
-def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Limits of one limb over all poses; NaN where its actuator cannot take the length."""
-    lower, upper = in_reach(lambda length: actuator.force_limits(length), 2, lengths)
-    known = ~(np.isnan(lower) | np.isnan(upper))
-    if (np.isfinite([lower, upper]) & (np.abs([lower, upper]) > LARGEST)).any():
+def _limits(actuator: ForceLimited, limb: int, lengths: FloatArray) -> FloatArray:
+    """Limits of one limb over all poses, shape (2, N); NaN where its actuator cannot take the length."""
+    lower, upper = ends = in_reach(actuator.force_limits, 2, lengths)
+    if (np.isfinite(ends) & (np.abs(ends) > LARGEST)).any():
         raise InvalidInput(f"expected force_limits of actuator {limb} in N, got more than {LARGEST:g}")
     if (np.isposinf(lower) | np.isneginf(upper)).any():
         raise InvalidInput(f"force_limits of actuator {limb} gave limits that no force can meet")
-    if (lower[known] > upper[known]).any():
+    if (lower > upper).any():
         raise InvalidInput(f"force_limits of actuator {limb} gave a lower limit above its upper limit")
-    return np.where(known, lower, np.nan), np.where(known, upper, np.nan)
+    return ends
 
 
 def in_reach(call: Any, outputs: int, *arguments: FloatArray) -> FloatArray:

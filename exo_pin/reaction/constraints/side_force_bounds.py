@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,7 +11,7 @@ from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, Unkno
 from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds"]
+__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "two_ends"]
 
 #: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
@@ -116,13 +118,17 @@ class SideForceBounds:
 UNBOUNDED = SideForceBounds(None, (), 0)
 
 
-def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+def two_ends(bounds: Any, expected: str) -> tuple[Any, Any]:
+    """The two ends of a pair of bounds; raises InvalidInput with what was ``expected`` for anything else."""
     try:
         lower, upper = bounds
     except (TypeError, ValueError):
-        raise InvalidInput(
-            f'expected constraint_bounds to be None, "actuator" or (lower, upper) in N, got {bounds!r:.80}'
-        ) from None
+        raise InvalidInput(f"expected {expected}, got {bounds!r:.80}") from None
+    return lower, upper
+
+
+def _pair(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[FloatArray, FloatArray]:
+    lower, upper = two_ends(bounds, 'constraint_bounds to be None, "actuator" or (lower, upper) in N')
     sides = as_real("lower constraint bound", lower), as_real("upper constraint bound", upper)
     if np.isnan(sides[0]).any() or np.isnan(sides[1]).any():
         raise InvalidInput("expected constraint_bounds without NaN")

@@ -6,6 +6,7 @@ Assumption: the static law of a muscle is scaled to another nominal length by eq
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -22,6 +23,7 @@ __all__ = [
     "DesignLimits",
     "ForceLimits",
     "design_limits",
+    "enumerated",
     "length_limits",
     "limb_list",
     "missing_limits",
@@ -46,14 +48,12 @@ class DesignLimits(NamedTuple):
 
 def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     """Shortest and longest l_i, shapes (n,), m; NaN where the stroke or the end fitting is not known."""
-    strokes = [limb.stroke for limb in mechanism.limbs]
-    known = [stroke is not None and stroke.end_fitting is not None for stroke in strokes]
-    low, high = np.full(len(strokes), np.nan), np.full(len(strokes), np.nan)
-    for i, stroke in enumerate(strokes):
-        if known[i]:
-            assert stroke is not None
-            low[i] = stroke.end_fitting + stroke.shortest * stroke.nominal_length  # type: ignore[operator]
-            high[i] = stroke.end_fitting + stroke.longest * stroke.nominal_length  # type: ignore[operator]
+    low, high = np.full((2, mechanism.limb_count), np.nan)
+    for i, limb in enumerate(mechanism.limbs):
+        stroke = limb.stroke
+        if stroke is not None and stroke.end_fitting is not None:
+            low[i] = stroke.end_fitting + stroke.shortest * stroke.nominal_length
+            high[i] = stroke.end_fitting + stroke.longest * stroke.nominal_length
     return low, high
 
 
@@ -105,10 +105,13 @@ def missing_limits(mechanism: Mechanism, known_forces: bool = False) -> tuple[st
 
 def limb_list(numbers: list[int]) -> str:
     """The limbs of these numbers, counted from 1, in words: "limbs 1 and 3"."""
-    words = [str(number) for number in numbers]
-    if len(words) == 1:
-        return f"limb {words[0]}"
-    return f"limbs {', '.join(words[:-1])} and {words[-1]}"
+    return f"limb{'s' * (len(numbers) > 1)} {enumerated(map(str, numbers))}"
+
+
+def enumerated(words: Iterable[str]) -> str:
+    """Words with commas, and "and" before the last."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 class ForceLimits(NamedTuple):

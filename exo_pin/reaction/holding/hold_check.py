@@ -18,7 +18,7 @@ from ...core.validation import FloatArray, ReadOnly
 from ...design import Mechanism
 from ...numerics.least_force_of_sums import SUMMED, shortest_within
 from ...numerics.quadratic import LeastSquares, solve
-from .actuator_limits import DesignLimits, design_limits, length_limits, missing_limits
+from .actuator_limits import DesignLimits, ForceLimits, design_limits, length_limits, missing_limits
 
 __all__ = ["HoldCheck", "hold_check"]
 
@@ -75,7 +75,7 @@ def hold_check(
     tensions: FloatArray,
     self_stress: FloatArray,
     answered: NDArray[np.bool_],
-    limits: DesignLimits | None = None,
+    limits: ForceLimits | None = None,
 ) -> HoldCheck:
     """Compare N poses with the limits of the design.
 
@@ -89,7 +89,7 @@ def hold_check(
         Tensions that balance themselves, shape (N, n, n - 3).
     answered : ndarray of bool
         Shape (N,): poses with an answer; the others cannot be held.
-    limits : DesignLimits, optional
+    limits : ForceLimits, optional
         Force limits of the query. Where they are finite they replace those of the design. A limb that "only pulls" has
         no finite upper limit, so that of its actuator applies.
     """
@@ -122,7 +122,7 @@ def hold_check(
     )
 
 
-def _joined(own: DesignLimits, given: DesignLimits | None) -> DesignLimits:
+def _joined(own: DesignLimits, given: ForceLimits | None) -> DesignLimits:
     """The limits of a query where they are finite, else the design's."""
     if given is None:
         return own

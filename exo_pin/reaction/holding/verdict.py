@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray
-from .actuator_limits import limb_list
+from .actuator_limits import enumerated, limb_list
 from .hold_check import HoldCheck
 
 __all__ = ["angle_words", "describe_axis", "verdict"]
@@ -57,13 +57,11 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
         if check.unknown:
             probably, reason = "probably ", f"{reason} (by an estimate of {_estimates(check)})"
         return f"The device {probably}cannot hold this pose: {reason}."
-    lacking = f"not known: {', '.join(check.missing)}" if check.missing else ""
+    lacking = f"; not known: {', '.join(check.missing)}" if check.missing else ""
     if check.estimated:
-        return f"The device can hold this pose if the estimates are right ({_estimates(check)})" + (
-            f"; {lacking}." if lacking else "."
-        )
+        return f"The device can hold this pose if the estimates are right ({_estimates(check)}){lacking}."
     if lacking:
-        return f"It is not known whether the device can hold this pose; {lacking}."
+        return f"It is not known whether the device can hold this pose{lacking}."
     return "It is not known whether the device can hold this pose: a muscle's length is outside the range of its law."
 
 
@@ -88,7 +86,6 @@ def _reasons(check: HoldCheck) -> list[str]:
     """The limits that a single pose exceeds, the forces first."""
     force, length, tension = check.force_error, check.length_error, check.tensions
     pushing, pulling = np.flatnonzero(force < 0.0), np.flatnonzero(force > 0.0)
-    short, long = np.flatnonzero(length < 0.0), np.flatnonzero(length > 0.0)
     at_most = np.abs(tension - force)
     reasons = []
     if pushing.size:
@@ -102,7 +99,8 @@ def _reasons(check: HoldCheck) -> list[str]:
             f"{limb_list((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
             f"(at most {_listed(at_most[pulling])} N)"
         )
-    for rows, text in ((short, "too short"), (long, "too long")):
+    for broken, text in ((length < 0.0, "too short"), (length > 0.0, "too long")):
+        rows = np.flatnonzero(broken)
         if rows.size:
             reasons.append(f"{limb_list((rows + 1).tolist())} would be {_listed(1e3 * np.abs(length[rows]))} mm {text}")
     return reasons
@@ -110,32 +108,22 @@ def _reasons(check: HoldCheck) -> list[str]:
 
 def _listed(sizes: FloatArray) -> str:
     """Numbers in words: "264 and 222"."""
-    numbers = [f"{size:.0f}" if size >= 9.5 else f"{size:.2g}" for size in sizes]
-    return numbers[0] if len(numbers) == 1 else f"{', '.join(numbers[:-1])} and {numbers[-1]}"
+    return enumerated(f"{size:.0f}" if size >= 9.5 else f"{size:.2g}" for size in sizes)
 
 
 def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
     """How many poses fail for each reason; a pose may have several."""
-    reasons = []
-    for broken, text in (
-        (check.force_error < 0.0, "a limb would have to push"),
-        (check.force_error > 0.0, "a limb would have to pull too hard"),
-        (check.length_error < 0.0, "a limb would be too short"),
-        (check.length_error > 0.0, "a limb would be too long"),
-    ):
-        count = int(broken.any(axis=-1).sum())
-        if count:
-            reasons.append(f"{text} ({count})")
-    for name, text in (
-        ("singular", "the pose is singular"),
-        ("infeasible", "no forces within the limits balance it"),
-        ("no_equilibrium", "no equilibrium is near the pose"),
-        ("guide_overloaded", "the guide of a limb would be overloaded"),
-    ):
-        count = int((status == name).sum())
-        if count:
-            reasons.append(f"{text} ({count})")
-    return reasons
+    failing = {
+        "a limb would have to push": (check.force_error < 0.0).any(axis=-1),
+        "a limb would have to pull too hard": (check.force_error > 0.0).any(axis=-1),
+        "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
+        "a limb would be too long": (check.length_error > 0.0).any(axis=-1),
+        "the pose is singular": status == "singular",
+        "no forces within the limits balance it": status == "infeasible",
+        "no equilibrium is near the pose": status == "no_equilibrium",
+        "the guide of a limb would be overloaded": status == "guide_overloaded",
+    }
+    return [f"{text} ({int(poses.sum())})" for text, poses in failing.items() if poses.any()]
 
 
 def _estimates(check: HoldCheck) -> str:

@@ -16,9 +16,10 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors import SolverFailed
 from ...core.validation import FloatArray, ReadOnly
-from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from ...wrist.forces.wrench_feasibility import force_bounds
+from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds, two_ends
 from .certificate import Components, component_names, is_determined
 from .freedom import Freedom
 
@@ -190,18 +191,6 @@ def _end(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatAr
 def _tension_bounds(bounds: TensionBounds, shape: tuple[int, ...], count: int) -> tuple[FloatArray, FloatArray] | None:
     if bounds is None:
         return None
-    if isinstance(bounds, str):
-        if bounds != "pull":
-            raise InvalidInput(f'expected tension_bounds to be "pull" or (lower, upper) in N, got {bounds!r}')
-        bounds = (0.0, np.inf)
-    try:
-        lower, upper = (
-            np.broadcast_to(np.asarray(side, dtype=np.float64), (*shape, count)).reshape(-1, count) for side in bounds
-        )
-    except (TypeError, ValueError):
-        raise InvalidInput(
-            f'expected tension_bounds to be "pull" or (lower, upper) in N for {(*shape, count)}, got {bounds!r:.80}'
-        ) from None
-    if not (lower <= upper).all():
-        raise InvalidInput("expected tension_bounds with no lower bound above its upper one, and without NaN")
-    return lower, upper
+    ends = (0.0, np.inf) if isinstance(bounds, str) and bounds == "pull" else bounds
+    lower, upper = two_ends(ends, 'tension_bounds to be "pull" or (lower, upper) in N')
+    return force_bounds("tension_bounds", lower, upper, shape, count)

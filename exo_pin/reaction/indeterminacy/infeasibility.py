@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ __all__ = ["Infeasibility", "Shortfall"]
 
 
 class Shortfall(NamedTuple):
-    """One row of :class:`Infeasibility`; the attributes are explained there."""
+    """One row of :class:`Infeasibility`, whose attributes after the first are the same, in the same order."""
 
     f: FloatArray
     g: FloatArray
@@ -91,33 +92,17 @@ class Infeasibility(ReadOnly):
         return np.asarray(np.isfinite(self.extra_muscle_force).all(axis=-1))
 
     @classmethod
-    def from_rows(cls, shape: tuple[int, ...], n: int, rows: dict[int, Shortfall]) -> Infeasibility:
-        """Collect rows of a flat stack."""
-        count = int(np.prod(shape, dtype=int))
-
-        def filled(name: str, *size: int, fill: float = np.nan, kind: type = np.float64) -> np.ndarray:
-            array: np.ndarray = np.full((count, *size), fill, dtype=kind)
-            for row, value in rows.items():
-                array[row] = getattr(value, name)
-            return array.reshape((*shape, *size))
-
-        infeasible = np.zeros(count, dtype=bool)
+    def from_rows(cls, shape: tuple[int, ...], rows: dict[int, Shortfall]) -> Infeasibility:
+        """Collect rows of a flat stack, one or more."""
+        infeasible = np.zeros(math.prod(shape), dtype=bool)
         infeasible[list(rows)] = True
-        return cls(
-            infeasible.reshape(shape),
-            filled("f", n),
-            filled("g", n),
-            filled("shoulder", 3),
-            filled("missing", 6),
-            filled("direction", 6),
-            filled("required"),
-            filled("available"),
-            filled("valid_up_to"),
-            filled("blocking", n, fill=0, kind=np.int8),
-            filled("relief", n),
-            filled("extra_force", 3),
-            filled("extra_point", 3),
-        )
+        arrays = []
+        for column in map(np.array, zip(*rows.values(), strict=True)):
+            fill = 0 if column.dtype == np.int8 else np.nan
+            array = np.full((len(infeasible), *column.shape[1:]), fill, dtype=column.dtype)
+            array[list(rows)] = column
+            arrays.append(array.reshape((*shape, *column.shape[1:])))
+        return cls(infeasible.reshape(shape), *arrays)
 
     def explain(self, index: int | tuple[int, ...] = ()) -> str:
         """Reason in words why a pose cannot be held: what is missing, which limits block, and what would hold it.
@@ -159,14 +144,8 @@ class Infeasibility(ReadOnly):
                 alone += 1
             parts.append(f"Limb {i + 1} {which} {limit:.1f} N{more}.")
         if alone:
-            one = (
-                "this limit"
-                if len(parts) == 1
-                else "one of these limits"
-                if alone == len(parts)
-                else "one of the others"
-            )
-            parts.append(f"Relaxing {one} alone does not make the pose feasible.")
+            one = "one of these limits" if alone == len(parts) else "one of the others"
+            parts.append(f"Relaxing {'this limit' if len(parts) == 1 else one} alone does not make the pose feasible.")
         return parts
 
     def _further_muscle(self, index: int | tuple[int, ...]) -> str:

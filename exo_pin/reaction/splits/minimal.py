@@ -5,13 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.least_force_in_bounds import least_force
-from ...wrist.limbs import STATUS
 from ..indeterminacy.freedom import Freedom
-from .limb_and_side_forces import Choice, Pose
+from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split
 
 __all__ = ["Minimal", "is_trivial"]
@@ -67,19 +64,12 @@ class Minimal(Split):
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Least |F_s| within the bounds of g."""
+        free = np.full(poses.tensions.self_stress.shape[2], np.inf)
         for row in rows.tolist():
-            effect, own = poses.effect(row), poses.tensions
-            free = np.full(own.self_stress.shape[2], np.inf)
-            low, high = poses.side_bounds.at(row, own.f[row])
+            low, high = poses.side_bounds.at(row, poses.tensions.f[row])
             lower, upper = np.concatenate([-free, low[poses.upu]]), np.concatenate([free, high[poses.upu]])
-            answer.trivial[row] = poses.limits is None and is_trivial(effect, lower, upper)
-            try:
-                best = least_force(own.shoulder[row], effect, lower, upper)
-            except SolverFailed:
-                answer.status[row] = STATUS.index("not_solved")
-                continue
-            forces = poses.forces(row, best.variables)
-            answer.put(row, Choice(*forces, best.residual, best.gap, best.unique))
+            answer.trivial[row] = poses.limits is None and is_trivial(poses.effect(row), lower, upper)
+            answer.put_least_force(poses, row, lower, upper)
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Chosen by the optimiser, or bounded only where |F_s| does not depend on it."""

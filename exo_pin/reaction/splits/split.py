@@ -8,11 +8,14 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import SolverFailed
 from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...design import Mechanism
+from ...numerics.least_force_in_bounds import least_force
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
 from ...wrist.forces.moved_device import Movement
+from ...wrist.limbs import STATUS
 from ..constraints.side_force_bounds import SideForceBounds
 from ..holding.actuator_limits import ForceLimits
 from ..indeterminacy.freedom import Freedom
@@ -38,6 +41,10 @@ class PoseStack(NamedTuple):
         Tensions that balance the moments.
     stiffness, misfit : ndarray
         Of each limb along its side wrench, shape (N, n), N/m and m.
+    status : ndarray of int8
+        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`, changed where a pose has no answer.
+    margin, determinant : ndarray
+        Shape (N,), as in :class:`exo_pin.Reaction`.
     limits : ForceLimits or None
         Of f; None where there are none.
     side_bounds : SideForceBounds
@@ -67,6 +74,9 @@ class PoseStack(NamedTuple):
     tensions: BalancedTensions
     stiffness: FloatArray
     misfit: FloatArray
+    status: NDArray[np.int8]
+    margin: FloatArray
+    determinant: FloatArray
     limits: ForceLimits | None
     side_bounds: SideForceBounds
     socket: Socket | None
@@ -255,6 +265,15 @@ class Chosen:
     def put(self, row: int, choice: Choice) -> None:
         """Fill one pose."""
         self.f[row], self.g[row], self.kkt[row], self.gap[row], self.unique[row] = choice
+
+    def put_least_force(self, poses: PoseStack, row: int, lower: FloatArray, upper: FloatArray) -> None:
+        """Fill one pose with the forces of least |F_s| within bounds of what :meth:`PoseStack.effect` multiplies."""
+        try:
+            best = least_force(poses.tensions.shoulder[row], poses.effect(row), lower, upper)
+        except SolverFailed:
+            self.status[row] = STATUS.index("not_solved")
+            return
+        self.put(row, Choice(*poses.forces(row, best.variables), best.residual, best.gap, best.unique))
 
     def put_determined(self, rows: NDArray[np.intp], f: FloatArray, g: FloatArray) -> None:
         """Fill poses without a choice, shapes (k, n)."""

@@ -7,14 +7,13 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, SolverFailed
+from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ...numerics.least_force_in_bounds import least_force
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
 from ..indeterminacy.freedom import Freedom
-from .limb_and_side_forces import Choice, Pose
+from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split
 
 __all__ = ["Standalone"]
@@ -55,15 +54,9 @@ class Standalone(Split):
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """The shortest forces with F_s = 0."""
+        free = np.full(poses.tensions.self_stress.shape[2] + poses.upu.size, np.inf)
         for row in rows.tolist():
-            effect = poses.effect(row)
-            free = np.full(effect.shape[1], np.inf)
-            try:
-                best = least_force(poses.tensions.shoulder[row], effect, -free, free)
-            except SolverFailed:
-                answer.status[row] = STATUS.index("not_solved")
-                continue
-            answer.put(row, Choice(*poses.forces(row, best.variables), best.residual, best.gap, best.unique))
+            answer.put_least_force(poses, row, -free, free)
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Mark poses that are singular, or nearly, for limbs without a shoulder.

@@ -7,20 +7,16 @@ widest path. Nodes are taken in the order of falling margin and joined to the ne
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
 
 __all__ = ["connection_margin", "largest_region", "widest_path"]
 
@@ -52,26 +48,19 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
         Shape (N,), written.
     """
     count, d1, d2 = value.shape[0], shape[1] * shape[2], shape[2]
+    strides = (d1, d2, 1)
     parent, taken = np.arange(count), np.zeros(count, dtype=np.uint8)
     # Members of a set as a ring, so that a whole set can be given its margin when rest joins it.
     ring, size = np.arange(count), np.ones(count, dtype=np.int64)
     for k in range(count):
         node = order[k]
         taken[node] = 1
-        i, j, l = node // d1, (node // d2) % shape[1], node % d2  # noqa: E741
+        place = (node // d1, (node // d2) % shape[1], node % d2)
         out[node] = value[node] if node == start else -np.inf
         for side in range(6):
-            axis, forward = side // 2, side % 2 == 0
-            if axis == 0:
-                other = node + d1 if forward else node - d1
-                inside = i + 1 < shape[0] if forward else i > 0
-            elif axis == 1:
-                other = node + d2 if forward else node - d2
-                inside = j + 1 < shape[1] if forward else j > 0
-            else:
-                other = node + 1 if forward else node - 1
-                inside = l + 1 < shape[2] if forward else l > 0
-            if not inside or taken[other] == 0:
+            axis, step = side // 2, 1 - 2 * (side % 2)
+            other = node + step * strides[axis]
+            if not 0 <= place[axis] + step < shape[axis] or taken[other] == 0:
                 continue
             a, b = _root_of(parent, node), _root_of(parent, other)
             if a == b:

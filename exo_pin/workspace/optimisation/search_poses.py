@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,7 +15,7 @@ from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion
 from ..pose_offsets import PoseOffsets
 from .centres import Centre
 
-__all__ = ["SearchPoses", "lifting_poses"]
+__all__ = ["SearchPoses", "lifting_lines", "lifting_poses"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,13 +28,13 @@ class SearchPoses(ReadOnly):
         Shape (N,).
     weights : ndarray
         Shape (N,).
-    offsets : PoseOffsets or None
-        Of the device's centre in these poses; None where it is the shoulder's.
+    offsets : PoseOffsets
+        Of the device's centre in these poses; none if left out.
     """
 
     orientations: Rotation
     weights: FloatArray
-    offsets: PoseOffsets | None = None
+    offsets: PoseOffsets = field(default_factory=PoseOffsets.none)
 
     def __post_init__(self) -> None:
         weights = as_finite("weights", self.weights, (None,))
@@ -96,3 +96,12 @@ def lifting_poses(
     )
     flexion, abduction, internal = rows.T
     return SearchPoses(shoulder_rotation(flexion, abduction, internal, side, degrees=True), weights)
+
+
+def lifting_lines(side: str, highest: float = 90.0, step: float = 5.0) -> tuple[Rotation, Rotation]:
+    """Lifting forward and sideways from 0 to ``highest``, degrees, as two stacks."""
+    angles = np.linspace(0.0, highest, int(np.ceil(highest / step)) + 1)
+    return (
+        shoulder_rotation(angles, 0.0, 0.0, side, degrees=True),
+        shoulder_rotation(0.0, angles, 0.0, side, degrees=True),
+    )

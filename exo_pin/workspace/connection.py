@@ -60,7 +60,8 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
         for side in range(6):
             axis, step = side // 2, 1 - 2 * (side % 2)
             other = node + step * strides[axis]
-            if not 0 <= place[axis] + step < shape[axis] or taken[other] == 0:
+            at = place[axis] + step
+            if at < 0 or at == shape[axis] or taken[other] == 0:
                 continue
             a, b = _root_of(parent, node), _root_of(parent, other)
             if a == b:

@@ -48,20 +48,18 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
         Shape (N,), written.
     """
     count, d1, d2 = value.shape[0], shape[1] * shape[2], shape[2]
-    strides = (d1, d2, 1)
     parent, taken = np.arange(count), np.zeros(count, dtype=np.uint8)
     # Members of a set as a ring, so that a whole set can be given its margin when rest joins it.
     ring, size = np.arange(count), np.ones(count, dtype=np.int64)
     for k in range(count):
         node = order[k]
         taken[node] = 1
-        place = (node // d1, (node // d2) % shape[1], node % d2)
+        i, j, l = node // d1, (node // d2) % shape[1], node % d2  # noqa: E741
         out[node] = value[node] if node == start else -np.inf
-        for side in range(6):
-            axis, step = side // 2, 1 - 2 * (side % 2)
-            other = node + step * strides[axis]
-            at = place[axis] + step
-            if at < 0 or at == shape[axis] or taken[other] == 0:
+        ahead = ((i + 1 < shape[0], node + d1), (j + 1 < shape[1], node + d2), (l + 1 < shape[2], node + 1))
+        behind = ((i > 0, node - d1), (j > 0, node - d2), (l > 0, node - 1))
+        for inside, other in ahead + behind:
+            if not inside or taken[other] == 0:
                 continue
             a, b = _root_of(parent, node), _root_of(parent, other)
             if a == b:

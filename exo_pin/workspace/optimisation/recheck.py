@@ -22,8 +22,7 @@ from ..criteria import Criteria
 from ..evaluation import tension_limits
 from ..query import workspace
 from ..result import Workspace
-from .centres import Centre, centre_text, shifted
-from .search_poses import lifting_lines
+from .search_poses import Centre, centre_text, lifting_lines, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Callable

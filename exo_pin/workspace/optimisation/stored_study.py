@@ -26,8 +26,8 @@ import numpy as np
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...design.io.mechanism_writing import mechanism_table
-from .centres import Centre, described
 from .merit import OBJECTIVES, Merit
+from .search_poses import Centre, described
 
 __all__ = ["STALE", "Run", "StoredStudy", "study_description"]
 

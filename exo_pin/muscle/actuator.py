@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput, MissingData
 from ..core.validation import FloatArray, as_finite, as_positive
+from .argument_checks import require_kind
 from .laws.static import StaticModel
 
 __all__ = ["Muscle"]
@@ -47,8 +48,7 @@ class Muscle:
     least_pressure: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.model, StaticModel):
-            raise InvalidInput(f"expected model to be a StaticModel, got {type(self.model).__name__}")
+        require_kind("model", self.model, StaticModel)
         if self.end_fitting is not None:
             as_positive("end_fitting", self.end_fitting, zero=True)
         if self.supply_pressure is not None:

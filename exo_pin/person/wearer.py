@@ -18,7 +18,6 @@ from ..design import Arm
 from ..design.anthropometry import arm_segments, upper_arm_length
 from ..load_case import CentrePath, Load, Motion
 from ..load_case.pose_stacks import pose_matrices
-from .build_table import build_table
 from .contact.assumption_range import ContactRange, contact_range
 from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
@@ -28,6 +27,7 @@ from .limb.limb_state import LimbState, limb_state
 from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
 from .limb.posture import LIMIT_NAMES, model_axes
+from .reading_tables import build_table
 
 __all__ = ["Person"]
 

@@ -7,20 +7,16 @@ widest path. Nodes are taken in the order of falling margin and joined to the ne
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from ..core.compiled import kernel
 from ..core.validation import FloatArray
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
 
 __all__ = ["connection_margin", "largest_region", "widest_path"]
 
@@ -60,17 +56,9 @@ def widest_path(value: Any, order: Any, shape: Any, start: int, out: Any) -> Non
         taken[node] = 1
         i, j, l = node // d1, (node // d2) % shape[1], node % d2  # noqa: E741
         out[node] = value[node] if node == start else -np.inf
-        for side in range(6):
-            axis, forward = side // 2, side % 2 == 0
-            if axis == 0:
-                other = node + d1 if forward else node - d1
-                inside = i + 1 < shape[0] if forward else i > 0
-            elif axis == 1:
-                other = node + d2 if forward else node - d2
-                inside = j + 1 < shape[1] if forward else j > 0
-            else:
-                other = node + 1 if forward else node - 1
-                inside = l + 1 < shape[2] if forward else l > 0
+        ahead = ((i + 1 < shape[0], node + d1), (j + 1 < shape[1], node + d2), (l + 1 < shape[2], node + 1))
+        behind = ((i > 0, node - d1), (j > 0, node - d2), (l > 0, node - 1))
+        for inside, other in ahead + behind:
             if not inside or taken[other] == 0:
                 continue
             a, b = _root_of(parent, node), _root_of(parent, other)

@@ -17,18 +17,7 @@ from .body_shape import BodyShape
 
 __all__ = ["CRITERIA", "LIMB_RADII", "UNITS", "Criteria", "missing_for"]
 
-#: Names of the criteria, in the order in which they are reported.
-CRITERIA = (
-    "joint_angles",
-    "shoulder_range",
-    "stroke",
-    "singularity",
-    "connected",
-    "forces",
-    "shoulder_force",
-    "clearance",
-)
-#: Units of their margins; "" for a number without one.
+#: Criteria in the order in which they are reported, and the units of their margins; "" for a number without one.
 UNITS = {
     "joint_angles": "rad",
     "shoulder_range": "rad",
@@ -39,6 +28,8 @@ UNITS = {
     "shoulder_force": "N",
     "clearance": "m",
 }
+#: Names of the criteria.
+CRITERIA = tuple(UNITS)
 #: Radius of a limb, m, where :attr:`Criteria.limb_radius` gives none: assumed, by the actuator's family.
 LIMB_RADII = {"cable": 0.003, "pneumatic muscle": 0.015, "linear": 0.016}
 
@@ -117,6 +108,12 @@ class Criteria(Record):
         """A copy with some limits changed."""
         return replace(self, **changes)
 
+    def off_grid(self) -> Criteria:
+        """These criteria without "connected", for poses that are no grid."""
+        if self.names is None:
+            return self
+        return self.replace(names=tuple(name for name in self.names if name != "connected"))
+
     def chosen(self, mechanism: Mechanism, is_grid: bool) -> tuple[tuple[str, ...], dict[str, str]]:
         """Criteria to check on a design, and why the others are not checked.
 
@@ -149,15 +146,11 @@ def missing_for(name: str, mechanism: Mechanism, criteria: Criteria, is_grid: bo
     limbs = mechanism.limbs
     if name == "joint_angles":
         jointed = [limb for limb in limbs if limb.kind == "UPU"]
-        lacking = [
-            text
-            for text, known in (
-                ("range of the universal joints (joint_limit)", all(limb.joint_limit is not None for limb in jointed)),
-                ("straight direction of the universal joints (joint_straight)",
-                 all(limb.joint_straight is not None for limb in jointed)),
-            )
-            if not known
-        ]  # fmt: skip
+        lacking = []
+        if any(limb.joint_limit is None for limb in jointed):
+            lacking.append("range of the universal joints (joint_limit)")
+        if any(limb.joint_straight is None for limb in jointed):
+            lacking.append("straight direction of the universal joints (joint_straight)")
         return lacking if jointed else ["no limb has universal joints"]
     if name == "shoulder_range":
         known = mechanism.shoulder.half_diagonal is not None and mechanism.shoulder.abduction_centre is not None

@@ -14,6 +14,7 @@ from ..load_case import Load
 from ..load_case.pose_stacks import Query, as_query
 from ..reaction.holding.actuator_limits import design_limits, length_limits
 from ..wrist.forces.limb_inertia import limb_loads
+from .body_shape import BodyShape
 from .connection import connection_margin, nearest_to_rest
 from .criteria import Criteria
 from .kernels.clearance_kernels import clearance_stack
@@ -21,7 +22,7 @@ from .kernels.holding_kernels import holding_stack, three_limb_stack
 from .kernels.joint_kernels import kinematic_stack, shoulder_stack
 from .pose_offsets import PoseOffsets
 
-__all__ = ["PoseValues", "evaluate_poses", "rest_side", "tension_limits"]
+__all__ = ["PoseValues", "clearances", "evaluate_poses", "rest_side", "tension_limits"]
 
 #: |a × b| below which a limb has no plane, m²; the kernels call such a pose singular long before.
 _FOLDED = 1e-12
@@ -113,12 +114,8 @@ def evaluate_poses(
             margins["shoulder_force"] = criteria.largest_shoulder_force - np.sqrt((shoulder**2).sum(axis=1))
     gaps = np.full((count, 3), np.nan)
     if "clearance" in names:
-        assert criteria.body is not None
-        geometry, body = mechanism.geometry, criteria.body
-        clearance_stack(
-            matrices, geometry.base_points, geometry.platform_points, offsets.base, offsets.cuff,
-            criteria.radii(mechanism), np.array(body.torso), np.array(body.arm), gaps,
-        )  # fmt: skip
+        base, platform = mechanism.geometry.base_points, mechanism.geometry.platform_points
+        gaps = clearances(matrices, base, platform, offsets, criteria.radii(mechanism), criteria.body)
         margins["clearance"] = gaps.min(axis=1) - criteria.least_gap
     return PoseValues(margins, lengths, independent, tensions, shoulder, gaps)
 
@@ -235,6 +232,22 @@ def _weight_of_limbs(mechanism: Mechanism, query: Query, offsets: PoseOffsets) -
     folded = (np.sqrt((across**2).sum(axis=-1)) < _FOLDED).any(axis=1)
     closure, share = limb_loads(mechanism, query, base, cuff, folded)
     return np.asarray((closure - share).sum(axis=1))
+
+
+def clearances(
+    matrices: FloatArray,
+    base: FloatArray,
+    platform: FloatArray,
+    offsets: PoseOffsets,
+    radii: FloatArray,
+    body: BodyShape | None,
+) -> FloatArray:
+    """Least distances of limbs to arm, torso and each other, shape (N, 3), m."""
+    assert body is not None
+    gaps = np.empty((len(matrices), 3))
+    still, moving = np.array(body.torso), np.array(body.arm)  # writable, for which the kernel is compiled
+    clearance_stack(matrices, base, platform, offsets.base, offsets.cuff, radii, still, moving, gaps)
+    return gaps
 
 
 def tension_limits(mechanism: Mechanism, lengths: FloatArray, least_tension: float) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import qmc
 
-from ..core.conventions import GRAVITY, shoulder_rotation
+from ..core.conventions import GRAVITY, MIRROR
 from ..core.errors import InvalidInput, MissingData
 from ..core.progress import track
 from ..core.validation import FloatArray, ReadOnly, as_finite
@@ -26,7 +26,9 @@ from ..design.actuator_families import family_limits
 from ..load_case.pose_stacks import pose_matrices
 from ..study import adl_box
 from .criteria import LIMB_RADII, Criteria
-from .kernels.clearance_kernels import clearance_stack
+from .evaluation import clearances
+from .optimisation.search_poses import lifting_lines
+from .pose_offsets import PoseOffsets
 
 __all__ = ["LimbPlaces", "limb_places"]
 
@@ -133,7 +135,8 @@ def limb_places(
         if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
             raise InvalidInput(f"expected {label} as a whole number of at least {least}, got {value!r:.80}")
     grid = pose_matrices(adl_box(step, side))[1]
-    matrices = np.ascontiguousarray(np.concatenate([grid, _lifting(side)]))
+    lines = [line.as_matrix() for line in lifting_lines(side, step=10.0)]
+    matrices = np.ascontiguousarray(np.concatenate([grid, *lines]))
     lifts = np.arange(len(matrices)) >= len(grid)
     base, platform = _places((base_radius, platform_radius, drop), count, side, seed)
     passing, masks, shares, within, best = [], [], [], 0, 0.0
@@ -163,13 +166,6 @@ def limb_places(
     return LimbPlaces(base[passing], platform[passing], np.array(shares), count, within / count, best, held)
 
 
-def _lifting(side: str) -> FloatArray:
-    angles = np.linspace(0.0, 90.0, 10)
-    forward = shoulder_rotation(angles, 0.0, 0.0, side, degrees=True)
-    sideways = shoulder_rotation(0.0, angles, 0.0, side, degrees=True)
-    return np.concatenate([forward.as_matrix(), sideways.as_matrix()])
-
-
 def _places(bounds: tuple[tuple[float, float], ...], count: int, side: str, seed: int) -> tuple[FloatArray, FloatArray]:
     """Joints on torso and arm, shape (count, 3), m: directions even on the sphere, the rest even in its bounds."""
     u = qmc.Sobol(6, rng=np.random.default_rng(seed)).random(count)
@@ -182,7 +178,7 @@ def _places(bounds: tuple[tuple[float, float], ...], count: int, side: str, seed
     base = np.stack([level * np.cos(around), level * np.sin(around), radius * height], axis=-1)
     out, about = p0 + (p1 - p0) * u[:, 3], 2.0 * np.pi * u[:, 4]
     platform = np.stack([out * np.cos(about), out * np.sin(about), -(d0 + (d1 - d0) * u[:, 5])], axis=-1)
-    outward = np.array([1.0, 1.0 if side == "left" else -1.0, 1.0])
+    outward = np.ones(3) if side == "left" else np.diag(MIRROR)
     return base * outward, platform * outward
 
 
@@ -211,14 +207,8 @@ def _clear(
     criteria: Criteria, actuator: Actuator, matrices: FloatArray, base: FloatArray, platform: FloatArray
 ) -> NDArray[np.bool_]:
     """Poses in which the limb keeps its distance from arm and torso."""
-    assert criteria.body is not None
     radius = LIMB_RADII[actuator.family] if criteria.limb_radius is None else criteria.limb_radius
-    gaps = np.empty((len(matrices), 3))
-    centred = np.zeros((1, 3))
-    clearance_stack(
-        matrices, base, platform, centred, centred, np.array([radius]), np.array(criteria.body.torso),
-        np.array(criteria.body.arm), gaps,
-    )  # fmt: skip
+    gaps = clearances(matrices, base, platform, PoseOffsets.none(), np.array([radius]), criteria.body)
     return np.asarray(gaps[:, :2].min(axis=1) >= criteria.least_gap)
 
 

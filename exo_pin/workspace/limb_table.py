@@ -10,7 +10,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..reaction.holding.actuator_limits import length_limits
 from ..study import StudyTable
-from .kernels.clearance_kernels import clearance_stack
+from .evaluation import clearances
 from .pose_offsets import PoseOffsets
 from .result import Workspace
 
@@ -95,15 +95,11 @@ def _gaps(mechanism: Mechanism, found: Workspace, R: FloatArray, offsets: PoseOf
     if body is None or np.isnan(radii).any():
         return out
     base, platform = mechanism.geometry.base_points, mechanism.geometry.platform_points
-    gap = np.empty((len(R), 3))
     for i in range(n):
         others = []
         for j in range(n):
             pair = [i, j] if j != i else [i]
-            clearance_stack(
-                R, base[pair], platform[pair], offsets.base, offsets.cuff, radii[pair], np.array(body.torso),
-                np.array(body.arm), gap,
-            )  # fmt: skip
+            gap = clearances(R, base[pair], platform[pair], offsets, radii[pair], body)
             if j == i:
                 out[i, :2] = gap[:, :2].min(axis=0)
             else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, as_rotation
+from ..design import Mechanism
 from ..load_case import CentreOffset, Load
 from ..load_case.centre_path import CentrePath
 from ..load_case.pose_stacks import pose_matrices
@@ -21,9 +21,6 @@ from .criteria import Criteria
 from .evaluation import evaluate_poses
 from .pose_offsets import PoseOffsets
 from .result import Workspace
-
-if TYPE_CHECKING:
-    from ..design import Mechanism
 
 __all__ = ["workspace"]
 

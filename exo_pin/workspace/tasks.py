@@ -84,9 +84,7 @@ def _of_movement(
     mechanism: Mechanism, name: str, given: Movement | str | PathLike[str], criteria: Criteria
 ) -> dict[str, Any]:
     movement = given if isinstance(given, Movement) else read_movement(fspath(given), mechanism.side)
-    if criteria.names is not None:
-        criteria = criteria.replace(names=tuple(each for each in criteria.names if each != "connected"))
-    found = workspace(mechanism, movement.orientations, criteria)
+    found = workspace(mechanism, movement.orientations, criteria.off_grid())
     rates = _rates(mechanism, movement)
     power = np.maximum(-found.tensions * rates, 0.0)
     return _row(

@@ -6,9 +6,9 @@ import pytest
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
 from exo_pin.workspace import BodyShape, Criteria, free_joints, lifting_poses, recheck, starting_design
-from exo_pin.workspace.optimisation.centres import as_centres, centre_text, shifted
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
+from exo_pin.workspace.optimisation.search_poses import as_centres, centre_text, shifted
 
 ARM = ep.Arm.from_anthropometry(1.75, 75, sex="male")
 LIMITS = Criteria(largest_shoulder_force=150.0, body=BodyShape.from_height(1.75))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 import scipy
@@ -13,12 +14,13 @@ from ...core.errors import InvalidInput, SolverFailed
 from ...core.errors.muscles import NotIdentifiable
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ..argument_checks import rising_times
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import Damping, LoadDependentFriction
 from ..laws.static import StaticModel
 from ..simulation.pressure import PressureInput, PressureTrace
-from ..simulation.step_response import simulate
-from .static_identification import collinear
+from ..simulation.step_response import QUICK, simulate
+from .static_identification import collinear, confidence_interval
 
 __all__ = ["DynamicIdentification", "Recording", "identify_dynamic"]
 
@@ -64,14 +66,12 @@ class Recording(Record):
         mass: float,
         start: float | None = None,
     ) -> None:
-        t = as_finite("time", time, (None,))
-        x = as_finite("contraction", contraction, (len(t),))
-        p = pressure if isinstance(pressure, PressureInput) else PressureTrace(t, pressure)
-        if len(t) < 2 or (np.diff(t) <= 0).any():
-            raise InvalidInput("expected time to rise from sample to sample, with at least two samples")
+        t = rising_times("time", time)
         object.__setattr__(self, "time", t)
-        object.__setattr__(self, "contraction", x)
-        object.__setattr__(self, "pressure", p)
+        object.__setattr__(self, "contraction", as_finite("contraction", contraction, (len(t),)))
+        if not isinstance(pressure, PressureInput):
+            pressure = PressureTrace(t, pressure)
+        object.__setattr__(self, "pressure", pressure)
         object.__setattr__(self, "mass", as_positive("mass", mass))
         object.__setattr__(self, "start", None if start is None else float(as_finite("start", start, ())))
 
@@ -79,17 +79,7 @@ class Recording(Record):
         """Return simulated less recorded contraction, shape (n,), m."""
         # A small negative first sample is noise about the stop.
         start = max(0.0, float(self.contraction[0])) if self.start is None else self.start
-        response = simulate(
-            model,
-            self.mass,
-            self.pressure,
-            self.time,
-            contraction=start,
-            outside="mark",
-            rtol=1e-8,
-            atol=1e-10,
-            estimate_error=False,
-        )
+        response = simulate(model, self.mass, self.pressure, self.time, start, **QUICK)
         return np.asarray(response.contraction - self.contraction)
 
 
@@ -135,10 +125,7 @@ class DynamicIdentification(Record):
         InvalidInput
             If ``level`` is not between 0 and 1.
         """
-        if not 0 < as_positive("level", level) < 1:
-            raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
-        half = scipy.stats.t.ppf(0.5 + level / 2, self.samples - len(self.names)) * np.sqrt(np.diag(self.covariance))
-        return np.column_stack([self.coefficients - half, self.coefficients + half])
+        return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.samples - len(self.names))
 
 
 def _first_guesses() -> list[FloatArray]:
@@ -149,16 +136,6 @@ def _first_guesses() -> list[FloatArray]:
         for falls in (False, True)
         for d in (0.3, 1.0, 3.0)
     ]
-
-
-def _build(static: StaticModel, values: FloatArray, load_bar_per_kg: float, name: str, source: str) -> DynamicModel:
-    return DynamicModel(
-        name=name,
-        static=static,
-        friction=LoadDependentFriction.from_bar(float(values[0]), float(values[1]), float(values[2]), load_bar_per_kg),
-        damping=Damping.from_bar(float(values[3]), float(values[4])),
-        source=source,
-    )
 
 
 def identify_dynamic(
@@ -211,18 +188,20 @@ def identify_dynamic(
     if samples <= len(_NAMES):
         raise NotIdentifiable(f"expected more than {len(_NAMES)} samples, got {samples}", _NAMES)
 
+    def build(values: FloatArray) -> DynamicModel:
+        N_2, N_1, N_0, D_1, D_2 = values.tolist()
+        friction, damping = LoadDependentFriction.from_bar(N_2, N_1, N_0, load_bar_per_kg), Damping.from_bar(D_1, D_2)
+        return DynamicModel(name=name, static=static, friction=friction, damping=damping, source=source)
+
     def residual(scaled: FloatArray) -> FloatArray:
-        model = _build(static, scaled * _SCALE, load_bar_per_kg, name, source)
+        model = build(scaled * _SCALE)
         return np.concatenate([recording.residual(model) for recording in recordings])
 
     def jacobian(scaled: FloatArray) -> FloatArray:
         # Central differences: the responses bend where a phase of sticking appears or goes.
-        columns = []
-        for i in range(len(scaled)):
-            step = np.zeros(len(scaled))
-            step[i] = _STEP * max(1.0, abs(float(scaled[i])))
-            columns.append((residual(scaled + step) - residual(scaled - step)) / (2 * step[i]))
-        return np.column_stack(columns)
+        steps = np.diag(_STEP * np.maximum(1.0, np.abs(scaled)))
+        rises = [(residual(scaled + step) - residual(scaled - step)) / (2 * step.sum()) for step in steps]
+        return np.column_stack(rises)
 
     if start is None:
         # The sum of squares has several valleys: a friction too large stops the motion early, one too small late.
@@ -243,13 +222,13 @@ def identify_dynamic(
     norms = np.linalg.norm(sensitivity, axis=0)
     floor = 1e-9 * norms.max() if norms.max() > 0 else np.inf
     if (norms <= floor).any() or np.linalg.matrix_rank(sensitivity / np.maximum(norms, 1e-300)) < len(_NAMES):
-        lost = tuple(n for n, flag in zip(_NAMES, (norms <= floor) | collinear(sensitivity), strict=True) if flag)
+        lost = tuple(compress(_NAMES, (norms <= floor) | collinear(sensitivity)))
         raise NotIdentifiable(f"these responses cannot determine the coefficients {', '.join(lost)}", lost)
     variance = float(answer.fun @ answer.fun) / (samples - len(_NAMES))
     upper = np.linalg.inv(np.linalg.qr(sensitivity / norms, mode="r"))
     spread = (upper @ upper.T) / np.outer(norms, norms) * np.outer(_SCALE, _SCALE)
     values = answer.x * _SCALE
-    model = _build(static, values, load_bar_per_kg, name, source)
+    model = build(values)
     return DynamicIdentification(
         model=model,
         names=_NAMES,
@@ -258,7 +237,7 @@ def identify_dynamic(
         sigma=float(np.sqrt(variance)),
         samples=samples,
         condition_number=float(np.linalg.cond(sensitivity / norms)),
-        indistinct=tuple(np.array(_NAMES)[collinear(sensitivity)].tolist()),
+        indistinct=tuple(compress(_NAMES, collinear(sensitivity))),
         inside=_share_inside(model, recordings),
     )
 

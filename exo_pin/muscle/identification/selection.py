@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import UnknownName
 from ...core.errors.muscles import NotIdentifiable
 from ...core.validation import FloatArray, as_positive, frozen
-from ..laws.fitted_forms import Candidate, candidates
+from ..laws.fitted_forms import Candidate, candidates, left_out_errors
 from ..laws.static import StaticModel
 from .region import as_measurements
 
@@ -161,19 +161,15 @@ def select_model(
     """
     columns = as_measurements(contraction, pressure, force)
     length = as_positive("nominal_length", nominal_length)
-    n = len(columns[2])
-    forms = candidates(n)
+    forms = candidates(len(columns[2]))
     scores = _rank(forms, columns, length)
     winner = _choose(scores)
     errors = None
     if nested:
         polynomials = [form for form in forms if form.powers is not None]
-        errors = np.empty(n)
-        for i in range(n):
-            rest = np.arange(n) != i
-            inner = (columns[0][rest], columns[1][rest], columns[2][rest])
-            chosen = _choose(_rank(polynomials, inner, length))
-            model = chosen.candidate.fit(*inner, length)
-            errors[i] = columns[2][i] - model.unchecked_force(columns[0][i], columns[1][i])
-        errors = frozen(errors)
+
+        def fit_of_choice(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
+            return _choose(_rank(polynomials, (x, p, f), length)).candidate.fit(x, p, f, length)
+
+        errors = frozen(left_out_errors(fit_of_choice, *columns, length))
     return Selection(winner.candidate.fit(*columns, length), tuple(scores), errors)

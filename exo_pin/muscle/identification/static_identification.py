@@ -9,6 +9,7 @@ the uncertainty of the force.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 import scipy
@@ -22,7 +23,14 @@ from ..laws.polynomial_law import PolynomialModel
 from ..laws.validity import Validity
 from .region import SECOND_ORDER, Powers, Region, as_measurements, design_matrix, find_region, hull
 
-__all__ = ["CONDITION_LIMIT", "StaticIdentification", "coefficient_name", "collinear", "identify_static"]
+__all__ = [
+    "CONDITION_LIMIT",
+    "StaticIdentification",
+    "coefficient_name",
+    "collinear",
+    "confidence_interval",
+    "identify_static",
+]
 
 #: Condition index above which a dependency among columns of unit length is called strong (Belsley, Kuh, Welsch).
 CONDITION_LIMIT = 30.0
@@ -63,6 +71,14 @@ def collinear(jacobian: FloatArray) -> NDArray[np.bool_]:
     weak = singular[0] / singular > CONDITION_LIMIT
     flagged[live] = shares[weak].sum(axis=0) > 0.5 * shares.sum(axis=0)
     return flagged
+
+
+def confidence_interval(centre: FloatArray, variance: FloatArray, level: float, degrees_of_freedom: int) -> FloatArray:
+    """Student's interval about each of n estimates, shape (n, 2)."""
+    if not 0 < as_positive("level", level) < 1:
+        raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
+    half = scipy.stats.t.ppf(0.5 + level / 2, degrees_of_freedom) * np.sqrt(variance)
+    return np.column_stack([centre - half, centre + half])
 
 
 @dataclass(frozen=True)
@@ -133,8 +149,7 @@ class StaticIdentification(Record):
         InvalidInput
             If ``level`` is not between 0 and 1.
         """
-        half = self._quantile(level) * np.sqrt(np.diag(self.covariance))
-        return np.column_stack([self.coefficients - half, self.coefficients + half])
+        return confidence_interval(self.coefficients, np.diag(self.covariance), level, self.degrees_of_freedom)
 
     def force_interval(self, contraction: ArrayLike, pressure: ArrayLike, level: float = 0.95) -> FloatArray:
         """Confidence interval of the law's force, shape (..., 2), N.
@@ -154,14 +169,8 @@ class StaticIdentification(Record):
         x = as_finite("contraction", contraction, (None,))
         p = as_finite("pressure", pressure, (len(x),))
         rows = design_matrix(x, p, self.powers)
-        half = self._quantile(level) * np.sqrt(np.einsum("ni,ij,nj->n", rows, self.covariance, rows))
-        centre = rows @ self.coefficients
-        return np.column_stack([centre - half, centre + half])
-
-    def _quantile(self, level: float) -> float:
-        if not 0 < as_positive("level", level) < 1:
-            raise InvalidInput(f"expected level between 0 and 1, got {level:g}")
-        return float(scipy.stats.t.ppf(0.5 + level / 2, self.degrees_of_freedom))
+        variance = np.einsum("ni,ij,nj->n", rows, self.covariance, rows)
+        return confidence_interval(rows @ self.coefficients, variance, level, self.degrees_of_freedom)
 
 
 def identify_static(
@@ -223,7 +232,7 @@ def identify_static(
     matrix = design_matrix(x, p, powers)
     norms = np.linalg.norm(matrix, axis=0)
     if (norms == 0).any() or np.linalg.matrix_rank(matrix / norms) < k:
-        lost = tuple(np.array(names)[collinear(matrix)].tolist())
+        lost = tuple(compress(names, collinear(matrix)))
         raise NotIdentifiable(f"these data cannot determine the coefficients {', '.join(lost)}", lost)
     # Columns of unit length and an orthogonal factor: the normal equations would square the condition number.
     orthogonal, upper = np.linalg.qr(matrix / norms)
@@ -253,6 +262,6 @@ def identify_static(
         sigma=sigma,
         condition_number=float(np.linalg.cond(matrix)),
         variance_inflation=frozen(np.diag(spread).copy()),
-        indistinct=tuple(np.array(names)[collinear(matrix)].tolist()),
+        indistinct=tuple(compress(names, collinear(matrix))),
         region=region,
     )

@@ -172,13 +172,7 @@ class SteadyStates(Record):
 
     def select(self, mask: NDArray[np.bool_]) -> SteadyStates:
         """Return those where ``mask``, shape (n,), is True."""
-        return SteadyStates(
-            contraction=frozen(self.contraction[mask]),
-            pressure=frozen(self.pressure[mask]),
-            force=frozen(self.force[mask]),
-            regulator=frozen(self.regulator[mask]),
-            called_valid=frozen(self.called_valid[mask]),
-        )
+        return SteadyStates(**{name: frozen(values[mask]) for name, values in vars(self).items()})
 
 
 @cache

@@ -17,35 +17,36 @@ from ..laws.validity import Validity
 
 __all__ = ["load_parameters", "parameter_content", "parse_parameters", "save_parameters"]
 
-#: (attribute, key in the file, power of bar in its unit) of the constants of each form.
-_CONSTANTS: dict[str, tuple[type[StaticModel], tuple[tuple[str, str, int], ...]]] = {
-    "chou-hannaford": (ChouHannaford, (("braid_length", "braid_length_m", 0), ("turns", "turns", 0))),
-    "tondu-lopez": (TonduLopez, (("radius", "radius_m", 0), ("a", "a", 0), ("b", "b", 0))),
-    "colbrunn": (
-        Colbrunn,
-        (
-            ("braid_length", "braid_length_m", 0),
-            ("turns", "turns", 0),
-            ("limit_force", "limit_force_N", 0),
-            ("least_length", "least_length_m", 0),
-        ),
-    ),
+_BRAID = {"braid_length": "braid_length_m", "turns": "turns"}
+#: Law of each form, and the keys of its constants in the file, by attribute.
+_CONSTANTS: dict[str, tuple[type[StaticModel], dict[str, str]]] = {
+    "chou-hannaford": (ChouHannaford, _BRAID),
+    "tondu-lopez": (TonduLopez, {"radius": "radius_m", "a": "a", "b": "b"}),
+    "colbrunn": (Colbrunn, {**_BRAID, "limit_force": "limit_force_N", "least_length": "least_length_m"}),
     "wickramatunge": (
         Wickramatunge,
-        (
-            ("rest_length", "rest_length_m", 0),
-            ("a_0", "a_0_N_per_m_bar2", -2),
-            ("a_1", "a_1_N_per_m2_bar", -1),
-            ("a_2", "a_2_N_per_m3", 0),
-            ("a_3", "a_3_N_per_m", 0),
-        ),
+        {
+            "rest_length": "rest_length_m",
+            "a_0": "a_0_N_per_m_bar2",
+            "a_1": "a_1_N_per_m2_bar",
+            "a_2": "a_2_N_per_m3",
+            "a_3": "a_3_N_per_m",
+        },
     ),
 }
+#: Power of bar in the unit of a constant, where there is one.
+_BAR_POWER = {"a_0": -2, "a_1": -1}
 
 
 def _unit(i: int, j: int) -> str:
     parts = ["N"] + [f"{base}^-{power}" for base, power in (("m", i), ("bar", j)) if power]
     return " ".join(parts)
+
+
+def _term(powers: tuple[int, int], value: float) -> dict[str, Any]:
+    i, j = powers
+    name, unit = coefficient_name(powers), _unit(i, j)
+    return {"symbol": name, "contraction_power": i, "pressure_power": j, "value": value, "unit": unit}
 
 
 def save_parameters(
@@ -92,32 +93,24 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     """
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
-    content: dict[str, Any] = {"name": model.name, "source": model.source, "notes": list(notes)}
-    content["reference_length_m"] = model.reference_length
+    forms = {kind: form for form, (kind, _) in _CONSTANTS.items()} | {PolynomialModel: "polynomial"}
+    if type(model) not in forms:
+        raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
+    content = {
+        "name": model.name,
+        "source": model.source,
+        "notes": list(notes),
+        "reference_length_m": model.reference_length,
+        "form": forms[type(model)],
+        "validity": _validity_table(model.validity),
+    }
     if isinstance(model, PolynomialModel):
-        content["form"] = "polynomial"
-        content["validity"] = _validity_table(model.validity)
-        content["coefficients"] = [
-            {
-                "symbol": coefficient_name((i, j)),
-                "contraction_power": i,
-                "pressure_power": j,
-                "value": value,
-                "unit": _unit(i, j),
-            }
-            for (i, j), value in model.in_bar.items()
-        ]
-    else:
-        form = next((key for key, (kind, _) in _CONSTANTS.items() if type(model) is kind), None)
-        if form is None:
-            raise InvalidInput(f"expected a model with a file format, got {type(model).__name__}")
-        content["form"] = form
-        content["validity"] = _validity_table(model.validity)
-        constants = {key: getattr(model, name) / BAR**power for name, key, power in _CONSTANTS[form][1]}
-        if isinstance(model, Colbrunn):
-            constants["efficiency_per_bar"] = [c * BAR**k for k, c in enumerate(model.efficiency)]
-        content["constants"] = constants
-    return content
+        return content | {"coefficients": [_term(powers, value) for powers, value in model.in_bar.items()]}
+    keys = _CONSTANTS[forms[type(model)]][1]
+    constants = {key: getattr(model, name) / BAR ** _BAR_POWER.get(name, 0) for name, key in keys.items()}
+    if isinstance(model, Colbrunn):
+        constants["efficiency_per_bar"] = [c * BAR**k for k, c in enumerate(model.efficiency)]
+    return content | {"constants": constants}
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:
@@ -202,7 +195,9 @@ def _parse_terms(top: Table) -> dict[tuple[int, int], float]:
 
 def _parse_constants(form: str, top: Table) -> dict[str, Any]:
     table = top.required_table("constants")
-    constants: dict[str, Any] = {name: table.coefficient(key) * BAR**power for name, key, power in _CONSTANTS[form][1]}
+    constants: dict[str, Any] = {
+        name: table.coefficient(key) * BAR ** _BAR_POWER.get(name, 0) for name, key in _CONSTANTS[form][1].items()
+    }
     if form == "colbrunn":
         constants["efficiency"] = [c / BAR**k for k, c in enumerate(table.coefficients("efficiency_per_bar"))]
     table.finish()

@@ -20,7 +20,8 @@ from numpy.typing import ArrayLike
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_positive
+from ..argument_checks import broadcast, require_kind
 from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
@@ -65,9 +66,9 @@ class DynamicModel:
     source: str = ""
 
     def __post_init__(self) -> None:
-        for key, kind in (("static", StaticModel), ("friction", FrictionLaw), ("damping", Damping)):
-            if not isinstance(getattr(self, key), kind):
-                raise InvalidInput(f"expected {key} to be a {kind.__name__}, got {type(getattr(self, key)).__name__}")
+        require_kind("static", self.static, StaticModel)
+        require_kind("friction", self.friction, FrictionLaw)
+        require_kind("damping", self.damping, Damping)
         if self.static.scale != 1.0:
             raise InvalidInput(
                 f"expected a static model of its own {self.static.reference_length:g} m, got one scaled "
@@ -154,19 +155,12 @@ class DynamicModel:
         """
         load = as_positive("mass", mass)
         choice = as_outside(outside)
-        arrays = [
-            as_finite(name, value, (), stack=True)
-            for name, value in (("contraction", contraction), ("velocity", velocity), ("pressure", pressure))
-        ]
-        try:
-            x, v, p = np.broadcast_arrays(*arrays)
-        except ValueError:
-            raise InvalidInput("expected contraction, velocity and pressure to broadcast") from None
+        x, v, p = broadcast(contraction=contraction, velocity=velocity, pressure=pressure)
         inside = self.contains(x, v, p, load)
         if choice == "raise" and not inside.all():
-            index = tuple(int(i) for i in np.argwhere(~inside)[0])
+            index = tuple(np.argwhere(~inside)[0])
             reason = self.explain(float(x[index]), float(v[index]), float(p[index]), load)
-            raise OutsideValidity(self.name, reason, int((~inside).sum()), index)
+            raise OutsideValidity(self.name, reason, (~inside).sum(), index)
         smooth = self.static.unchecked_force(x, p) - self.damping.printed(v, p)
         bound = self.friction.printed(x, p, load)
         lower = smooth - np.where(v < 0, -bound, bound)

@@ -18,7 +18,7 @@ from ..identification.static_identification import identify_static
 from .literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
 from .static import BAR, StaticModel
 
-__all__ = ["Candidate", "candidates"]
+__all__ = ["Candidate", "candidates", "left_out_errors"]
 
 Fit = Callable[[FloatArray, FloatArray, FloatArray, float], StaticModel]
 
@@ -51,12 +51,16 @@ class Candidate:
         """Measured force less the force of the fit to all the others, shape (n,), N."""
         if self.powers is not None:
             return identify_static(x, p, f, length, self.powers).leave_one_out
-        errors = np.empty(len(f))
-        for i in range(len(f)):
-            rest = np.arange(len(f)) != i
-            model = self.fit(x[rest], p[rest], f[rest], length)
-            errors[i] = f[i] - model.unchecked_force(x[i], p[i])
-        return errors
+        return left_out_errors(self.fit, x, p, f, length)
+
+
+def left_out_errors(fit: Fit, x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> FloatArray:
+    """Measured force less the force of a fit to all the others, shape (n,), N."""
+    errors = np.empty(len(f))
+    for i in range(len(f)):
+        rest = np.arange(len(f)) != i
+        errors[i] = f[i] - fit(x[rest], p[rest], f[rest], length).unchecked_force(x[i], p[i])
+    return errors
 
 
 def _polynomial(powers: Powers) -> Candidate:
@@ -152,11 +156,11 @@ def _fit_wickramatunge(x: FloatArray, p: FloatArray, f: FloatArray, length: floa
     )
 
 
-_LITERATURE: tuple[tuple[str, int, Fit], ...] = (
-    ("chou-hannaford", 2, _fit_chou_hannaford),
-    ("tondu-lopez", 2, _fit_tondu_lopez),
-    ("colbrunn", 3, _fit_colbrunn),
-    ("wickramatunge", 5, _fit_wickramatunge),
+_LITERATURE = (
+    Candidate("chou-hannaford", 2, _fit_chou_hannaford),
+    Candidate("tondu-lopez", 2, _fit_tondu_lopez),
+    Candidate("colbrunn", 3, _fit_colbrunn),
+    Candidate("wickramatunge", 5, _fit_wickramatunge),
 )
 
 
@@ -172,5 +176,5 @@ def candidates(measurements: int) -> list[Candidate]:
         powers = [(i, 1) for i in range(g, -1, -1)]
         powers += [(i, 0) for i in range(s, -1, -1)] + [(i, 2) for i in range(q, -1, -1)]
         forms.append(_polynomial(tuple(powers)))
-    forms += [Candidate(name, count, fit) for name, count, fit in _LITERATURE]
+    forms += _LITERATURE
     return [form for form in forms if CELLS_PER_COEFFICIENT * form.parameters <= measurements]

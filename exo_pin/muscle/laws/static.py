@@ -16,9 +16,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_positive
+from ..argument_checks import broadcast, require_kind
 from .validity import Validity, as_outside
 
 __all__ = ["BAR", "StaticModel"]
@@ -28,15 +28,6 @@ BAR = 1e5
 
 #: Points of the grid on which the inverses look for the interval that holds the answer.
 _GRID = 129
-
-
-def _broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
-    arrays = [as_finite(name, value, (), stack=True) for name, value in named.items()]
-    try:
-        return tuple(np.broadcast_arrays(*arrays))
-    except ValueError:
-        shapes = ", ".join(str(a.shape) for a in arrays)
-        raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
 
 
 def _crossing(
@@ -91,8 +82,7 @@ class StaticModel(ABC):
         nominal = reference if self.nominal_length is None else as_positive("nominal_length", self.nominal_length)
         object.__setattr__(self, "reference_length", reference)
         object.__setattr__(self, "nominal_length", nominal)
-        if not isinstance(self.validity, Validity):
-            raise InvalidInput(f"expected validity to be a Validity, got {type(self.validity).__name__}")
+        require_kind("validity", self.validity, Validity)
 
     @abstractmethod
     def _force(self, x: Any, pressure: Any) -> Any:
@@ -128,7 +118,7 @@ class StaticModel(ABC):
         return self._force(x * self.scale, pressure)
 
     def _ask(self, function: Callable[[Any, Any], Any], contraction: Any, pressure: Any, outside: str) -> FloatArray:
-        x, p = _broadcast(contraction=contraction, pressure=pressure)
+        x, p = broadcast(contraction=contraction, pressure=pressure)
         x = x * self.scale
         strain = x / self.reference_length
         return self.validity.enforce(self.name, function(x, p), strain, p, self._force(x, p), outside)
@@ -176,10 +166,10 @@ class StaticModel(ABC):
     ) -> None:
         missing = np.isnan(answer)
         if as_outside(outside) == "raise" and missing.any():
-            index = tuple(int(i) for i in np.argwhere(missing)[0])
+            index = tuple(np.argwhere(missing)[0])
             place = f"a {kind} of {at[index]:.6g}{unit}"
             reason = f"expected a force that it reaches, got {force[index]:.6g} N at {place}"
-            raise OutsideValidity(self.name, reason, int(missing.sum()), index)
+            raise OutsideValidity(self.name, reason, missing.sum(), index)
 
     def pressure_for(self, force: ArrayLike, contraction: ArrayLike, outside: str = "raise") -> FloatArray:
         """Pressure at which the muscle pulls a given force.
@@ -206,7 +196,7 @@ class StaticModel(ABC):
         InvalidInput, OutsideValidity
             As in :meth:`force`.
         """
-        f, x = _broadcast(force=force, contraction=contraction)
+        f, x = broadcast(force=force, contraction=contraction)
         x = x * self.scale
         p = _crossing(lambda u, o: self._force(o, u), x, f, (0.0, self.validity.pressure[1]), rising=True)
         self._reached(p, f, "contraction", x / self.scale, " m", outside)
@@ -241,7 +231,7 @@ class StaticModel(ABC):
         -----
         Source: thesis (3-23).
         """
-        f, p = _broadcast(force=force, pressure=pressure)
+        f, p = broadcast(force=force, pressure=pressure)
         interval = (min(0.0, self.validity.strain[0]), self.validity.strain[1])
         interval = (interval[0] * self.reference_length, interval[1] * self.reference_length)
         x = _crossing(self._force, p, f, interval, rising=False)
@@ -270,7 +260,7 @@ class StaticModel(ABC):
         InvalidInput, OutsideValidity
             As in :meth:`force`.
         """
-        (p,) = _broadcast(pressure=pressure)
+        (p,) = broadcast(pressure=pressure)
         strain = np.full(p.shape, self.validity.strain[0])
         at_least_contraction = self._force(strain * self.reference_length, p)
         most = np.maximum(0.0, np.minimum(at_least_contraction, self.validity.capability_line(p)))

@@ -3,31 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite
 
-__all__ = ["Outside", "Validity", "as_outside"]
+__all__ = ["Validity", "as_outside"]
 
-Outside = Literal["raise", "mark"]
 BoolArray = NDArray[np.bool_]
 
 #: Slack on every bound, relative to the bound, so that a bound itself is inside after a change of units.
 _SLACK = 1e-9
 
 
-def as_outside(outside: str) -> Outside:
+def as_outside(outside: str) -> str:
     """Return ``outside`` if it is "raise" or "mark", else raise UnknownName."""
-    if outside == "raise":
-        return "raise"
-    if outside == "mark":
-        return "mark"
-    raise UnknownName("choice for outside", outside, ("mark", "raise"))
+    return as_choice("choice for outside", outside, ("mark", "raise"))
 
 
 def _interval(name: str, value: Any) -> tuple[float, float]:
@@ -171,10 +166,8 @@ class Validity:
         if choice == "mark":
             return np.ma.MaskedArray(values, mask=~inside)
         if not inside.all():
-            index = tuple(int(i) for i in np.argwhere(~inside)[0])
-            shape = inside.shape
-            at_strain = float(np.broadcast_to(strain, shape)[index])
-            at_pressure = float(np.broadcast_to(pressure, shape)[index])
-            pull = None if force is None else float(np.broadcast_to(force, shape)[index])
-            raise OutsideValidity(model, self.explain(at_strain, at_pressure, pull), int((~inside).sum()), index)
+            index = tuple(np.argwhere(~inside)[0])
+            given = [array for array in (strain, pressure, force) if array is not None]
+            state = (float(np.broadcast_to(array, inside.shape)[index]) for array in given)
+            raise OutsideValidity(model, self.explain(*state), (~inside).sum(), index)
         return values

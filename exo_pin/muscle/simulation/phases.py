@@ -45,6 +45,16 @@ _INSIDE = 1e-300
 Event = Callable[[float, FloatArray], float]
 
 
+def _at_rest(t: float, y: FloatArray) -> list[float]:
+    return [0.0] * STATE_SIZE
+
+
+def _ending(event: Event, direction: float) -> Event:
+    """Mark a function whose zero, passed in a direction, ends a phase, as SciPy asks for it."""
+    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
+    return event
+
+
 @dataclass
 class Phases:
     """One integration: the model, the load, and what has been collected so far."""
@@ -119,12 +129,9 @@ class Phases:
         def touches(t: float, y: FloatArray) -> float:
             return float(y[0]) - self.stop
 
-        at_rest.terminal = True  # type: ignore[attr-defined]
-        at_rest.direction = -float(mode)  # type: ignore[attr-defined]
-        events: list[Event] = [at_rest]
+        events = [_ending(at_rest, -float(mode))]
         if mode is Mode.LENGTHENING:
-            touches.terminal, touches.direction = True, -1.0  # type: ignore[attr-defined]
-            events.append(touches)
+            events.append(_ending(touches, -1.0))
         # Where friction or damping leave their range the equation has a kink: the integration restarts there.
         return events + [self._edge(i, inside) for i, inside in enumerate(self.edges)]
 
@@ -141,8 +148,7 @@ class Phases:
             return value if value != 0.0 or not inside else _INSIDE
 
         # Only the crossing to the other side counts, so that a restart on the edge does not meet it again.
-        edge.terminal, edge.direction = True, -1.0 if inside else 1.0  # type: ignore[attr-defined]
-        return edge
+        return _ending(edge, -1.0 if inside else 1.0)
 
     def resting_events(self, x: float, at_stop: bool) -> list[Event]:
         """Return what ends a rest: the net force passes the friction bound."""
@@ -153,10 +159,7 @@ class Phases:
         def sinks(t: float, y: FloatArray) -> float:
             return -self.net(x, t) - self.bound(x, t) - _FORCE_TOLERANCE
 
-        events: list[Event] = [lifts] if at_stop else [lifts, sinks]
-        for event in events:
-            event.terminal, event.direction = True, 1.0  # type: ignore[attr-defined]
-        return events
+        return [_ending(event, 1.0) for event in ([lifts] if at_stop else [lifts, sinks])]
 
     def check(self, t: FloatArray, states: FloatArray) -> None:
         """Raise if a step of a sliding phase left the model's range and ``outside`` is "raise"."""
@@ -177,7 +180,7 @@ class Phases:
         if resting:
             events = self.resting_events(float(y[0]), mode is Mode.AT_STOP)
             options["max_step"] = min(options["max_step"], 0.25 * self.pressure.time_scale)
-            rhs: Callable[[float, FloatArray], list[float]] = lambda t, y: [0.0] * STATE_SIZE  # noqa: E731
+            rhs: Callable[[float, FloatArray], list[float]] = _at_rest
         else:
             self.edges = self.edges or [value >= 0 for value in self.margins(t, y)]
             # Events are found by a change of sign from step to step. The first step must be too short for the
@@ -203,10 +206,11 @@ class Phases:
             hit = next(i for i, times in enumerate(solution.t_events) if len(times))
         return reached, solution.y[:, -1].copy(), hit
 
-    def run(self, y: FloatArray, t: float, end: float) -> FloatArray:
-        """Integrate from ``t`` to ``end`` across all phases; return the last state."""
+    def run(self, y: FloatArray) -> FloatArray:
+        """Integrate from a state at the first time to the last, across all phases; return the last state."""
+        t, end = float(self.times[0]), float(self.times[-1])
         marks = [b for b in self.pressure.breaks if t < b < end] + [end]
-        mode = self.start_mode(t, y)
+        mode = Mode(int(np.sign(y[1]))) if y[1] != 0.0 else self.mode_at_rest(t, float(y[0]))
         self.switches.append((t, mode))
         for _ in range(_MAX_PHASES):
             target = next(mark for mark in marks if mark > t)
@@ -216,14 +220,10 @@ class Phases:
                 self.switches.append((t, fresh))
             mode = fresh
             if t >= end:
+                if not np.isfinite(self.states).all():
+                    raise SolverFailed("stick-slip integration", inf, "the motion is not finite")
                 return y
         raise SolverFailed("stick-slip integration", end - t, f"more than {_MAX_PHASES} phases by {t:.6g} s")
-
-    def start_mode(self, t: float, y: FloatArray) -> Mode:
-        """Decide the first mode."""
-        if y[1] != 0.0:
-            return Mode.SHORTENING if y[1] > 0 else Mode.LENGTHENING
-        return self.mode_at_rest(t, float(y[0]))
 
     def next_mode(self, t: float, y: FloatArray, mode: Mode, hit: int | None) -> Mode:
         """Decide what follows a phase; set the velocity to exactly zero where it is."""

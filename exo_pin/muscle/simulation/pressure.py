@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...core.errors import InvalidInput
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ..argument_checks import rising_times
 
 __all__ = ["PressureInput", "PressureStep", "PressureTrace"]
 
@@ -93,10 +94,8 @@ class PressureTrace(PressureInput):
     """
 
     def __init__(self, time: ArrayLike, pressure: ArrayLike) -> None:
-        self.time = as_finite("time", time, (None,))
+        self.time = rising_times("time", time)
         self.pressure = as_finite("pressure", pressure, (len(self.time),))
-        if len(self.time) < 2 or (np.diff(self.time) <= 0).any():
-            raise InvalidInput("expected time to rise from sample to sample, with at least two samples")
         if (self.pressure < 0).any():
             raise InvalidInput(f"expected pressure to be zero or more, got {self.pressure.min():g} Pa")
         self._curve = scipy.interpolate.PchipInterpolator(self.time, self.pressure)

@@ -14,7 +14,7 @@ from ...core.validation import FloatArray, as_finite, as_positive, frozen
 from ..laws.dynamic import DynamicModel
 from .pressure import PressureStep
 from .response import StepResponse
-from .step_response import simulate
+from .step_response import QUICK, simulate
 
 __all__ = ["SettlingCurve", "settling_against_lag"]
 
@@ -102,13 +102,8 @@ def settling_against_lag(
         raise InvalidInput(f"expected lags in s, zero or more, got {taus.min():g}")
     length = as_positive("record", record)
     times = np.linspace(0.0, length, 2001)
-    runs = [
-        simulate(
-            model, mass, PressureStep(0.0, pressure, time_constant=float(tau)), times,
-            outside="mark", rtol=1e-8, atol=1e-10, estimate_error=False,
-        )
-        for tau in taus
-    ]  # fmt: skip
+    supplies = [PressureStep(0.0, pressure, time_constant=float(tau)) for tau in taus]
+    runs = [simulate(model, mass, supply, times, **QUICK) for supply in supplies]
     return SettlingCurve(
         lags=taus,
         settling=frozen(np.array([run.settling_time(band) for run in runs])),

@@ -24,7 +24,8 @@ from numpy.typing import ArrayLike
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_positive
+from ...core.validation import FloatArray, as_positive
+from ..argument_checks import broadcast
 
 __all__ = [
     "ATMOSPHERE",
@@ -125,14 +126,9 @@ class Valve:
         InvalidInput
             If a pressure is negative or not finite, or the shapes do not broadcast.
         """
-        first = as_finite("upstream", upstream, (), stack=True)
-        second = as_finite("downstream", downstream, (), stack=True)
-        if min(first.min(initial=0.0), second.min(initial=0.0)) < 0.0:
+        a, b = broadcast(upstream=upstream, downstream=downstream)
+        if min(a.min(initial=0.0), b.min(initial=0.0)) < 0.0:
             raise InvalidInput("expected absolute pressures in Pa, zero or more, got a negative one")
-        try:
-            a, b = np.broadcast_arrays(first, second)
-        except ValueError:
-            raise InvalidInput(f"expected pressures that broadcast, got {first.shape} and {second.shape}") from None
         pairs = np.stack([a.ravel(), b.ravel()], axis=1).tolist()
         return np.array([mass_flow(p, q, self.conductance, self.critical_ratio) for p, q in pairs]).reshape(a.shape)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 from ...core.errors import InvalidInput
 from ...core.validation import as_choice, as_positive
+from ..argument_checks import require_kind
 from .flow import ATMOSPHERE, Valve
 
 __all__ = ["LAYOUTS", "MODULATIONS", "Supply", "ValveLayout", "ValveUnit"]
@@ -47,8 +49,8 @@ class Supply:
         object.__setattr__(self, "pressure", as_positive("pressure", self.pressure))
         if self.pressure > 2e6:
             raise InvalidInput(f"expected pressure as gauge pressure in Pa, below 20 bar, got {self.pressure:g}")
-        if self.regulator is not None and not isinstance(self.regulator, Valve):
-            raise InvalidInput(f"expected regulator to be a Valve, got {type(self.regulator).__name__}")
+        if self.regulator is not None:
+            require_kind("regulator", self.regulator, Valve)
         if self.volume is not None:
             object.__setattr__(self, "volume", as_positive("volume", self.volume))
         if (self.regulator is None) != (self.volume is None):
@@ -99,24 +101,21 @@ class ValveUnit:
     layout: ValveLayout = "3/2"
     modulation: Modulation = "switched"
     frequency: float = 20.0
-    _paths: tuple[Valve, Valve] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in ("fill", "vent"):
-            if not isinstance(getattr(self, name), Valve):
-                raise InvalidInput(f"expected {name} to be a Valve, got {type(getattr(self, name)).__name__}")
+        require_kind("fill", self.fill, Valve)
+        require_kind("vent", self.vent, Valve)
         if self.restrictor is not None and not isinstance(self.restrictor, Valve):
             raise InvalidInput(f"expected restrictor to be a Valve or None, got {type(self.restrictor).__name__}")
         as_choice("layout", self.layout, LAYOUTS)
         as_choice("modulation", self.modulation, MODULATIONS)
         object.__setattr__(self, "frequency", as_positive("frequency", self.frequency))
-        behind = () if self.restrictor is None else (self.restrictor,)
-        object.__setattr__(self, "_paths", (self.fill.in_series(*behind), self.vent.in_series(*behind)))
 
-    @property
+    @cached_property
     def paths(self) -> tuple[Valve, Valve]:
         """Fill and vent path, each with the restrictor."""
-        return self._paths
+        behind = () if self.restrictor is None else (self.restrictor,)
+        return self.fill.in_series(*behind), self.vent.in_series(*behind)
 
     def shares(self, command: float) -> tuple[float, float]:
         """Shares of the time for which a command fills and vents, 0 to 1 each; a command beyond ±1 counts as ±1."""

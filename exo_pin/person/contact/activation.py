@@ -27,8 +27,7 @@ from ...core.validation import FloatArray
 from ...numerics.quadratic import LeastSquares
 from ...numerics.quadratic import solve as solve_quadratic
 from .conic import ConicAnswer, ConicProgram
-from .equal_choices import shortest_choice
-from .polish import ActiveSet, EffortProgram, polished
+from .polish import ActiveSet, EffortProgram, polished, shortest_choice
 
 __all__ = ["BALANCED", "Chosen", "MusclePose", "least_effort", "least_missing"]
 
@@ -158,7 +157,7 @@ def _scaled(pose: MusclePose) -> EffortProgram:
     """The program in numbers of order 1."""
     A, b = pose.rows * pose.unit / _MOMENT, -pose.constant / _MOMENT
     held = np.arange(5) != _ELBOW if pose.stopped else np.ones(5, dtype=bool)
-    B = d = None
+    B, d = np.zeros((0, len(pose.low))), np.zeros(0)
     if pose.socket is not None:
         size = max(_FORCE, float(np.linalg.norm(pose.rest)))
         B, d = pose.socket @ pose.pull * pose.unit / size, pose.socket @ pose.rest / size
@@ -175,7 +174,7 @@ def _active_set(effort: EffortProgram, answer: ConicAnswer) -> ActiveSet:
     below, above = np.flatnonzero(np.isfinite(effort.low)), np.flatnonzero(np.isfinite(effort.high))
     fixed[above[at_bound[len(below) :]]] = 1
     fixed[below[at_bound[: len(below)]]] = -1
-    return ActiveSet(fixed, rows, effort.B is not None and bool(next(blocks)[0]))
+    return ActiveSet(fixed, rows, len(effort.d) > 0 and bool(next(blocks)[0]))
 
 
 def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:
@@ -239,7 +238,7 @@ def _add_bounds(program: ConicProgram, effort: EffortProgram, extra: int) -> Non
 
 
 def _add_socket(program: ConicProgram, effort: EffortProgram, extra: int) -> None:
-    if effort.B is not None and effort.d is not None:
+    if len(effort.d):
         program.add("second_order", -np.hstack([effort.B, np.zeros((3, extra))]), effort.d)
 
 

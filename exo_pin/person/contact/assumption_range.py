@@ -46,18 +46,18 @@ class ContactRange(Record):
     @property
     def lowest(self) -> FloatArray:
         """Least contact force of all variants that have a result, shape (...), N."""
-        return _over(np.fmin, [result.magnitude for result in self._all])
+        return np.asarray(np.fmin.reduce([result.magnitude for result in self._all]))
 
     @property
     def highest(self) -> FloatArray:
         """Largest contact force of all variants that have a result, shape (...), N."""
-        return _over(np.fmax, [result.magnitude for result in self._all])
+        return np.asarray(np.fmax.reduce([result.magnitude for result in self._all]))
 
     @property
     def relief_percent(self) -> tuple[FloatArray, FloatArray] | None:
         """Least and largest relief by the device, percent, shape (...) each; None without a device."""
         reliefs = [relief for result in self._all if (relief := result.relief_percent) is not None]
-        return (_over(np.fmin, reliefs), _over(np.fmax, reliefs)) if reliefs else None
+        return (np.asarray(np.fmin.reduce(reliefs)), np.asarray(np.fmax.reduce(reliefs))) if reliefs else None
 
     def __str__(self) -> str:
         rows = [("as given", self.reference), *self.variants.items()]
@@ -72,13 +72,6 @@ class ContactRange(Record):
         if self.reference.status.ndim:
             lines.append("medians over the poses that have a result")
         return "\n".join(lines)
-
-
-def _over(which: Callable[..., FloatArray], values: list[FloatArray]) -> FloatArray:
-    found = values[0]
-    for value in values[1:]:
-        found = which(found, value)
-    return np.asarray(found)
 
 
 def _median(values: FloatArray) -> str:

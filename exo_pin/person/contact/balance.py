@@ -16,15 +16,17 @@ The force balance of the arm then gives the contact force, F = -(Σ_j T_j u_j + 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...core.validation import FloatArray
-from ...design import Arm
 from ...load_case.pose_stacks import Query, carried
 from ..limb.limb_state import LimbState
 from ..limb.muscle_curves import MuscleState
+
+if TYPE_CHECKING:
+    from ..wearer import Person
 
 __all__ = ["Balance", "ExternalLoads", "about_shifted_centre", "balance_of", "external_loads"]
 
@@ -67,22 +69,14 @@ class Balance(NamedTuple):
 
 
 def external_loads(
-    arm: Arm,
-    forearm: Arm,
-    elbow: FloatArray,
-    axis: FloatArray,
-    gravity: FloatArray,
-    query: Query,
-    on_forearm: bool,
+    person: Person, axis: FloatArray, gravity: FloatArray, query: Query, on_forearm: bool
 ) -> ExternalLoads:
     """Weight, inertia and load.
 
     Parameters
     ----------
-    arm, forearm : Arm
-        The whole arm, and what hangs from the elbow; both in {O_B}.
-    elbow : ndarray
-        Centre of the elbow in {O_B}, shape (3,), m.
+    person : Person
+        Whose arm it is.
     axis : ndarray
         Axis of elbow flexion, shape (N, 3), in {O_A}.
     gravity : ndarray
@@ -92,11 +86,11 @@ def external_loads(
     on_forearm : bool
         Whether the load acts on the forearm or hand, so that the elbow has to carry it.
     """
-    force, moment = carried(arm, gravity, query, query.force, query.moment)
+    force, moment = carried(person.arm, gravity, query, query.force, query.moment)
     nothing = np.zeros_like(query.force)
     loaded = (query.force, query.moment) if on_forearm else (nothing, nothing)
-    below, about_centre = carried(forearm, gravity, query, *loaded)
-    about_elbow = about_centre - np.cross(query.matrices @ elbow, below)
+    below, about_centre = carried(person.forearm, gravity, query, *loaded)
+    about_elbow = about_centre - np.cross(query.matrices @ person.elbow_centre, below)
     return ExternalLoads(force, moment, np.einsum("ni,ni->n", axis, about_elbow))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -88,8 +89,8 @@ class DeviceAction(Record):
 
         return replace(self, constant=moved(self.constant), limbs=moved(self.limbs))
 
-    def flat(self, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Constant wrench (N, 6), limb wrenches (N, n, 6) and bounds (N, n) for a stack of N poses.
+    def flat(self, shape: tuple[int, ...]) -> DeviceAction:
+        """The same on a stack of N poses: constant wrench (N, 6), limb wrenches (N, n, 6) and bounds (N, n).
 
         Raises
         ------
@@ -97,12 +98,15 @@ class DeviceAction(Record):
             If they do not broadcast to the stack.
         """
         n, count = self.limbs.shape[-2], math.prod(shape)
-        parts = ((self.constant, (6,)), (self.limbs, (n, 6)), (self.lower, (n,)), (self.upper, (n,)))
+        tails = {"constant": (6,), "limbs": (n, 6), "lower": (n,), "upper": (n,)}
         try:
-            spread = [np.broadcast_to(array, (*shape, *tail)).reshape(count, *tail) for array, tail in parts]
+            spread: dict[str, Any] = {
+                name: np.broadcast_to(getattr(self, name), (*shape, *tail)).reshape(count, *tail)
+                for name, tail in tails.items()
+            }
         except ValueError:
             raise InvalidInput(f"expected the device's wrenches to broadcast to the poses' shape {shape}") from None
-        return spread[0], spread[1], spread[2], spread[3]
+        return replace(self, **spread)
 
 
 def as_action(device: DeviceAction | ArrayLike) -> DeviceAction:

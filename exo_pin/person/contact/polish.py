@@ -1,8 +1,15 @@
-"""Newton's method on the active constraints of a least-effort program, started from an interior-point answer.
+"""What is made of an interior-point answer: an exact one, and one choice of those that are equally good.
 
-An interior-point answer is accurate to the square root of its duality gap. On the right active set, Newton's method
-reaches rounding in a few steps, so that mirrored and repeated queries agree. Its answer is taken only if all
-optimality conditions of the whole program hold.
+An interior-point answer of a least-effort program is accurate to the square root of its duality gap. On the right
+active set, Newton's method reaches rounding in a few steps, so that mirrored and repeated queries agree. Its answer is
+taken only if all optimality conditions of the whole program hold.
+
+The effort is a function of the activations alone, the contact force one of three sums. Where they leave limb forces or
+activations open, an interior-point solver returns some point of the optimal set, with limb forces as large as their
+bounds allow. Here the shortest one is chosen, with the activations (least effort) or the contact force (least contact)
+held:
+
+    min Σ_j w_j a_j² + Σ_i (f_i / unit)²    subject to all constraints of the program.
 """
 
 from __future__ import annotations
@@ -10,15 +17,19 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
+from .conic import ConicProgram
 
-__all__ = ["ActiveSet", "EffortProgram", "polished"]
+__all__ = ["ActiveSet", "EffortProgram", "polished", "shortest_choice"]
 
 _STEPS = 12
 #: Residual at which Newton's method stops, and by which signs and bounds may be missed.
 _CONVERGED, _ROUNDING = 1e-13, 1e-9
+#: Singular values below this, of rows scaled to length 1, count as zero.
+_OPEN = 1e-9
 
 
 class EffortProgram(NamedTuple):
@@ -32,8 +43,8 @@ class EffortProgram(NamedTuple):
         p.
     A, b, C, c, low, high : ndarray
         Constraints.
-    B, d : ndarray or None
-        Shapes (3, k) and (3,): the cone.
+    B, d : ndarray
+        Shapes (3, k) and (3,): the cone; (0, k) and (0,) if there is none.
     """
 
     weights: FloatArray
@@ -44,8 +55,8 @@ class EffortProgram(NamedTuple):
     c: FloatArray
     low: FloatArray
     high: FloatArray
-    B: FloatArray | None
-    d: FloatArray | None
+    B: FloatArray
+    d: FloatArray
 
 
 class ActiveSet(NamedTuple):
@@ -72,7 +83,7 @@ def polished(program: EffortProgram, x: FloatArray, active: ActiveSet) -> tuple[
     x = np.where(active.fixed < 0, program.low, np.where(active.fixed > 0, program.high, x))
     rows = np.vstack([program.A, program.C[active.rows]])
     target = np.concatenate([program.b, program.c[active.rows]])
-    cone = active.cone and program.B is not None
+    cone = active.cone
     multipliers = _first_multipliers(program, x, free, rows, cone)
     miss = np.inf
     for _ in range(_STEPS):
@@ -119,8 +130,6 @@ def _cost(program: EffortProgram, x: FloatArray) -> tuple[FloatArray, FloatArray
 
 def _surface(program: EffortProgram, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """|v_1,2| - v_0 of the cone, its gradient and second derivative."""
-    assert program.B is not None
-    assert program.d is not None
     v = program.B @ x + program.d
     size = float(np.hypot(v[1], v[2]))
     along = v[1:] / max(size, 1e-300)
@@ -139,6 +148,62 @@ def _violation(
     parts = [program.low - x, x - program.high, program.C @ x - program.c]
     parts += [-pull[active.fixed < 0], pull[active.fixed > 0]]
     parts += [-multipliers[len(program.A) :]]
-    if program.B is not None:
+    if len(program.d):
         parts.append(np.array([_surface(program, x)[0]]))
     return max(float(part.max(initial=0.0)) for part in parts)
+
+
+def shortest_choice(effort: EffortProgram, x: FloatArray, held: FloatArray, fixed: NDArray[np.bool_]) -> FloatArray:
+    """The shortest of the choices that agree with x in some sums, or x itself if it is the only one.
+
+    Parameters
+    ----------
+    effort : EffortProgram
+        Constraints, with k scaled variables.
+    x : ndarray
+        Shape (k,), a choice that meets them.
+    held : ndarray
+        Shape (r, k): sums that stay as they are.
+    fixed : ndarray of bool
+        Shape (k,): variables on a bound that they cannot leave at the same cost. Without them the choices have room to
+        all sides, which an interior-point solver needs.
+
+    Returns
+    -------
+    ndarray
+        Shape (k,); x where the solver finds none that is shorter and meets the constraints as well.
+    """
+    rows = np.vstack([effort.A, held, np.eye(len(x))[fixed]])
+    size = np.linalg.norm(rows, axis=1)
+    N = scipy.linalg.null_space(rows[size > 0.0] / size[size > 0.0, None], rcond=_OPEN)
+    if not N.shape[1]:
+        return x
+    # A variable that is held would else be bounded by rounding, and all others with it.
+    N[np.linalg.norm(N, axis=1) <= _OPEN] = 0.0
+    cost = np.ones(len(x))
+    cost[: len(effort.weights)] = effort.weights
+    # Twice the costs, so that ½ yᵀ P y + qᵀ y is what is made small but for a constant.
+    P, q = 2.0 * N.T @ (cost[:, None] * N), 2.0 * N.T @ (cost * x)
+    program = ConicProgram(P, q)
+    below, above = np.isfinite(effort.low), np.isfinite(effort.high)
+    room = np.concatenate([(x - effort.low)[below], (effort.high - x)[above], effort.c - effort.C @ x])
+    # x may be outside by rounding.
+    moved = np.vstack([-N[below], N[above], effort.C @ N])
+    kept = np.abs(moved).max(axis=1) > _OPEN
+    program.add("positive", moved[kept], np.maximum(room[kept], 0.0))
+    if len(effort.d):
+        program.add("second_order", -effort.B @ N, effort.B @ x + effort.d)
+    has_bounds = bool(kept.any()) or len(effort.d) > 0
+    found = x + N @ (program.solve().x if has_bounds else np.linalg.solve(P, -q))
+    inside = np.clip(found, effort.low, effort.high)
+    is_shorter = bool(cost @ inside**2 < cost @ x**2) and bool(np.abs(inside - found).max() <= _OPEN)
+    return inside if is_shorter and _outside_of_cone(effort, inside) <= _outside_of_cone(effort, x) + _OPEN else x
+
+
+def _outside_of_cone(effort: EffortProgram, x: FloatArray) -> float:
+    """By how much C x <= c and the cone are missed, 0 if they are met."""
+    missed = np.maximum(effort.C @ x - effort.c, 0.0).max(initial=0.0)
+    if len(effort.d):
+        s = effort.B @ x + effort.d
+        missed = max(missed, float(np.linalg.norm(s[1:]) - s[0]))
+    return float(missed)

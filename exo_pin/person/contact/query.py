@@ -37,6 +37,23 @@ _STRAIGHT = np.radians(1.0)
 _TURN = 1e-5
 
 
+class _Arm(NamedTuple):
+    """The arm in N poses, a stack of a shape, without a device."""
+
+    person: Person
+    shape: tuple[int, ...]
+    limb: LimbState
+    muscles: MuscleState
+    balance: Balance
+    options: ContactOptions
+    progress: bool
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether the elbow is at its end of extension, which holds a moment."""
+        return self.person.elbow_flexion < _STRAIGHT
+
+
 class _Solved(NamedTuple):
     """Outputs of all poses, and the part of them that has no balance."""
 
@@ -73,26 +90,17 @@ def contact_forces(
         _refuse(limb, query.shape)
     velocity = None if motion is None else _length_rates(person, query)
     muscles = muscle_state(person.muscle_table, limb.length, velocity, options.passive)
-    loads = external_loads(
-        person.arm,
-        person.forearm,
-        person.elbow_centre,
-        limb.elbow_axis,
-        pull,
-        query,
-        options.load_on == "forearm",
-    )
+    loads = external_loads(person, limb.elbow_axis, pull, query, options.load_on == "forearm")
     shift = np.asarray(options.centre_shift) @ (MIRROR if left else np.eye(3))
     limb, loads = about_shifted_centre(limb, loads, shift)
     if action is not None and shift.any():
         action = action.about(shift)
-    balance = balance_of(limb, muscles, loads)
+    arm = _Arm(person, query.shape, limb, muscles, balance_of(limb, muscles, loads), options, progress)
     assumptions = options.described(person, motion is not None)
-    result = _answer(person, query, limb, muscles, balance, None, options, assumptions, progress, None)
+    result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
-        assumptions = {**assumptions, "device": action.chosen_by}
-        result = _answer(person, query, limb, muscles, balance, action, options, assumptions, progress, result)
-        result = replace(result, caution=action.caution)
+        with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by})
+        result = replace(with_device, without_device=result, caution=action.caution)
     return result.mirrored() if left else result
 
 
@@ -136,67 +144,42 @@ def _length_rates(person: Person, query: Query) -> FloatArray:
     return (sides[0] - sides[1]) / (2.0 * _TURN) * speed[:, None]
 
 
-def _answer(
-    person: Person,
-    query: Query,
-    limb: LimbState,
-    muscles: MuscleState,
-    balance: Balance,
-    action: DeviceAction | None,
-    options: ContactOptions,
-    assumptions: dict[str, str],
-    progress: bool,
-    bare: JointContact | None,
-) -> JointContact:
-    m = len(MUSCLES)
-    if action is None:
-        action = DeviceAction(np.zeros(6), np.zeros((0, 6)), np.zeros(0), np.zeros(0))
-    constant, limbs, lower, upper = action.flat(query.shape)
-    n = limbs.shape[1]
-    solved = _solve(person, limb, balance, constant, limbs, lower, upper, action.least, options, progress)
+def _answer(arm: _Arm, action: DeviceAction, assumptions: dict[str, str]) -> JointContact:
+    m, limb, balance, shape = len(MUSCLES), arm.limb, arm.balance, arm.shape
+    action = action.flat(shape)
+    tensions = action.limbs.shape[1] - action.side_forces
+    solved = _solve(arm, action)
     z, status = solved.z, solved.status
     a, f = z[:, :m], z[:, m:]
-    wrench = constant + np.einsum("kni,kn->ki", limbs, f)
+    wrench = action.constant + np.einsum("kni,kn->ki", action.limbs, f)
     force = balance.rest - wrench[:, :3] + np.einsum("kim,km->ki", balance.pull, a)
-    tension = muscles.active * a + muscles.passive
+    tension = arm.muscles.active * a + arm.muscles.passive
     empty = status != 0
     for array in (force, a, f, tension, wrench, solved.kkt, solved.gap):
         array[empty] = np.nan
-    shape = query.shape
     return JointContact(
         force=force.reshape(*shape, 3),
         activations=a.reshape(*shape, m),
         muscle_forces=tension.reshape(*shape, m),
-        device_forces=f[:, : n - action.side_forces].reshape(*shape, n - action.side_forces),
-        constraint_forces=f[:, n - action.side_forces :].reshape(*shape, action.side_forces),
+        device_forces=f[:, :tensions].reshape(*shape, tensions),
+        constraint_forces=f[:, tensions:].reshape(*shape, action.side_forces),
         device_wrench=wrench.reshape(*shape, 6),
         glenoid=limb.glenoid.reshape(*shape, 3, 3),
         centre=limb.centre.reshape(*shape, 3),
         status=np.array(STATUS)[status].reshape(shape),
         missing_moment=solved.missing[:, :3].reshape(*shape, 3),
         missing_elbow=solved.missing[:, 3:].reshape(*shape, 2),
-        residual=_residual(balance, a, wrench, person.elbow_flexion < _STRAIGHT).reshape(shape),
+        residual=_residual(balance, a, wrench, arm.is_straight).reshape(shape),
         kkt=solved.kkt.reshape(shape),
         gap=solved.gap.reshape(shape),
-        body_weight=person.mass * STANDARD_GRAVITY,
+        body_weight=arm.person.mass * STANDARD_GRAVITY,
         side="right",
         assumptions=assumptions,
-        without_device=bare,
     )
 
 
-def _solve(
-    person: Person,
-    limb: LimbState,
-    balance: Balance,
-    constant: FloatArray,
-    limbs: FloatArray,
-    lower: FloatArray,
-    upper: FloatArray,
-    least: str,
-    options: ContactOptions,
-    progress: bool,
-) -> _Solved:
+def _solve(arm: _Arm, action: DeviceAction) -> _Solved:
+    limbs, lower, upper, balance, cone = action.limbs, action.lower, action.upper, arm.balance, arm.options.cone
     count, n = limbs.shape[:2]
     m = len(MUSCLES)
     out = _Solved(
@@ -206,17 +189,17 @@ def _solve(
         np.full(count, np.nan),
         np.full(count, np.nan),
     )
-    volume = person.muscle_table.volume
-    weights = np.ones(m) if options.weights == "equal" else volume / volume.mean()
-    ratios = None if options.cone is None else np.array([[1.0], [options.cone.superior], [options.cone.anterior]])
-    out.status[limb.outside.any(axis=1)] = STATUS.index("outside")
+    volume = arm.person.muscle_table.volume
+    weights = np.ones(m) if arm.options.weights == "equal" else volume / volume.mean()
+    ratios = None if cone is None else np.array([[1.0], [cone.superior], [cone.anterior]])
+    out.status[arm.limb.outside.any(axis=1)] = STATUS.index("outside")
     no_force = np.isnan(lower).any(axis=1) | np.isnan(upper).any(axis=1) | np.isnan(limbs).any(axis=(1, 2))
     out.status[(out.status == 0) & no_force] = STATUS.index("no_device_force")
-    for row in track(np.flatnonzero(out.status == 0).tolist(), "muscles", progress):
+    for row in track(np.flatnonzero(out.status == 0).tolist(), "muscles", arm.progress):
         # Given limb forces are loads, not variables: an interior-point solver needs room between the bounds.
         fixed = lower[row] == upper[row]
         out.z[row, m:][fixed] = lower[row, fixed]
-        wrench = constant[row] + limbs[row, fixed].T @ lower[row, fixed]
+        wrench = action.constant[row] + limbs[row, fixed].T @ lower[row, fixed]
         free = limbs[row, ~fixed]
         pose = MusclePose(
             rows=np.concatenate([balance.rows[row], np.vstack([free[:, 3:].T, np.zeros((2, len(free)))])], axis=1),
@@ -226,10 +209,10 @@ def _solve(
             low=np.concatenate([np.zeros(m), lower[row, ~fixed]]),
             high=np.concatenate([np.ones(m), upper[row, ~fixed]]),
             weights=weights,
-            power=options.power,
-            socket=None if ratios is None else limb.glenoid[row] / ratios,
-            stopped=person.elbow_flexion < _STRAIGHT,
-            least=least if len(free) else "effort",
+            power=arm.options.power,
+            socket=None if ratios is None else arm.limb.glenoid[row] / ratios,
+            stopped=arm.is_straight,
+            least=action.least if len(free) else "effort",
         )
         _solve_pose(pose, row, np.concatenate([np.ones(m, dtype=bool), ~fixed]), out)
     return out

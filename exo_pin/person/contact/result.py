@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...core.conventions import MIRROR
 from ...core.validation import FloatArray, ReadOnly
 from ..limb.muscle_table import MUSCLES
-from .contact_table import contact_table
+from ..reading_tables import contact_table
 
 __all__ = ["STATUS", "JointContact"]
 

@@ -13,53 +13,33 @@ source:
 * the active force of SUPSP has the numbers of SUP, another muscle;
 * the stored lengths of LAT1 lie beyond all lengths of its path, so that it has no active force in any pose.
 
-With the numbers below on MyoArm's paths the fibres of all shoulder muscles stay between 0.48 and 1.65 of their
-optimal length over the range of motion.
+With the source's numbers (``data/muscles.csv``) on MyoArm's paths the fibres of all shoulder muscles stay between 0.48
+and 1.65 of their optimal length over the range of motion.
 """
 
 from __future__ import annotations
 
+from importlib.resources import files
 from typing import NamedTuple
 
 import numpy as np
 
+from ...core.files.csv_tables import CsvTable, parse_csv
 from ...core.validation import FloatArray
 
-__all__ = ["MUSCLES", "MuscleTable", "muscle_table"]
+__all__ = ["MUSCLES", "MuscleTable", "data_table", "muscle_table"]
 
-#: Name: peak isometric force, N; optimal fibre length, mm; slack length of the tendon, mm; pennation, degrees.
-_ROWS = {
-    "DELT1": (1218.9, 97.6, 93.0, 22.0),
-    "DELT2": (1103.5, 107.8, 109.5, 15.0),
-    "DELT3": (201.6, 136.7, 38.0, 18.0),
-    "SUPSP": (499.2, 68.2, 39.5, 7.0),
-    "INFSP": (1075.8, 75.5, 30.8, 19.0),
-    "SUBSC": (1306.9, 87.3, 33.0, 20.0),
-    "TMIN": (269.5, 74.1, 71.3, 24.0),
-    "TMAJ": (144.0, 162.4, 20.0, 16.0),
-    "PECM1": (444.3, 144.2, 2.8, 17.0),
-    "PECM2": (658.3, 138.5, 89.0, 26.0),
-    "PECM3": (498.1, 138.5, 132.0, 25.0),
-    "LAT1": (290.5, 254.0, 120.0, 25.0),
-    "LAT2": (317.5, 232.4, 176.5, 19.0),
-    "LAT3": (189.0, 278.9, 140.3, 21.0),
-    "CORB": (208.2, 93.2, 97.0, 27.0),
-    "TRIlong": (771.8, 134.0, 143.0, 12.0),
-    "TRIlat": (717.5, 113.8, 98.0, 9.0),
-    "TRImed": (717.5, 113.8, 90.8, 9.0),
-    "ANC": (283.2, 27.0, 18.0, 0.0),
-    "SUP": (379.6, 33.0, 28.0, 0.0),
-    "BIClong": (525.1, 115.7, 272.3, 0.0),
-    "BICshort": (316.8, 132.1, 192.3, 0.0),
-    "BRA": (1177.37, 85.8, 53.5, 0.0),
-    "BRD": (276.0, 172.6, 133.0, 0.0),
-    "PT": (557.2, 49.2, 98.0, 10.0),
-    "PQ": (284.7, 28.2, 5.0, 10.0),
-}
 
-#: Names of the muscles, in the order of all arrays of this room. The wrist and finger muscles are left out: their
-#: moments at the elbow are small.
-MUSCLES = tuple(_ROWS)
+def data_table(name: str) -> CsvTable:
+    """One of the tables in the folder ``data`` beside this file."""
+    file = files("exo_pin.person") / "limb" / "data" / f"{name}.csv"
+    return parse_csv(file.read_text(encoding="utf-8"), file.name)
+
+
+_TABLE = data_table("muscles")
+_ROWS = _TABLE.numbers(("force_N", "fibre_mm", "tendon_mm", "pennation_deg"))
+#: Names of the muscles, in the order of all arrays of this room.
+MUSCLES = tuple(row[0] for row in _TABLE.rows)
 
 
 class MuscleTable(NamedTuple):
@@ -102,10 +82,7 @@ def muscle_table(length_scale: float = 1.0, strength_scale: float = 1.0) -> Musc
     -------
     MuscleTable
     """
-    rows = np.array(list(_ROWS.values()))
+    force, fibre, tendon, pennation = _ROWS.T
     return MuscleTable(
-        rows[:, 0] * strength_scale,
-        rows[:, 1] * 1e-3 * length_scale,
-        rows[:, 2] * 1e-3 * length_scale,
-        np.radians(rows[:, 3]),
+        force * strength_scale, fibre * 1e-3 * length_scale, tendon * 1e-3 * length_scale, np.radians(pennation)
     )

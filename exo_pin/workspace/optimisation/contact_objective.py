@@ -29,7 +29,6 @@ from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
 from ..evaluation import evaluate_poses, tension_limits
-from ..pose_offsets import PoseOffsets
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:
@@ -84,7 +83,7 @@ class ContactObjective(Record):
             raise MissingData(["poses that the person can hold"], "the contact force of a search")
         self.orientations, self.bare = poses.orientations[chosen], bare[chosen]
         self._matrices = pose_matrices(self.orientations)[1]
-        self._offsets = PoseOffsets.none() if poses.offsets is None else poses.offsets.rows(chosen)
+        self._offsets = poses.offsets.rows(chosen)
 
     def surrogate(self, mechanism: Mechanism) -> float:
         """Mean of the smaller one of |F_s| and the contact force without the device, N."""

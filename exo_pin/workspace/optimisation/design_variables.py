@@ -17,20 +17,21 @@ On a right shoulder outward is to the right, so that one set of values describes
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from ...core.conventions import MIRROR, as_side
 from ...core.errors import InvalidInput, MissingData, UnknownName
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
-from ...design import CircleDimensions, Limb, Mechanism, WristGeometry
+from ...design import Actuator, Arm, CircleDimensions, Limb, Mechanism, WristGeometry
 from ...design.actuator_families import stroke_of_length
 from .stroke_fitting import FitOptions
 
-__all__ = ["DesignVariables", "free_joints"]
+__all__ = ["DesignVariables", "free_joints", "starting_design"]
 
 _CIRCLES = ("r_A", "r_B", "h_A", "h_B")
 _ANGLES = ("alpha", "alpha_A", "alpha_B")
@@ -67,6 +68,39 @@ def free_joints(
         bounds[f"A[{i}].elevation"] = (-np.pi / 2, np.pi / 2)
         bounds[f"B[{i}].radius"], bounds[f"B[{i}].azimuth"], bounds[f"B[{i}].drop"] = platform_radius, _AZIMUTH, drop
     return bounds
+
+
+def starting_design(
+    actuators: Actuator | Sequence[Actuator], arm: Arm, limb_count: int = 4, side: str = "left", name: str = "search"
+) -> Mechanism:
+    """Limbs with spherical joints at both ends, spread evenly around the shoulder.
+
+    Parameters
+    ----------
+    actuators : Actuator or sequence of Actuator
+        Of all limbs, or one a limb.
+    arm : Arm
+        What moves about the shoulder, person and device.
+    limb_count : int
+        n, where one actuator is given.
+    side : {"left", "right"}
+        Side of the body.
+    name : str
+        Of the design.
+    """
+    each = (actuators,) * limb_count if isinstance(actuators, Actuator) else tuple(actuators)
+    if len(each) < 3:
+        raise InvalidInput(f"expected at least 3 limbs (fewer cannot hold an arm), got {len(each)}")
+    angles = 2.0 * np.pi * np.arange(len(each)) / len(each) + 0.3
+    base = np.stack([0.15 * np.cos(angles), 0.15 * np.sin(angles), np.full(len(each), 0.1)], axis=-1)
+    platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), np.full(len(each), -0.2)], axis=-1)
+    return Mechanism(
+        WristGeometry(base, platform),
+        arm=arm,
+        limbs=tuple(Limb("SPS", actuator=actuator) for actuator in each),
+        side=as_side(side),
+        name=name,
+    )
 
 
 class DesignVariables(Record):
@@ -143,7 +177,6 @@ class DesignVariables(Record):
         mechanism = self.mechanism
         circles = mechanism.geometry.circles
         strokes = [limb.stroke for limb in mechanism.limbs]
-        outward = np.array([1.0, 1.0 if mechanism.side == "left" else -1.0, 1.0])
         values = {}
         for name, (low, high) in zip(self.names, self.bounds, strict=True):
             match = _NAME.fullmatch(name)
@@ -156,7 +189,7 @@ class DesignVariables(Record):
                 value = getattr(circles, name) if match is None else _angle(circles, match)
             else:
                 points = mechanism.geometry.base_points if match[3] == "A" else mechanism.geometry.platform_points
-                value = _of_joint(points[int(match[4]) - 1] * outward, match[3], match[5])
+                value = _of_joint(points[int(match[4]) - 1] * _outward(mechanism.side), match[3])[match[5]]
             values[name] = float(np.clip(value, low, high))
         return values
 
@@ -225,15 +258,16 @@ def _angle(circles: CircleDimensions, match: re.Match[str]) -> float:
     return float(angles[int(match[2]) - 1])
 
 
-def _of_joint(point: FloatArray, end: str, part: str) -> float:
-    """One of the numbers that place a joint, on a left shoulder."""
-    if part == "azimuth":
-        return float(np.arctan2(point[1], point[0]))
-    if end == "B":
-        return float(np.hypot(point[0], point[1])) if part == "radius" else -float(point[2])
-    if part == "radius":
-        return float(np.linalg.norm(point))
-    return float(np.arctan2(point[2], np.hypot(point[0], point[1])))
+def _of_joint(point: FloatArray, end: str) -> dict[str, float]:
+    """Variables of a joint centre of the base or the platform, in the order of ``_JOINTS``."""
+    level, azimuth = float(np.hypot(point[0], point[1])), float(np.arctan2(point[1], point[0]))
+    if end == "A":
+        return {
+            "radius": float(np.linalg.norm(point)),
+            "azimuth": azimuth,
+            "elevation": float(np.arctan2(point[2], level)),
+        }
+    return {"radius": level, "azimuth": azimuth, "drop": -float(point[2])}
 
 
 def _on_circles(geometry: WristGeometry, values: Mapping[str, float]) -> WristGeometry:
@@ -250,16 +284,22 @@ def _on_circles(geometry: WristGeometry, values: Mapping[str, float]) -> WristGe
 
 
 def _with_joints(geometry: WristGeometry, values: Mapping[str, float], side: str) -> WristGeometry:
-    outward = np.array([1.0, 1.0 if side == "left" else -1.0, 1.0])
+    """The geometry with some joint centres moved, numbers counted outward on each side."""
+    outward = _outward(side)
     base, platform = np.array(geometry.base_points) * outward, np.array(geometry.platform_points) * outward
+
+    def moved(end: str, i: int, point: FloatArray) -> list[float]:
+        return [values.get(f"{end}[{i + 1}].{part}", own) for part, own in _of_joint(point, end).items()]
+
     for i in range(geometry.limb_count):
-        radius, azimuth, elevation = (
-            values.get(f"A[{i + 1}].{part}", _of_joint(base[i], "A", part)) for part in _JOINTS["A"]
-        )
+        radius, azimuth, elevation = moved("A", i, base[i])
         level = radius * np.cos(elevation)
         base[i] = level * np.cos(azimuth), level * np.sin(azimuth), radius * np.sin(elevation)
-        around, azimuth, drop = (
-            values.get(f"B[{i + 1}].{part}", _of_joint(platform[i], "B", part)) for part in _JOINTS["B"]
-        )
+        around, azimuth, drop = moved("B", i, platform[i])
         platform[i] = around * np.cos(azimuth), around * np.sin(azimuth), -drop
     return WristGeometry(base * outward, platform * outward)
+
+
+def _outward(side: str) -> FloatArray:
+    """Factors by which a point of a body's side is one of the left side."""
+    return np.ones(3) if side == "left" else np.diag(MIRROR)

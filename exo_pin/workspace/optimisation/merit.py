@@ -23,7 +23,6 @@ from ...load_case.pose_stacks import pose_matrices
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
 from ..evaluation import PoseValues, evaluate_poses
-from ..pose_offsets import PoseOffsets
 from .contact_objective import ContactObjective
 from .design_variables import DesignVariables
 from .search_poses import SearchPoses
@@ -101,17 +100,11 @@ class Merit(Record):
         if not fit_strokes:
             variables.refuse_idle()
         self._matrices = pose_matrices(poses.orientations)[1]
-        self._offsets = PoseOffsets.none() if poses.offsets is None else poses.offsets
-        self.names = self._names(self._built(variables.mechanism))
+        self._offsets = poses.offsets
+        self.names = criteria.off_grid().chosen(self._built(variables.mechanism), False)[0]
         # Only a muscle's pull depends on its stroke; without one the records need not be made for every design.
         limbs = variables.mechanism.limbs
         self._by_length = any(limb.actuator is not None and limb.actuator.force_law is not None for limb in limbs)
-
-    def _names(self, mechanism: Mechanism) -> tuple[str, ...]:
-        chosen = self.criteria
-        if chosen.names is not None:
-            chosen = chosen.replace(names=tuple(name for name in chosen.names if name != "connected"))
-        return chosen.chosen(mechanism, False)[0]
 
     def _built(self, mechanism: Mechanism, options: FitOptions | None = None) -> Mechanism:
         """The mechanism with strokes that fit the poses of the search."""

@@ -21,14 +21,13 @@ from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
 from ..pose_offsets import PoseOffsets
-from .centres import Centre, as_centres
 from .contact_objective import ContactObjective
 from .descent import Descent
 from .design_variables import DesignVariables
 from .merit import OBJECTIVES, Merit, check_objectives
 from .optimised import Candidate, Optimised
 from .recheck import recheck
-from .search_poses import SearchPoses, lifting_poses
+from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
 from .stored_study import Run, StoredStudy, study_description
 from .stroke_fitting import FitOptions, fitted_strokes
 
@@ -151,7 +150,8 @@ def optimise(
     runs = list(study.runs())
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
-    return _reported(exo, merit, runs, wanted, finer_step, centres)
+    front = [_candidate(exo, merit, runs[row], finer_step, centres) for row in _reported(runs, wanted)]
+    return Optimised(tuple(front), tuple(runs), wanted)
 
 
 def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criteria: Criteria) -> ContactObjective:
@@ -223,31 +223,19 @@ def _weights(objectives: tuple[str, ...], seed: int, number: int) -> dict[str, f
     return {name: float(10.0 ** numbers.uniform(-2.0, 0.0)) for name in objectives if name != "index"}
 
 
-def _reported(
-    exo: ShoulderExo,
-    merit: Merit,
-    runs: list[Run],
-    objectives: tuple[str, ...],
-    finer_step: float,
-    centres: tuple[Centre, ...],
-) -> Optimised:
-    """The best run and the Pareto front of all, each with its check."""
+def _reported(runs: list[Run], objectives: tuple[str, ...]) -> list[int]:
+    """Numbers of the best run of one objective, or of the Pareto front of several."""
     from ...study import non_dominated
 
+    if len(objectives) == 1:
+        return [int(np.argmin([run.merit for run in runs]))]
     table = {name: np.array([run.objectives[name] for run in runs]) for name in objectives}
     largest = [name for name in objectives if OBJECTIVES[name]]
     smallest = [name for name in objectives if not OBJECTIVES[name]]
-    on_front = np.flatnonzero(non_dominated(table, largest, smallest))
-    best = int(np.argmin([run.merit for run in runs])) if len(objectives) == 1 else None
-    rows = [best] if best is not None else sorted(on_front.tolist(), key=lambda row: -runs[row].objectives["index"])
-    if not rows:
-        # Without a pose inside, forces and margins are NaN.
-        rows = [max(range(len(runs)), key=lambda row: (runs[row].objectives["index"], -runs[row].merit))]
-    return Optimised(
-        tuple(_candidate(exo, merit, runs[row], finer_step, centres) for row in rows),
-        tuple(runs),
-        objectives,
-    )
+    on_front = np.flatnonzero(non_dominated(table, largest, smallest)).tolist()
+    # Without a pose inside, forces and margins are NaN.
+    on_front = on_front or [max(range(len(runs)), key=lambda row: (runs[row].objectives["index"], -runs[row].merit))]
+    return sorted(on_front, key=lambda row: -runs[row].objectives["index"])
 
 
 def _candidate(exo: ShoulderExo, merit: Merit, run: Run, finer_step: float, centres: tuple[Centre, ...]) -> Candidate:

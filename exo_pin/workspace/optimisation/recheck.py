@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import shoulder_rotation
 from ...core.errors import SolverFailed
 from ...core.records import Record
 from ...design import Arm, Mechanism
@@ -23,14 +22,14 @@ from ..criteria import Criteria
 from ..evaluation import tension_limits
 from ..query import workspace
 from ..result import Workspace
-from .centres import Centre, centre_text, shifted
+from .search_poses import Centre, centre_text, lifting_lines, shifted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ...reaction import Reaction
 
-__all__ = ["NEEDED", "PERSONS", "Recheck", "lifting_lines", "recheck"]
+__all__ = ["NEEDED", "PERSONS", "Recheck", "recheck"]
 
 #: Statures and body masses of the check, m and kg: about the 5th, 50th and 95th percentile of men, and the 5th of women
 #: (rounded from surveys of adults; choose others for another group).
@@ -134,15 +133,6 @@ class Recheck(Record):
         ]
 
 
-def lifting_lines(side: str, highest: float = 90.0, step: float = 5.0) -> tuple[Rotation, Rotation]:
-    """Lifting forward and sideways from 0 to ``highest``, degrees, as two stacks."""
-    angles = np.linspace(0.0, highest, int(np.ceil(highest / step)) + 1)
-    return (
-        shoulder_rotation(angles, 0.0, 0.0, side, degrees=True),
-        shoulder_rotation(0.0, angles, 0.0, side, degrees=True),
-    )
-
-
 def recheck(
     mechanism: Mechanism,
     reaction: Callable[..., Reaction],
@@ -174,10 +164,8 @@ def recheck(
         If Pinocchio and the closed form do not agree on which poses are held, or on |F_s|.
     """
     full = workspace(mechanism, None, criteria, centre_offset=centre_offset)
-    rows = criteria
-    if criteria.names is not None:
-        rows = criteria.replace(names=tuple(name for name in criteria.names if name != "connected"))
-    lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in lifting_lines(mechanism.side)]
+    rows, along = criteria.off_grid(), lifting_lines(mechanism.side)
+    lines = [workspace(mechanism, poses, rows, None, centre_offset) for poses in along]
     checked, difference = 0, float("nan")
     if "forces" in full.margins:
         checked, difference = _through_pinocchio(mechanism, full, lines, reaction, criteria, seed)

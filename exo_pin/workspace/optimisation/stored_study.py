@@ -26,8 +26,8 @@ import numpy as np
 from ...core.errors import InvalidInput, MissingExtra
 from ...core.records import OneProcess
 from ...design.io.mechanism_writing import mechanism_table
-from .centres import Centre, described
 from .merit import OBJECTIVES, Merit
+from .search_poses import Centre, described
 
 __all__ = ["STALE", "Run", "StoredStudy", "study_description"]
 
@@ -121,13 +121,12 @@ class StoredStudy(OneProcess):
         if silent:
             live = self._optuna.trial.Trial(self._study, silent[0]._trial_id)
             state = _progress(silent[0]).get("state")
-            self._store(live, state)
-            return live, state
-        if self.evaluations() + len(running) * length >= budget:
+        elif self.evaluations() + len(running) * length < budget:
+            live, state = self._study.ask(), None
+        else:
             return None
-        live = self._study.ask()
-        self._store(live, None)
-        return live, None
+        self._store(live, state)
+        return live, state
 
     def checkpoint(self, trial: Any, state: str) -> bool:
         """Store the state of a run; False if another worker has taken it over, and then nothing is stored."""
@@ -162,11 +161,10 @@ class StoredStudy(OneProcess):
         trial.set_user_attr("result", json.dumps(record))
         trial.set_user_attr("progress", "")
         values = [objectives[name] for name in self._objectives]
-        failed = any(value != value for value in values)
-        if failed:
-            self._study.tell(trial, state=self._optuna.trial.TrialState.FAIL, skip_if_finished=True)
-        else:
-            self._study.tell(trial, values, skip_if_finished=True)
+        outcome: Any = {"values": values}
+        if np.isnan(values).any():
+            outcome = {"state": self._optuna.trial.TrialState.FAIL}
+        self._study.tell(trial, **outcome, skip_if_finished=True)
 
     def runs(self) -> Iterator[Run]:
         """All finished runs, by number."""

@@ -18,6 +18,7 @@ from .records import Record
 __all__ = [
     "ReadOnly",
     "as_choice",
+    "as_count",
     "as_finite",
     "as_inertia",
     "as_mapping",
@@ -28,6 +29,7 @@ __all__ = [
     "as_unit_vector",
     "frozen",
     "require_method",
+    "require_type",
 ]
 
 #: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
@@ -174,6 +176,13 @@ def as_positive(name: str, value: Any, zero: bool = False) -> float:
     return number
 
 
+def as_count(name: str, value: Any, least: int = 0) -> int:
+    """Return ``value`` if it is a whole number of ``least`` or more; True and False are none."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InvalidInput(f"expected {name} to be a whole number of {least} or more, got {value!r:.80}")
+    return int(value)
+
+
 def as_unit_vector(name: str, value: ArrayLike) -> FloatArray:
     """Return ``value``, shape (3,), scaled to length 1."""
     vector = as_finite(name, value, (3,))
@@ -251,4 +260,12 @@ def require_method(name: str, value: object, method: str, expected: str) -> None
     For objects of rooms above, which are known here as types only.
     """
     if not hasattr(type(value), method):
+        raise InvalidInput(f"expected {name} to be {expected}, got {type(value).__name__}")
+
+
+def require_type(name: str, value: object, kind: type, optional: bool = False) -> None:
+    """Raise InvalidInput if a value is no ``kind``, nor None with ``optional``."""
+    if not isinstance(value, kind) and not (optional and value is None):
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        expected = f"{article} {kind.__name__}" + " or None" * optional
         raise InvalidInput(f"expected {name} to be {expected}, got {type(value).__name__}")

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, Side, as_side, mirrored
 from ..core.errors import InvalidInput, UnknownName
+from ..core.fields import store, store_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector, frozen
+from ..core.validation import FloatArray, as_finite, as_rotation, as_unit_vector, frozen
 
 __all__ = ["CircleDimensions", "WristGeometry"]
 
@@ -48,20 +49,18 @@ class CircleDimensions(Record):
     side: Side = "left"
 
     def __post_init__(self) -> None:
-        for name in ("r_A", "r_B"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        for name in ("h_A", "h_B"):
-            object.__setattr__(self, name, float(as_finite(name, getattr(self, name), ())))
+        store_positive(self, "r_A", "r_B")
+        store(self, h_A=float(as_finite("h_A", self.h_A, ())), h_B=float(as_finite("h_B", self.h_B, ())))
         for name in ("alpha_A", "alpha_B"):
             angles = as_finite(name, getattr(self, name), (None,))
             if np.abs(angles).max(initial=0.0) > 2 * np.pi + 1e-9:
                 raise InvalidInput(f"expected {name} in rad within ±2π, got {angles} (degrees?)")
-            object.__setattr__(self, name, angles)
+            store(self, **{name: angles})
         if self.alpha_A.shape != self.alpha_B.shape:
             raise InvalidInput(
                 f"expected alpha_A and alpha_B of one length, got {self.alpha_A.shape} and {self.alpha_B.shape}"
             )
-        object.__setattr__(self, "side", as_side(self.side))
+        store(self, side=as_side(self.side))
 
     @property
     def base_points(self) -> FloatArray:
@@ -114,7 +113,7 @@ class WristGeometry(Record):
 
     def __post_init__(self) -> None:
         for name in ("base_points", "platform_points"):
-            object.__setattr__(self, name, _joint_centres(name, getattr(self, name)))
+            store(self, **{name: _joint_centres(name, getattr(self, name))})
         if self.base_points.shape != self.platform_points.shape:
             raise InvalidInput(
                 "expected as many base_points as platform_points, got "
@@ -122,14 +121,17 @@ class WristGeometry(Record):
             )
         for name in ("base_axis", "platform_axis"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_unit_vector(name, getattr(self, name)))
+                store(self, **{name: as_unit_vector(name, getattr(self, name))})
         if as_rotation("neutral", self.neutral).shape != ():
             raise InvalidInput(f"expected neutral to be a single rotation, got shape {self.neutral.shape}")
-        object.__setattr__(self, "neutral", _settled(self.neutral))
+        store(self, neutral=_settled(self.neutral))
         limb_axes = self._neutral_limb_axes()
-        object.__setattr__(self, "base_frames", _frames(self.base_points, self.base_axis, limb_axes))
         in_arm = None if limb_axes is None else limb_axes @ self.neutral.as_matrix()
-        object.__setattr__(self, "platform_frames", _frames(self.platform_points, self.platform_axis, in_arm))
+        store(
+            self,
+            base_frames=_frames(self.base_points, self.base_axis, limb_axes),
+            platform_frames=_frames(self.platform_points, self.platform_axis, in_arm),
+        )
 
     @classmethod
     def from_circles(

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from ..core.conventions import GRAVITY, MIRROR, Side, as_side
 from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.fields import store
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, frozen
+from ..core.validation import FloatArray, as_finite, frozen, require_type
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces
@@ -69,21 +70,15 @@ class Mechanism(Record):
     interfaces: Interfaces = field(default_factory=Interfaces)
 
     def __post_init__(self) -> None:
-        for name, kind, optional in (
-            ("geometry", WristGeometry, False),
-            ("arm", Arm, True),
-            ("shoulder", Shoulder, False),
-            ("interfaces", Interfaces, False),
-        ):
-            value = getattr(self, name)
-            if not isinstance(value, kind) and not (optional and value is None):
-                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
-        object.__setattr__(self, "limbs", _limbs(self.limbs, self.geometry.limb_count))
+        require_type("geometry", self.geometry, WristGeometry)
+        require_type("arm", self.arm, Arm, optional=True)
+        require_type("shoulder", self.shoulder, Shoulder)
+        require_type("interfaces", self.interfaces, Interfaces)
         gravity = as_finite("gravity", self.gravity, (3,))
         if np.linalg.norm(gravity) > 100.0:
             raise InvalidInput(f"expected gravity in m/s², got {gravity} (mm/s²?)")
-        object.__setattr__(self, "gravity", gravity)
-        object.__setattr__(self, "side", as_side(self.side))
+        limbs = _limbs(self.limbs, self.geometry.limb_count)
+        store(self, limbs=limbs, gravity=gravity, side=as_side(self.side))
         circles = self.geometry.circles
         if circles is not None and circles.side != self.side:
             raise InvalidInput(
@@ -99,15 +94,9 @@ class Mechanism(Record):
             isinstance(text, str) for pair in self.sources.items() for text in pair
         ):
             raise InvalidInput(f"expected sources to map strings to strings, got {self.sources!r:.60}")
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
             raise InvalidInput(f"expected estimated to be a list of strings, got {self.estimated!r:.60}")
-        object.__setattr__(self, "estimated", tuple(self.estimated))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # A read-only mapping cannot be pickled, which a second process needs.
-        values = {item.name: getattr(self, item.name) for item in fields(self)}
-        return _rebuilt, ({**values, "sources": dict(self.sources)},)
+        store(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
 
     @property
     def limb_count(self) -> int:
@@ -198,10 +187,6 @@ def _is_same(mechanism: Mechanism, changes: Mapping[str, Any], key: str) -> bool
         except (AttributeError, IndexError, KeyError, TypeError, ValueError):
             return False
     return bool(np.array_equal(here, there))
-
-
-def _rebuilt(values: dict[str, Any]) -> Mechanism:
-    return Mechanism(**values)
 
 
 def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:

@@ -6,16 +6,16 @@ from typing import Any
 
 from .validation import as_positive
 
-__all__ = ["store", "store_positive"]
+__all__ = ["set_fields", "set_positive"]
 
 
-def store(record: object, **values: Any) -> None:
+def set_fields(record: object, **values: Any) -> None:
     """Give fields of a frozen record their checked values."""
     for name, value in values.items():
         object.__setattr__(record, name, value)
 
 
-def store_positive(record: object, *names: str, zero: bool = False, optional: bool = False) -> None:
+def set_positive(record: object, *names: str, zero: bool = False, optional: bool = False) -> None:
     """Check fields as :func:`exo_pin.core.validation.as_positive` does and store them as floats.
 
     Parameters

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..core.errors import InvalidInput
-from ..core.fields import store, store_positive
+from ..core.fields import set_fields, set_positive
 from ..core.validation import as_choice
 from .tackle import Tackle
 
@@ -64,15 +64,15 @@ class Actuator:
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
-        store_positive(self, "pull_limit", "push_limit", zero=True, optional=True)
+        set_positive(self, "pull_limit", "push_limit", zero=True, optional=True)
         if self.pulls_only:
             if self.push_limit:
                 raise InvalidInput(
                     f"expected no push_limit for a {self.family}, which cannot push, got {self.push_limit:g} N; "
                     'leave it out, or choose the family "linear"'
                 )
-            store(self, push_limit=0.0)
-        store_positive(self, "speed_limit", "power_limit", "travel_limit", "supply_pressure", optional=True)
+            set_fields(self, push_limit=0.0)
+        set_positive(self, "speed_limit", "power_limit", "travel_limit", "supply_pressure", optional=True)
         if (self.force_law is None) != (self.supply_pressure is None):
             raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
         if self.tackle is not None and (self.family != "cable" or not isinstance(self.tackle, Tackle)):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
-from ..core.fields import store, store_positive
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_inertia, as_positive, frozen
 
@@ -61,23 +61,23 @@ class Arm(Record):
     parts: tuple[Arm, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        store_positive(self, "mass")
+        set_positive(self, "mass")
         if self.mass > _HEAVIEST:
             raise InvalidInput(f"expected mass in kg, got {self.mass:g} (grams?)")
         centre = as_finite("centre_of_mass", self.centre_of_mass, (3,))
         if np.linalg.norm(centre) > _FARTHEST_CENTRE:
             raise InvalidInput(f"expected centre_of_mass in m, got {centre} (millimetres?)")
-        store(self, centre_of_mass=centre)
+        set_fields(self, centre_of_mass=centre)
         if self.inertia is not None:
             tensor = as_inertia("inertia", self.inertia)
             if tensor.max() > self.mass * _FARTHEST_CENTRE**2:
                 raise InvalidInput(f"expected inertia in kg m², got up to {tensor.max():.3g} (g mm²?)")
-            store(self, inertia=tensor)
+            set_fields(self, inertia=tensor)
         if not isinstance(self.device, bool):
             raise InvalidInput(f"expected device to be True or False, got {self.device!r}")
-        store_positive(self, "body_mass", optional=True)
+        set_positive(self, "body_mass", optional=True)
         # A changed copy is a body of its own: only a sum has parts.
-        store(self, parts=(self,))
+        set_fields(self, parts=(self,))
 
     @classmethod
     def from_inertia_about_origin(
@@ -176,15 +176,14 @@ class Arm(Record):
 
     def mirrored(self) -> Arm:
         """Mirror image in the x-z plane, for the other side of the body."""
-        parts = [
+        return _combined(
             replace(
                 part,
                 centre_of_mass=part.centre_of_mass @ MIRROR,
                 inertia=None if part.inertia is None else MIRROR @ part.inertia @ MIRROR,
             )
             for part in self.parts
-        ]
-        return parts[0] if len(parts) == 1 else _combined(parts)
+        )
 
 
 def _parallel_axis(mass: float, offset: FloatArray) -> FloatArray:
@@ -211,5 +210,5 @@ def _combined(bodies: Iterable[Arm]) -> Arm:
         device=all(part.device for part in parts),
         body_mass=known.pop() if known else None,
     )
-    store(total, parts=parts)
+    set_fields(total, parts=parts)
     return total

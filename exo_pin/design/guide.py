@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import InvalidInput
-from ..core.fields import store_positive
+from ..core.fields import set_positive
 from ..core.validation import as_positive
 
 __all__ = ["LimbGuide"]
@@ -43,12 +43,12 @@ class LimbGuide:
     largest_torque: float | None = None
 
     def __post_init__(self) -> None:
-        store_positive(self, "bending_rigidity", "torsional_rigidity", zero=True)
+        set_positive(self, "bending_rigidity", "torsional_rigidity", zero=True)
         for name in ("joint_stiffness", "joint_twist_stiffness"):
             value = getattr(self, name)
             if not (isinstance(value, float) and np.isposinf(value)):
-                store_positive(self, name)
-        store_positive(self, "largest_bending_moment", "largest_torque", optional=True)
+                set_positive(self, name)
+        set_positive(self, "largest_bending_moment", "largest_torque", optional=True)
 
     @classmethod
     def tube(cls, outer_radius: float, inner_radius: float, youngs_modulus: float, shear_modulus: float) -> LimbGuide:

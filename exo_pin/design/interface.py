@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
-from ..core.fields import store
+from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
 
@@ -58,7 +58,7 @@ class Interface(Record):
         at = as_finite("at", self.at, (3,))
         if np.abs(at).max() > 2.0:
             raise InvalidInput(f"expected at in m, got {at.tolist()} (millimetres?)")
-        store(self, stiffness=frozen(0.5 * (matrix + matrix.T)), at=at)
+        set_fields(self, stiffness=frozen(0.5 * (matrix + matrix.T)), at=at)
         if not isinstance(self.source, str):
             raise InvalidInput(f"expected source to be a string, got {self.source!r:.40}")
 
@@ -138,7 +138,7 @@ class Interfaces:
 
     def __post_init__(self) -> None:
         for name in ("harness", "cuff"):
-            require_type(name, getattr(self, name), Interface, optional=True)
+            require_type(name, getattr(self, name), Interface | None)
 
     @property
     def are_rigid(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..core.errors import InvalidInput
-from ..core.fields import store, store_positive
+from ..core.fields import set_fields, set_positive
 from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector, require_type
 from .actuator import Actuator
 from .guide import LimbGuide
@@ -38,9 +38,9 @@ class LimbBody:
     axial_inertia: float
 
     def __post_init__(self) -> None:
-        store_positive(self, "mass")
-        store(self, centre=float(as_finite("centre", self.centre, ())))
-        store_positive(self, "transverse_inertia", "axial_inertia", zero=True)
+        set_positive(self, "mass")
+        set_fields(self, centre=float(as_finite("centre", self.centre, ())))
+        set_positive(self, "transverse_inertia", "axial_inertia", zero=True)
         across, along = self.transverse_inertia, self.axial_inertia
         as_inertia("limb inertia", np.diag([across, across, along]))
 
@@ -84,10 +84,10 @@ class Stroke:
     end_fitting: float | None = None
 
     def __post_init__(self) -> None:
-        store_positive(self, "nominal_length", "shortest", "longest")
+        set_positive(self, "nominal_length", "shortest", "longest")
         if self.shortest > self.longest:
             raise InvalidInput(f"expected shortest <= longest, got {self.shortest:g} and {self.longest:g}")
-        store_positive(self, "end_fitting", zero=True, optional=True)
+        set_positive(self, "end_fitting", zero=True, optional=True)
 
 
 @dataclass(frozen=True)
@@ -136,11 +136,11 @@ class Limb:
             "actuator": Actuator,
         }
         for name, kind in kinds.items():
-            require_type(name, getattr(self, name), kind, optional=True)
-        store_positive(self, "joint_limit", optional=True)
+            require_type(name, getattr(self, name), kind | None)
+        set_positive(self, "joint_limit", optional=True)
         if self.joint_straight is not None:
             direction = as_unit_vector("joint_straight", self.joint_straight)
-            store(self, joint_straight=tuple(direction.tolist()))
+            set_fields(self, joint_straight=tuple(direction.tolist()))
 
     @property
     def mass(self) -> float:

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.conventions import GRAVITY, MIRROR, Side, as_side
-from ..core.errors import InvalidInput, MissingData, UnknownName
-from ..core.fields import store
+from ..core.errors import InvalidInput, MissingData
+from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, frozen, require_type
+from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces
@@ -71,14 +71,14 @@ class Mechanism(Record):
 
     def __post_init__(self) -> None:
         require_type("geometry", self.geometry, WristGeometry)
-        require_type("arm", self.arm, Arm, optional=True)
+        require_type("arm", self.arm, Arm | None)
         require_type("shoulder", self.shoulder, Shoulder)
         require_type("interfaces", self.interfaces, Interfaces)
         gravity = as_finite("gravity", self.gravity, (3,))
         if np.linalg.norm(gravity) > 100.0:
             raise InvalidInput(f"expected gravity in m/s², got {gravity} (mm/s²?)")
         limbs = _limbs(self.limbs, self.geometry.limb_count)
-        store(self, limbs=limbs, gravity=gravity, side=as_side(self.side))
+        set_fields(self, limbs=limbs, gravity=gravity, side=as_side(self.side))
         circles = self.geometry.circles
         if circles is not None and circles.side != self.side:
             raise InvalidInput(
@@ -96,7 +96,7 @@ class Mechanism(Record):
             raise InvalidInput(f"expected sources to map strings to strings, got {self.sources!r:.60}")
         if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
             raise InvalidInput(f"expected estimated to be a list of strings, got {self.estimated!r:.60}")
-        store(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
+        set_fields(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
 
     @property
     def limb_count(self) -> int:
@@ -141,15 +141,13 @@ class Mechanism(Record):
         """
         known = {item.name for item in fields(self)}
         for name in changes:
-            if name not in known:
-                raise UnknownName("field", name, known)
+            as_choice("field", name, known)
         geometry = changes.get("geometry", self.geometry)
         grown = isinstance(geometry, WristGeometry) and geometry.limb_count != self.limb_count
         if grown and "limbs" not in changes and len(set(self.limbs)) == 1:
             changes["limbs"] = self.limbs[:1] * geometry.limb_count
         if "sources" not in changes:
-            changed = {name for name in _SOURCED if changes.get(name, self) is not self}
-            changed = {name for name in changed if changes[name] is not getattr(self, name)}
+            changed = {name for name in _SOURCED if name in changes and changes[name] is not getattr(self, name)}
             changes["sources"] = _sources_after(self.sources, changed)
         if "estimated" not in changes:
             changes["estimated"] = tuple(key for key in self.estimated if _is_same(self, changes, key))

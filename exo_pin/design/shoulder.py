@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, as_side, shoulder_angles
 from ..core.errors import InvalidInput
-from ..core.fields import store, store_positive
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 
@@ -57,10 +57,10 @@ class Shoulder(Record):
 
     def __post_init__(self) -> None:
         if self.stiffness is not None:
-            store(self, stiffness=as_stiffness("stiffness", self.stiffness))
+            set_fields(self, stiffness=as_stiffness("stiffness", self.stiffness))
         if self.abduction_centre is not None:
-            store(self, abduction_centre=float(as_finite("abduction_centre", self.abduction_centre, ())))
-        store_positive(self, "half_diagonal", optional=True)
+            set_fields(self, abduction_centre=float(as_finite("abduction_centre", self.abduction_centre, ())))
+        set_positive(self, "half_diagonal", optional=True)
 
     def mirrored(self) -> Shoulder:
         """Mirror image in the x-z plane, for the other side of the body."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exo_pin.core.errors import InvalidInput
-from exo_pin.core.fields import store_positive
+from exo_pin.core.fields import set_positive
 from exo_pin.core.validation import as_count, require_type
 
 
@@ -17,9 +17,9 @@ class Box:
     mass: float | None = None
 
     def __post_init__(self):
-        store_positive(self, "length")
-        store_positive(self, "wall", zero=True)
-        store_positive(self, "mass", optional=True)
+        set_positive(self, "length")
+        set_positive(self, "wall", zero=True)
+        set_positive(self, "mass", optional=True)
 
 
 def test_positive_fields_are_stored_as_floats():
@@ -42,9 +42,9 @@ def test_a_count_is_a_whole_number(value):
 
 def test_a_wrong_type_is_named_with_what_was_expected():
     require_type("box", Box(1.0), Box)
-    require_type("box", None, Box, optional=True)
-    for optional, words in ((False, "expected box to be a Box, got int"), (True, "a Box or None, got int")):
+    require_type("box", None, Box | None)
+    for kind, words in ((Box, "expected box to be a Box, got int"), (Box | None, "a Box or None, got int")):
         with pytest.raises(InvalidInput, match=words):
-            require_type("box", 3, Box, optional)
+            require_type("box", 3, kind)
     with pytest.raises(InvalidInput, match="an InvalidInput"):
         require_type("error", None, InvalidInput)

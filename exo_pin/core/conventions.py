@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from .errors import InvalidInput
-from .validation import FloatArray, as_choice, as_finite, as_rotation, frozen
+from .validation import FloatArray, as_choice, as_rotation, broadcast, frozen
 
 __all__ = [
     "GRAVITY",
@@ -50,13 +49,9 @@ def as_side(side: str) -> Side:
     return "left" if as_choice("side", side, ("left", "right")) == "left" else "right"
 
 
-def _angles(names: tuple[str, str, str], values: tuple[ArrayLike, ArrayLike, ArrayLike], degrees: bool) -> FloatArray:
-    arrays = [as_finite(name, value, (), stack=True) for name, value in zip(names, values, strict=True)]
-    try:
-        stacked = np.stack(np.broadcast_arrays(*arrays), axis=-1)
-    except ValueError:
-        shapes = ", ".join(str(array.shape) for array in arrays)
-        raise InvalidInput(f"expected {', '.join(names)} to broadcast, got shapes {shapes}") from None
+def _stacked(degrees: bool, **angles: ArrayLike) -> FloatArray:
+    """Three angles as one array, shape (..., 3), rad."""
+    stacked = np.stack(broadcast(**angles), axis=-1)
     return np.radians(stacked) if degrees else stacked
 
 
@@ -89,7 +84,7 @@ def thesis_rotation(theta_x: ArrayLike, theta_y: ArrayLike, theta_z: ArrayLike, 
     -----
     Source: thesis (4-3), (4-4), (4-5), (4-6), (4-7).
     """
-    angles = _angles(("theta_x", "theta_y", "theta_z"), (theta_x, theta_y, theta_z), degrees)
+    angles = _stacked(degrees, theta_x=theta_x, theta_y=theta_y, theta_z=theta_z)
     return Rotation.from_euler("XYZ", angles)
 
 
@@ -135,8 +130,7 @@ def shoulder_rotation(
     -----
     Source: thesis Table 2-1.
     """
-    names = ("flexion", "abduction", "internal_rotation")
-    angles = _angles(names, (flexion, abduction, internal_rotation), degrees)
+    angles = _stacked(degrees, flexion=flexion, abduction=abduction, internal_rotation=internal_rotation)
     sign = _outward(side)
     return Rotation.from_euler("YXZ", angles * np.array([-1.0, sign, -sign]))
 
@@ -226,7 +220,7 @@ def tilt_torsion_rotation(
     UnknownName
         If ``side`` is neither "left" nor "right".
     """
-    angles = _angles(("azimuth", "tilt", "torsion"), (azimuth, tilt, torsion), degrees)
+    angles = _stacked(degrees, azimuth=azimuth, tilt=tilt, torsion=torsion)
     sign = _outward(side)
     turned = np.stack([sign * angles[..., 0], -angles[..., 1], -sign * (angles[..., 0] + angles[..., 2])], axis=-1)
     return Rotation.from_euler("ZYZ", turned)

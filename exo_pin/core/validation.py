@@ -6,7 +6,8 @@ Each function returns a read-only float64 copy, so that what was checked is what
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+from types import NoneType, UnionType
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ from .records import Record
 __all__ = [
     "ReadOnly",
     "as_choice",
+    "as_count",
     "as_finite",
     "as_inertia",
     "as_mapping",
@@ -25,9 +27,12 @@ __all__ = [
     "as_positive",
     "as_real",
     "as_rotation",
+    "as_single_rotation",
     "as_unit_vector",
+    "broadcast",
     "frozen",
     "require_method",
+    "require_type",
 ]
 
 #: Numbers beyond this, in SI units, are no property of a device; their squares would overflow further on.
@@ -118,6 +123,16 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
     return frozen(array)
 
 
+def broadcast(**named: ArrayLike) -> tuple[FloatArray, ...]:
+    """Finite arrays, named for the message, brought to one shape."""
+    arrays = [as_finite(name, value, (), stack=True) for name, value in named.items()]
+    try:
+        return tuple(np.broadcast_arrays(*arrays))
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays)
+        raise InvalidInput(f"expected {', '.join(named)} to broadcast, got shapes {shapes}") from None
+
+
 def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
     """Return ``value`` if it is a mapping, and an empty one for None.
 
@@ -172,6 +187,13 @@ def as_positive(name: str, value: Any, zero: bool = False) -> float:
     if 0.0 < number < SMALLEST:
         raise InvalidInput(f"expected {name} in SI units, at least {SMALLEST:g}, got {number:g}")
     return number
+
+
+def as_count(name: str, value: Any, least: int = 0) -> int:
+    """Return ``value`` if it is a whole number of ``least`` or more; True and False are none."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InvalidInput(f"expected {name} to be a whole number of {least} or more, got {value!r:.80}")
+    return int(value)
 
 
 def as_unit_vector(name: str, value: ArrayLike) -> FloatArray:
@@ -245,6 +267,13 @@ def as_rotation(name: str, value: Any) -> Rotation:
     return value
 
 
+def as_single_rotation(name: str, value: Any) -> Rotation:
+    """Return ``value`` if it is a scipy Rotation that is no stack, else raise InvalidInput."""
+    if as_rotation(name, value).shape != ():
+        raise InvalidInput(f"expected {name} to be a single rotation, got a stack of shape {value.shape}")
+    return value
+
+
 def require_method(name: str, value: object, method: str, expected: str) -> None:
     """Raise InvalidInput if a value's class has no method of that name.
 
@@ -252,3 +281,19 @@ def require_method(name: str, value: object, method: str, expected: str) -> None
     """
     if not hasattr(type(value), method):
         raise InvalidInput(f"expected {name} to be {expected}, got {type(value).__name__}")
+
+
+def require_type(name: str, value: object, kind: type | UnionType, expected: str = "") -> None:
+    """Raise InvalidInput if a value is not of a class, or of one of several, such as ``Arm | None``.
+
+    The message says what was ``expected``; if that is left out, it names the classes.
+    """
+    if not isinstance(value, kind):
+        expected = expected or " or ".join(_described(one) for one in get_args(kind) or (kind,))
+        raise InvalidInput(f"expected {name} to be {expected}, got {type(value).__name__}")
+
+
+def _described(kind: type) -> str:
+    if kind is NoneType:
+        return "None"
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..core.errors import InvalidInput
-from ..core.validation import as_choice, as_positive
+from ..core.fields import set_fields, set_positive
+from ..core.validation import as_choice
 from .tackle import Tackle
 
 __all__ = ["ACTUATOR_FAMILIES", "Actuator", "ActuatorFamily"]
@@ -63,21 +64,15 @@ class Actuator:
 
     def __post_init__(self) -> None:
         as_choice("actuator family", self.family, ACTUATOR_FAMILIES)
-        for name in ("pull_limit", "push_limit"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, "pull_limit", "push_limit", zero=True, optional=True)
         if self.pulls_only:
             if self.push_limit:
                 raise InvalidInput(
                     f"expected no push_limit for a {self.family}, which cannot push, got {self.push_limit:g} N; "
                     'leave it out, or choose the family "linear"'
                 )
-            object.__setattr__(self, "push_limit", 0.0)
-        for name in ("speed_limit", "power_limit", "travel_limit"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        if self.supply_pressure is not None:
-            object.__setattr__(self, "supply_pressure", as_positive("supply_pressure", self.supply_pressure))
+            set_fields(self, push_limit=0.0)
+        set_positive(self, "speed_limit", "power_limit", "travel_limit", "supply_pressure", optional=True)
         if (self.force_law is None) != (self.supply_pressure is None):
             raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
         if self.tackle is not None and (self.family != "cable" or not isinstance(self.tackle, Tackle)):

@@ -6,12 +6,14 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput, MissingData
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_inertia, as_positive, frozen
 
@@ -59,24 +61,23 @@ class Arm(Record):
     parts: tuple[Arm, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", as_positive("mass", self.mass))
+        set_positive(self, "mass")
         if self.mass > _HEAVIEST:
             raise InvalidInput(f"expected mass in kg, got {self.mass:g} (grams?)")
         centre = as_finite("centre_of_mass", self.centre_of_mass, (3,))
         if np.linalg.norm(centre) > _FARTHEST_CENTRE:
             raise InvalidInput(f"expected centre_of_mass in m, got {centre} (millimetres?)")
-        object.__setattr__(self, "centre_of_mass", centre)
+        set_fields(self, centre_of_mass=centre)
         if self.inertia is not None:
             tensor = as_inertia("inertia", self.inertia)
             if tensor.max() > self.mass * _FARTHEST_CENTRE**2:
                 raise InvalidInput(f"expected inertia in kg m², got up to {tensor.max():.3g} (g mm²?)")
-            object.__setattr__(self, "inertia", tensor)
+            set_fields(self, inertia=tensor)
         if not isinstance(self.device, bool):
             raise InvalidInput(f"expected device to be True or False, got {self.device!r}")
-        if self.body_mass is not None:
-            object.__setattr__(self, "body_mass", as_positive("body_mass", self.body_mass))
+        set_positive(self, "body_mass", optional=True)
         # A changed copy is a body of its own: only a sum has parts.
-        object.__setattr__(self, "parts", (self,))
+        set_fields(self, parts=(self,))
 
     @classmethod
     def from_inertia_about_origin(
@@ -175,15 +176,14 @@ class Arm(Record):
 
     def mirrored(self) -> Arm:
         """Mirror image in the x-z plane, for the other side of the body."""
-        parts = [
+        return _combined(
             replace(
                 part,
                 centre_of_mass=part.centre_of_mass @ MIRROR,
                 inertia=None if part.inertia is None else MIRROR @ part.inertia @ MIRROR,
             )
             for part in self.parts
-        ]
-        return parts[0] if len(parts) == 1 else _combined(parts)
+        )
 
 
 def _parallel_axis(mass: float, offset: FloatArray) -> FloatArray:
@@ -197,22 +197,18 @@ def _combined(bodies: Iterable[Arm]) -> Arm:
         return parts[0]
     mass = math.fsum(part.mass for part in parts)
     centre = sum((part.mass * part.centre_of_mass for part in parts), np.zeros(3)) / mass
-    inertia: FloatArray | None = np.zeros((3, 3))
+    terms: list[Any] = []
     for part in parts:
-        if part.inertia is None:
-            inertia = None
-            break
-        assert inertia is not None
-        inertia = inertia + part.inertia + _parallel_axis(part.mass, part.centre_of_mass - centre)
+        terms += [part.inertia, _parallel_axis(part.mass, part.centre_of_mass - centre)]
     known = {part.body_mass for part in parts if part.body_mass is not None}
     if len(known) > 1:
         raise InvalidInput(f"these arms belong to persons of different body mass: {sorted(known)} kg")
     total = Arm(
         mass,
-        frozen(centre),
-        inertia,
+        centre,
+        None if any(term is None for term in terms) else sum(terms, np.zeros((3, 3))),
         device=all(part.device for part in parts),
         body_mass=known.pop() if known else None,
     )
-    object.__setattr__(total, "parts", parts)
+    set_fields(total, parts=parts)
     return total

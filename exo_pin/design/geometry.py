@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, Side, as_side, mirrored
-from ..core.errors import InvalidInput, UnknownName
+from ..core.errors import InvalidInput
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, as_unit_vector, frozen
+from ..core.validation import FloatArray, as_choice, as_finite, as_single_rotation, as_unit_vector, frozen
 
 __all__ = ["CircleDimensions", "WristGeometry"]
 
@@ -48,20 +49,18 @@ class CircleDimensions(Record):
     side: Side = "left"
 
     def __post_init__(self) -> None:
-        for name in ("r_A", "r_B"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        for name in ("h_A", "h_B"):
-            object.__setattr__(self, name, float(as_finite(name, getattr(self, name), ())))
+        set_positive(self, "r_A", "r_B")
+        set_fields(self, h_A=float(as_finite("h_A", self.h_A, ())), h_B=float(as_finite("h_B", self.h_B, ())))
         for name in ("alpha_A", "alpha_B"):
             angles = as_finite(name, getattr(self, name), (None,))
             if np.abs(angles).max(initial=0.0) > 2 * np.pi + 1e-9:
                 raise InvalidInput(f"expected {name} in rad within ±2π, got {angles} (degrees?)")
-            object.__setattr__(self, name, angles)
+            set_fields(self, **{name: angles})
         if self.alpha_A.shape != self.alpha_B.shape:
             raise InvalidInput(
                 f"expected alpha_A and alpha_B of one length, got {self.alpha_A.shape} and {self.alpha_B.shape}"
             )
-        object.__setattr__(self, "side", as_side(self.side))
+        set_fields(self, side=as_side(self.side))
 
     @property
     def base_points(self) -> FloatArray:
@@ -114,7 +113,7 @@ class WristGeometry(Record):
 
     def __post_init__(self) -> None:
         for name in ("base_points", "platform_points"):
-            object.__setattr__(self, name, _joint_centres(name, getattr(self, name)))
+            set_fields(self, **{name: _joint_centres(name, getattr(self, name))})
         if self.base_points.shape != self.platform_points.shape:
             raise InvalidInput(
                 "expected as many base_points as platform_points, got "
@@ -122,14 +121,15 @@ class WristGeometry(Record):
             )
         for name in ("base_axis", "platform_axis"):
             if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_unit_vector(name, getattr(self, name)))
-        if as_rotation("neutral", self.neutral).shape != ():
-            raise InvalidInput(f"expected neutral to be a single rotation, got shape {self.neutral.shape}")
-        object.__setattr__(self, "neutral", _settled(self.neutral))
+                set_fields(self, **{name: as_unit_vector(name, getattr(self, name))})
+        set_fields(self, neutral=_settled(as_single_rotation("neutral", self.neutral)))
         limb_axes = self._neutral_limb_axes()
-        object.__setattr__(self, "base_frames", _frames(self.base_points, self.base_axis, limb_axes))
         in_arm = None if limb_axes is None else limb_axes @ self.neutral.as_matrix()
-        object.__setattr__(self, "platform_frames", _frames(self.platform_points, self.platform_axis, in_arm))
+        set_fields(
+            self,
+            base_frames=_frames(self.base_points, self.base_axis, limb_axes),
+            platform_frames=_frames(self.platform_points, self.platform_axis, in_arm),
+        )
 
     @classmethod
     def from_circles(
@@ -209,8 +209,7 @@ class WristGeometry(Record):
         on_circles = {item.name for item in fields(CircleDimensions)}
         on_points = {"base_points", "platform_points", "base_axis", "platform_axis", "neutral"}
         for name in changes:
-            if name not in on_circles | on_points:
-                raise UnknownName("dimension", name, on_circles | on_points)
+            as_choice("dimension", name, on_circles | on_points)
         circle_changes = {name: value for name, value in changes.items() if name in on_circles}
         point_changes = {name: value for name, value in changes.items() if name in on_points}
         if circle_changes and (self.circles is None or set(point_changes) - {"neutral"}):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import InvalidInput
+from ..core.fields import set_positive
 from ..core.validation import as_positive
 
 __all__ = ["LimbGuide"]
@@ -42,16 +43,12 @@ class LimbGuide:
     largest_torque: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("bending_rigidity", "torsional_rigidity"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, "bending_rigidity", "torsional_rigidity", zero=True)
         for name in ("joint_stiffness", "joint_twist_stiffness"):
             value = getattr(self, name)
-            if not (isinstance(value, (int, float)) and np.isposinf(value)):
-                value = as_positive(name, value)
-            object.__setattr__(self, name, float(value))
-        for name in ("largest_bending_moment", "largest_torque"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+            if not (isinstance(value, float) and np.isposinf(value)):
+                set_positive(self, name)
+        set_positive(self, "largest_bending_moment", "largest_torque", optional=True)
 
     @classmethod
     def tube(cls, outer_radius: float, inner_radius: float, youngs_modulus: float, shear_modulus: float) -> LimbGuide:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
+from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_positive, frozen
+from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
 
 __all__ = ["Interface", "Interfaces"]
 
@@ -55,11 +55,10 @@ class Interface(Record):
                 "expected an interface that resists every motion (a positive definite stiffness), got the eigenvalue "
                 f"{np.linalg.eigvalsh(scaled)[0]:.3g} of the stiffness scaled to a diagonal of ones"
             )
-        object.__setattr__(self, "stiffness", frozen(0.5 * (matrix + matrix.T)))
         at = as_finite("at", self.at, (3,))
         if np.abs(at).max() > 2.0:
             raise InvalidInput(f"expected at in m, got {at.tolist()} (millimetres?)")
-        object.__setattr__(self, "at", frozen(at))
+        set_fields(self, stiffness=frozen(0.5 * (matrix + matrix.T)), at=at)
         if not isinstance(self.source, str):
             raise InvalidInput(f"expected source to be a string, got {self.source!r:.40}")
 
@@ -139,9 +138,7 @@ class Interfaces:
 
     def __post_init__(self) -> None:
         for name in ("harness", "cuff"):
-            value: Any = getattr(self, name)
-            if value is not None and not isinstance(value, Interface):
-                raise InvalidInput(f"expected {name} to be an Interface or None, got {type(value).__name__}")
+            require_type(name, getattr(self, name), Interface | None)
 
     @property
     def are_rigid(self) -> bool:

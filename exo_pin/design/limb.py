@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 
 from ..core.errors import InvalidInput
-from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector
+from ..core.fields import set_fields, set_positive
+from ..core.validation import as_choice, as_finite, as_inertia, as_positive, as_unit_vector, require_type
 from .actuator import Actuator
 from .guide import LimbGuide
 
@@ -37,10 +38,9 @@ class LimbBody:
     axial_inertia: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "mass", as_positive("mass", self.mass))
-        object.__setattr__(self, "centre", float(as_finite("centre", self.centre, ())))
-        for name in ("transverse_inertia", "axial_inertia"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name), zero=True))
+        set_positive(self, "mass")
+        set_fields(self, centre=float(as_finite("centre", self.centre, ())))
+        set_positive(self, "transverse_inertia", "axial_inertia", zero=True)
         across, along = self.transverse_inertia, self.axial_inertia
         as_inertia("limb inertia", np.diag([across, across, along]))
 
@@ -84,12 +84,10 @@ class Stroke:
     end_fitting: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("nominal_length", "shortest", "longest"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        set_positive(self, "nominal_length", "shortest", "longest")
         if self.shortest > self.longest:
             raise InvalidInput(f"expected shortest <= longest, got {self.shortest:g} and {self.longest:g}")
-        if self.end_fitting is not None:
-            object.__setattr__(self, "end_fitting", as_positive("end_fitting", self.end_fitting, zero=True))
+        set_positive(self, "end_fitting", zero=True, optional=True)
 
 
 @dataclass(frozen=True)
@@ -138,14 +136,11 @@ class Limb:
             "actuator": Actuator,
         }
         for name, kind in kinds.items():
-            value = getattr(self, name)
-            if value is not None and not isinstance(value, kind):
-                raise InvalidInput(f"expected {name} to be a {kind.__name__} or None, got {type(value).__name__}")
-        if self.joint_limit is not None:
-            object.__setattr__(self, "joint_limit", as_positive("joint_limit", self.joint_limit))
+            require_type(name, getattr(self, name), kind | None)
+        set_positive(self, "joint_limit", optional=True)
         if self.joint_straight is not None:
             direction = as_unit_vector("joint_straight", self.joint_straight)
-            object.__setattr__(self, "joint_straight", tuple(direction.tolist()))
+            set_fields(self, joint_straight=tuple(direction.tolist()))
 
     @property
     def mass(self) -> float:

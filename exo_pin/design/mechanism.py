@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.conventions import GRAVITY, MIRROR, Side, as_side
-from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.errors import InvalidInput, MissingData
+from ..core.fields import set_fields
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, frozen
+from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type
 from .arm import Arm
 from .geometry import WristGeometry
 from .interface import Interfaces
@@ -69,21 +70,15 @@ class Mechanism(Record):
     interfaces: Interfaces = field(default_factory=Interfaces)
 
     def __post_init__(self) -> None:
-        for name, kind, optional in (
-            ("geometry", WristGeometry, False),
-            ("arm", Arm, True),
-            ("shoulder", Shoulder, False),
-            ("interfaces", Interfaces, False),
-        ):
-            value = getattr(self, name)
-            if not isinstance(value, kind) and not (optional and value is None):
-                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
-        object.__setattr__(self, "limbs", _limbs(self.limbs, self.geometry.limb_count))
+        require_type("geometry", self.geometry, WristGeometry)
+        require_type("arm", self.arm, Arm | None)
+        require_type("shoulder", self.shoulder, Shoulder)
+        require_type("interfaces", self.interfaces, Interfaces)
         gravity = as_finite("gravity", self.gravity, (3,))
         if np.linalg.norm(gravity) > 100.0:
             raise InvalidInput(f"expected gravity in m/s², got {gravity} (mm/s²?)")
-        object.__setattr__(self, "gravity", gravity)
-        object.__setattr__(self, "side", as_side(self.side))
+        limbs = _limbs(self.limbs, self.geometry.limb_count)
+        set_fields(self, limbs=limbs, gravity=gravity, side=as_side(self.side))
         circles = self.geometry.circles
         if circles is not None and circles.side != self.side:
             raise InvalidInput(
@@ -99,15 +94,9 @@ class Mechanism(Record):
             isinstance(text, str) for pair in self.sources.items() for text in pair
         ):
             raise InvalidInput(f"expected sources to map strings to strings, got {self.sources!r:.60}")
-        object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
         if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
             raise InvalidInput(f"expected estimated to be a list of strings, got {self.estimated!r:.60}")
-        object.__setattr__(self, "estimated", tuple(self.estimated))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # A read-only mapping cannot be pickled, which a second process needs.
-        values = {item.name: getattr(self, item.name) for item in fields(self)}
-        return _rebuilt, ({**values, "sources": dict(self.sources)},)
+        set_fields(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
 
     @property
     def limb_count(self) -> int:
@@ -152,15 +141,13 @@ class Mechanism(Record):
         """
         known = {item.name for item in fields(self)}
         for name in changes:
-            if name not in known:
-                raise UnknownName("field", name, known)
+            as_choice("field", name, known)
         geometry = changes.get("geometry", self.geometry)
         grown = isinstance(geometry, WristGeometry) and geometry.limb_count != self.limb_count
         if grown and "limbs" not in changes and len(set(self.limbs)) == 1:
             changes["limbs"] = self.limbs[:1] * geometry.limb_count
         if "sources" not in changes:
-            changed = {name for name in _SOURCED if changes.get(name, self) is not self}
-            changed = {name for name in changed if changes[name] is not getattr(self, name)}
+            changed = {name for name in _SOURCED if name in changes and changes[name] is not getattr(self, name)}
             changes["sources"] = _sources_after(self.sources, changed)
         if "estimated" not in changes:
             changes["estimated"] = tuple(key for key in self.estimated if _is_same(self, changes, key))
@@ -198,10 +185,6 @@ def _is_same(mechanism: Mechanism, changes: Mapping[str, Any], key: str) -> bool
         except (AttributeError, IndexError, KeyError, TypeError, ValueError):
             return False
     return bool(np.array_equal(here, there))
-
-
-def _rebuilt(values: dict[str, Any]) -> Mechanism:
-    return Mechanism(**values)
 
 
 def _limbs(limbs: Sequence[Limb] | None, count: int) -> tuple[Limb, ...]:

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR, as_side, shoulder_angles
 from ..core.errors import InvalidInput
+from ..core.fields import set_fields, set_positive
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 
@@ -56,13 +57,10 @@ class Shoulder(Record):
 
     def __post_init__(self) -> None:
         if self.stiffness is not None:
-            object.__setattr__(self, "stiffness", as_stiffness("stiffness", self.stiffness))
+            set_fields(self, stiffness=as_stiffness("stiffness", self.stiffness))
         if self.abduction_centre is not None:
-            object.__setattr__(
-                self, "abduction_centre", float(as_finite("abduction_centre", self.abduction_centre, ()))
-            )
-        if self.half_diagonal is not None:
-            object.__setattr__(self, "half_diagonal", as_positive("half_diagonal", self.half_diagonal))
+            set_fields(self, abduction_centre=float(as_finite("abduction_centre", self.abduction_centre, ())))
+        set_positive(self, "half_diagonal", optional=True)
 
     def mirrored(self) -> Shoulder:
         """Mirror image in the x-z plane, for the other side of the body."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..core.errors import InvalidInput
-from ..core.validation import as_finite, as_positive
+from ..core.fields import set_fields, set_positive
+from ..core.validation import as_finite
 
 __all__ = ["Tackle"]
 
@@ -42,13 +43,12 @@ class Tackle:
     count: int = 1
 
     def __post_init__(self) -> None:
-        for name in ("ratio", "muscle_length", "supply_pressure"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        set_positive(self, "ratio", "muscle_length", "supply_pressure")
         if self.ratio < 1.0:
             raise InvalidInput(f"expected a ratio of 1 or more, got {self.ratio:g}")
         count = float(as_finite("count", self.count, ()))
         if isinstance(self.count, bool) or count != int(count) or count < 1:
             raise InvalidInput(f"expected count as a number of muscles from 1, got {self.count!r}")
-        object.__setattr__(self, "count", int(count))
+        set_fields(self, count=int(count))
         if not isinstance(self.force_law, str) or not self.force_law:
             raise InvalidInput(f"expected force_law as the name of a static law, got {self.force_law!r}")

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
+from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .motion_and_load import CentreOffset
@@ -57,9 +58,7 @@ class CentrePath(Record):
         if (np.diff(angles) <= 0.0).any() or angles[0] < 0.0 or angles[-1] > np.pi + 1e-9:
             raise InvalidInput(f"expected elevation to rise within 0 to π rad, got {angles} (degrees?)")
         CentreOffset(moved, moved)  # its check of the size
-        object.__setattr__(self, "elevation", angles)
-        object.__setattr__(self, "displacement", moved)
-        object.__setattr__(self, "fit", as_finite("fit", self.fit, (3,)))
+        set_fields(self, elevation=angles, displacement=moved, fit=as_finite("fit", self.fit, (3,)))
 
     def at(self, elevation: ArrayLike) -> FloatArray:
         """Displacement of the centre, shape (..., 3), m, at elevations of shape (...), rad.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput
+from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite
 
@@ -40,7 +41,7 @@ class Motion(Record):
             value = as_finite(name, getattr(self, name), (3,), stack=True)
             if np.abs(value).max(initial=0.0) > FASTEST:
                 raise InvalidInput(f"expected {name} in rad/s or rad/s² below {FASTEST:g}, got {np.abs(value).max():g}")
-            object.__setattr__(self, name, value)
+            set_fields(self, **{name: value})
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +72,7 @@ class Load(Record):
             array = as_finite(name, value, (3,), stack=True)
             if np.abs(array).max(initial=0.0) > _STRONGEST:
                 raise InvalidInput(f"expected {name} below {_STRONGEST:g}, got {np.abs(array).max():g}")
-            object.__setattr__(self, name, array)
+            set_fields(self, **{name: array})
         if np.abs(np.asarray(self.at)).max(initial=0.0) > 5.0:
             raise InvalidInput(f"expected at in m, got {self.at} (millimetres?)")
         as_choice("frame", self.frame, ("base", "arm"))
@@ -98,7 +99,7 @@ class CentreOffset(Record):
             offset = as_finite(name, getattr(self, name), (3,), stack=True)
             if np.abs(offset).max(initial=0.0) > 0.2:
                 raise InvalidInput(f"expected {name} offset in m, within 0.2 m, got {offset} (millimetres?)")
-            object.__setattr__(self, name, offset)
+            set_fields(self, **{name: offset})
 
     @classmethod
     def together(cls, offset: ArrayLike) -> CentreOffset:

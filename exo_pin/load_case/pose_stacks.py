@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..core.compiled import kernel
 from ..core.errors import InvalidInput
 from ..core.records import Record
-from ..core.validation import FloatArray, as_rotation
+from ..core.validation import FloatArray, as_rotation, require_type
 from ..design import Arm, Mechanism
 from ..numerics.vectors import applied_load, inertia_load, matrix, vector, weight_load
 from .motion_and_load import Load, Motion
@@ -105,13 +105,11 @@ def as_query(orientation: Rotation, motion: Motion | None = None, load: Load | N
     still = np.zeros((count, 3))
     velocity = acceleration = force = moment = still
     if motion is not None:
-        if not isinstance(motion, Motion):
-            raise InvalidInput(f"expected motion to be a Motion, got {type(motion).__name__}")
+        require_type("motion", motion, Motion)
         velocity = _spread("motion.angular_velocity", motion.angular_velocity, shape)
         acceleration = _spread("motion.angular_acceleration", motion.angular_acceleration, shape)
     if load is not None:
-        if not isinstance(load, Load):
-            raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+        require_type("load", load, Load)
         force = _spread("load.force", np.asarray(load.force), shape)
         couple = _spread("load.moment", np.asarray(load.moment), shape)
         at = _spread("load.at", np.asarray(load.at), shape)

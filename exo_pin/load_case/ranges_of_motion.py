@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput
+from ..core.fields import set_fields
 from ..core.validation import FloatArray, as_finite, as_positive
 
 __all__ = ["ADL_BOX", "DAILY_RANGES", "RangeOfMotion"]
@@ -42,7 +43,7 @@ class RangeOfMotion:
             low, high = as_finite(name, getattr(self, name), (2,)).tolist()
             if not -360.0 <= low <= high <= 360.0:
                 raise InvalidInput(f"expected {name} as (lowest, highest) in degrees, got ({low:g}, {high:g})")
-            object.__setattr__(self, name, (low, high))
+            set_fields(self, **{name: (low, high)})
 
     @property
     def intervals(self) -> tuple[tuple[float, float], ...]:
@@ -65,18 +66,10 @@ class RangeOfMotion:
 def grid_rotation(flexion: FloatArray, abduction: FloatArray, internal: FloatArray, side: str = "left") -> Rotation:
     """Orientations over a grid of angles in degrees, shape (nf, na, ni); single turns are made once and multiplied."""
     zero = 0.0
-    first = shoulder_rotation(flexion[:, None, None], zero, zero, side, degrees=True).as_quat()
-    second = shoulder_rotation(zero, abduction[None, :, None], zero, side, degrees=True).as_quat()
-    third = shoulder_rotation(zero, zero, internal[None, None, :], side, degrees=True).as_quat()
-    return Rotation.from_quat(_times(_times(first, second), third))
-
-
-def _times(p: FloatArray, q: FloatArray) -> FloatArray:
-    """Product of quaternions (x, y, z, w) that broadcast."""
-    v, w, u, s = p[..., :3], p[..., 3:], q[..., :3], q[..., 3:]
-    vector = w * u + s * v + np.cross(v, u)
-    scalar = w * s - (v * u).sum(axis=-1, keepdims=True)
-    return np.concatenate([vector, scalar], axis=-1)
+    first = shoulder_rotation(flexion[:, None, None], zero, zero, side, degrees=True)
+    second = shoulder_rotation(zero, abduction[None, :, None], zero, side, degrees=True)
+    third = shoulder_rotation(zero, zero, internal[None, None, :], side, degrees=True)
+    return first * second * third
 
 
 #: What the mechanism is meant to cover: the summarised range of Table 2-1, of which Appendix C makes its grid.

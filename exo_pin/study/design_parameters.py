@@ -34,11 +34,8 @@ def parameter_values(parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
     for name, given in parameters.items():
         if not isinstance(name, str) or base_name(name) not in PARAMETERS:
             raise UnknownName("parameter", name, PARAMETERS)
-        try:
-            listed = list(given)
-        except TypeError:
-            raise InvalidInput(f"expected a sequence of values of {name}, got {given!r:.80}") from None
-        if isinstance(given, str) or not listed:
+        listed = list(given) if np.iterable(given) and not isinstance(given, str) else []
+        if not listed:
             raise InvalidInput(f"expected a sequence of values of {name}, got {given!r:.80}")
         out[name] = listed
     return out

@@ -104,10 +104,11 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
     pull_only = wrist.holding(exo.mechanism, poses, load=load).holdable.mean() if massless else np.nan
     sides = np.sign(exo.singularity(poses).determinant)
     one_side = max((sides > 0).mean(), (sides < 0).mean()) if exo.geometry.limb_count == 3 else np.nan
+    known = force[held] if held.any() else np.array([np.nan])
     return {
-        "peak_F_s_N": float(force[held].max()) if held.any() else np.nan,
-        "p95_F_s_N": float(np.percentile(force[held], 95.0)) if held.any() else np.nan,
-        "median_F_s_N": float(np.median(force[held])) if held.any() else np.nan,
+        "peak_F_s_N": float(known.max()),
+        "p95_F_s_N": float(np.percentile(known, 95.0)),
+        "median_F_s_N": float(np.median(known)),
         "holdable": float(held.mean()),
         "pull_only": float(pull_only),
         "least_margin": float(margin.min()),

@@ -91,17 +91,12 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         for name in units:
             if self[name].dtype.kind not in "iuf":
                 raise InvalidInput(f"expected numbers in the column {name!r}, got {self[name][0]!r:.80}")
-        return StudyTable(
-            [
-                {units.get(name, (name,))[0]: self._converted(name, row, units) for name in self}
-                for row in range(self.row_count)
-            ]
-        )
-
-    def _converted(self, name: str, row: int, units: Mapping[str, tuple[str, float]]) -> Any:
-        value = self._columns[name][row]
-        # Rounded, so that 60° is 60 and not 59.99999999999999.
-        return float(f"{value / units[name][1]:.12g}") if name in units else value
+        columns = dict(self)
+        for name, (_, size) in units.items():
+            # Rounded, so that 60° is 60 and not 59.99999999999999.
+            columns[name] = np.array([float(f"{value / size:.12g}") for value in self[name]])
+        heads = [units.get(name, (name,))[0] for name in self]
+        return StudyTable([dict(zip(heads, row, strict=True)) for row in zip(*columns.values(), strict=True)])
 
     def to_pandas(self) -> Any:
         """The table as a pandas DataFrame.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import appendix_c, appendix_d, chapter_4, scenario_one, table_5_4
-from .muscles import chapter_3
+from .muscles import muscle_ledger
 from .rows import Row
 
 __all__ = ["ledger"]
@@ -12,7 +12,7 @@ __all__ = ["ledger"]
 def ledger() -> list[Row]:
     """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis."""
     return [
-        *chapter_3.rows(),
+        *muscle_ledger.rows(),
         *chapter_4.rows(),
         *scenario_one.rows(),
         *table_5_4.rows(),

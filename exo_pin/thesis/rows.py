@@ -87,6 +87,7 @@ def compare(
     note: str = "",
     digits: int = 4,
     reading: tuple[str, ArrayLike] | None = None,
+    verdict: Verdict | None = None,
 ) -> Row:
     """Make a row, with the verdict drawn from the numbers.
 
@@ -104,6 +105,8 @@ def compare(
         Decimals to show.
     reading : (str, array_like), optional
         Name and result of another reading of the text.
+    verdict : str, optional
+        That of a row whose two numbers do not tell it.
 
     Returns
     -------
@@ -116,14 +119,15 @@ def compare(
     def agree(one: ArrayLike, other: ArrayLike) -> bool:
         return bool(np.abs(np.atleast_1d(one) - np.atleast_1d(other)).max() <= rounding)
 
-    verdict, name = NOT_REPRODUCIBLE, ""
-    if agree(shown, own):
-        verdict = "reproduced"
-    elif mended is not None and agree(mended, own):
-        verdict = "misprint, corrected"
-    elif reading is not None and agree(shown, reading[1]):
-        verdict, name = OTHER_READING, reading[0]
-    return Row(source, quantity, unit, shown, own, verdict, note, digits, name)
+    name = ""
+    if verdict is None:
+        if agree(shown, own):
+            verdict = "reproduced"
+        elif mended is not None and agree(mended, own):
+            verdict = "misprint, corrected"
+        elif reading is not None and agree(shown, reading[1]):
+            verdict, name = OTHER_READING, reading[0]
+    return Row(source, quantity, unit, shown, own, verdict or NOT_REPRODUCIBLE, note, digits, name)
 
 
 def condensed(rows: Iterable[Row], most: int = 4) -> str:
@@ -151,8 +155,11 @@ def condensed(rows: Iterable[Row], most: int = 4) -> str:
 
 def _short(row: Row) -> str:
     """A line for a row of many numbers."""
-    unit = f", {row.unit}" if row.unit else ""
-    return _cells([row.source, row.quantity + unit, f"{row.printed.size} numbers", _width([row]), _verdict(row)])
+    return _cells([row.source, _quantity(row), f"{row.printed.size} numbers", _width([row]), _verdict(row)])
+
+
+def _quantity(row: Row) -> str:
+    return f"{row.quantity}, {row.unit}" if row.unit else row.quantity
 
 
 def _verdict(row: Row) -> str:
@@ -197,8 +204,7 @@ def _line(row: Row, notes: bool) -> str:
     def numbers(values: FloatArray) -> str:
         return ", ".join(number(value) for value in values.ravel())
 
-    unit = f", {row.unit}" if row.unit else ""
-    cells = [row.source, row.quantity + unit, numbers(row.printed), numbers(row.computed), _verdict(row)]
+    cells = [row.source, _quantity(row), numbers(row.printed), numbers(row.computed), _verdict(row)]
     return _cells(cells + [row.note] * notes)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..core.conventions import thesis_angles, thesis_rotation
 from ..core.validation import FloatArray
@@ -26,11 +27,8 @@ PRINTED_MATRICES = np.array(
 
 def _joint_matrices(theta_x: FloatArray, theta_y: FloatArray) -> FloatArray:
     """R_Ai R_OAi = {A_i} Ry(θy) Rx(θx), shape (3, 3, 3): the order of (4-25), not of (4-10)."""
-    zero, one = np.zeros_like(theta_x), np.ones_like(theta_x)
-    cx, sx, cy, sy = np.cos(theta_x), np.sin(theta_x), np.cos(theta_y), np.sin(theta_y)
-    about_x = np.array([[one, zero, zero], [zero, cx, -sx], [zero, sx, cx]]).transpose(2, 0, 1)
-    about_y = np.array([[cy, zero, sy], [zero, one, zero], [-sy, zero, cy]]).transpose(2, 0, 1)
-    return preset("scenario-one").geometry.base_frames @ about_y @ about_x
+    turns = Rotation.from_euler("YX", np.stack([theta_y, theta_x], axis=-1)).as_matrix()
+    return np.asarray(preset("scenario-one").geometry.base_frames @ turns)
 
 
 def _roots(directions: FloatArray) -> FloatArray:
@@ -59,7 +57,7 @@ def rows() -> list[Row]:
     directions = _joint_matrices(np.radians(_PRINTED_THETA_X), np.radians(_PRINTED_THETA_Y))[:, :, 2]
     points = geometry.base_points + _roots(directions)[:, 1:] * directions
     matrix = np.linalg.solve(geometry.platform_points, points).T
-    solved = thesis_angles(thesis_rotation(0, 0, 0).from_matrix(matrix), degrees=True)
+    solved = thesis_angles(Rotation.from_matrix(matrix), degrees=True)
     points_note = (
         "A_2 and B_2 lost their signs in print; as printed B_2 = B_3, and no printed angle of limb 2 would follow"
     )

@@ -28,20 +28,17 @@ def _arctan(R: FloatArray) -> list[float]:
     return [np.arctan(-R[1, 2] / R[2, 2]), np.arcsin(np.clip(R[0, 2], -1, 1)), np.arctan(-R[0, 1] / R[0, 0])]
 
 
+def _arctan2(R: FloatArray, cosine: float) -> list[float]:
+    """In the right quadrants, with cos θy."""
+    return [np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], cosine), np.arctan2(-R[0, 1], R[0, 0])]
+
+
 def _by_row(R: FloatArray) -> list[float]:
-    return [
-        np.arctan2(-R[1, 2], R[2, 2]),
-        np.arctan2(R[0, 2], np.hypot(R[0, 0], R[0, 1])),
-        np.arctan2(-R[0, 1], R[0, 0]),
-    ]
+    return _arctan2(R, np.hypot(R[0, 0], R[0, 1]))
 
 
 def _by_column(R: FloatArray) -> list[float]:
-    return [
-        np.arctan2(-R[1, 2], R[2, 2]),
-        np.arctan2(R[0, 2], np.hypot(R[1, 2], R[2, 2])),
-        np.arctan2(-R[0, 1], R[0, 0]),
-    ]
+    return _arctan2(R, np.hypot(R[1, 2], R[2, 2]))
 
 
 def _nearest(R: FloatArray) -> list[float]:

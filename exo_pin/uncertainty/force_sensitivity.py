@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import UnknownName
 from ..core.records import Record
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, as_choice
 from ..design import Mechanism
 from ..load_case import CentreOffset, Load, Motion
 from ..load_case.pose_stacks import as_query, require_massless
@@ -85,9 +84,7 @@ class Sensitivity(Record):
     parameters: Mapping[str, Parameter]
 
     def __getitem__(self, name: str) -> Parameter:
-        if name not in self.parameters:
-            raise UnknownName("parameter", name, self.parameters)
-        return self.parameters[name]
+        return self.parameters[as_choice("parameter", name, self.parameters)]
 
     def magnitude(self, name: str) -> FloatArray:
         """d|F_s|, shape (..., size), N per unit of the parameter; NaN where F_s is zero and has no direction."""
@@ -146,31 +143,17 @@ def sensitivity(
         seeds[name] = seed if known is None else known._replace(force=seed.force, moment=seed.moment)
     if stiffness is not None:
         entries = np.array([[stiffness[i, j] for i, j in SYMMETRIC]])
-        seeds["shoulder_stiffness"] = Seed("N/m", ("xx", "yy", "zz", "yz", "xz", "xy"), entries)
+        seeds["shoulder_stiffness"] = Seed("N/m", tuple(SYMMETRIC.values()), entries)
     state = Displaced(mechanism, query, base, cuff, force, moment)
     system = _System(side, force, moment, stiffness, state)
-    shape, n = query.shape, mechanism.limb_count
+    shape = query.shape
     parameters = {}
     for name, seed in seeds.items():
-        change = system.change(name, seed)
-        parameters[name] = Parameter(
-            name,
-            seed.unit,
-            seed.labels,
-            np.broadcast_to(seed.value, (len(force), len(seed.labels))).reshape(*shape, -1),
-            change[:, system.shoulder].reshape(*shape, 3, -1),
-            change[:, system.f].reshape(*shape, n, -1),
-            change[:, system.g].reshape(*shape, n, -1),
-        )
-    x = system.x
-    return Sensitivity(
-        law.name,
-        x[:, system.shoulder].reshape(*shape, 3),
-        x[:, system.f].reshape(*shape, n),
-        x[:, system.g].reshape(*shape, n),
-        np.array(STATUS)[system.status].reshape(shape),
-        MappingProxyType(parameters),
-    )
+        value = np.broadcast_to(seed.value, (len(force), len(seed.labels))).reshape(*shape, -1)
+        changes = system.forces_of(system.change(name, seed), shape)
+        parameters[name] = Parameter(name, seed.unit, seed.labels, value, *changes)
+    status = np.array(STATUS)[system.status].reshape(shape)
+    return Sensitivity(law.name, *system.forces_of(system.x, shape), status, MappingProxyType(parameters))
 
 
 class _System:
@@ -214,6 +197,12 @@ class _System:
         self.J = J[self.good]
         self.x = np.full_like(rhs, np.nan)
         self.x[self.good] = np.linalg.solve(self.J, rhs[self.good][..., None])[..., 0]
+
+    def forces_of(self, x: FloatArray, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """F_s, f and g within x, or within its derivative, in poses of shape (...)."""
+        parts = (x[:, part] for part in (self.shoulder, self.f, self.g))
+        shoulder, f, g = (part.reshape(*shape, *part.shape[1:]) for part in parts)
+        return shoulder, f, g
 
     def change(self, name: str, seed: Seed) -> FloatArray:
         """dx by each component of a parameter, shape (N, len(x), size)."""

@@ -7,7 +7,7 @@ difference of the two in a pose.
 
 from __future__ import annotations
 
-from ..core.errors import UnknownName
+from ..core.validation import as_choice
 from ..reaction.splits.elastic import Elastic
 from ..reaction.splits.elastic_linear import ElasticLinear
 from ..reaction.splits.registry import SPLITS
@@ -33,6 +33,4 @@ def linear_split(name: str) -> Split:
     UnknownName
         If there is no split of that name, or its forces are not linear.
     """
-    if name not in _SPLITS:
-        raise UnknownName("split", name, _SPLITS)
-    return _SPLITS[name]
+    return _SPLITS[as_choice("split", name, _SPLITS)]

@@ -7,7 +7,7 @@ at most in the parameters of arm and load, for which a central difference of any
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -28,8 +28,8 @@ __all__ = ["Seed", "circle_seeds", "geometry_seeds", "load_seeds"]
 
 _STEP = 1e-30
 _AXES = ("x", "y", "z")
-#: Upper triangle of a symmetric matrix, in the order of its six entries.
-SYMMETRIC = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+#: Upper triangle of a symmetric matrix, in the order of its six entries, and their names.
+SYMMETRIC = {(0, 0): "xx", (1, 1): "yy", (2, 2): "zz", (1, 2): "yz", (0, 2): "xz", (0, 1): "xy"}
 
 
 class Seed(NamedTuple):
@@ -174,11 +174,11 @@ def load_seeds(
     """Load on limbs and shoulder, shape (N, 3) each, and the parameters that it depends on."""
     arm = mechanism.require_arm("weight")
     still = np.zeros_like(query.force)
+    m, c, R = arm.mass, np.array(arm.centre_of_mass), query.matrices
     about_centre = np.zeros((3, 3)) if arm.inertia is None or motion is None else np.asarray(arm.inertia)
+    own: dict[str, Any] = {"mass": m, "centre": c, "inertia": about_centre, "R": R}
 
-    def carried(
-        mass: float, centre: FloatArray, inertia: FloatArray, R: FloatArray = query.matrices
-    ) -> tuple[FloatArray, FloatArray]:
+    def carried(mass: float, centre: FloatArray, inertia: FloatArray, R: FloatArray) -> tuple[FloatArray, FloatArray]:
         F, M = np.empty_like(still), np.empty_like(still)
         about_origin = inertia + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
         arm_load(
@@ -187,44 +187,33 @@ def load_seeds(
         )  # fmt: skip
         return F, M
 
-    m, c = arm.mass, np.array(arm.centre_of_mass)
-    force, moment = carried(m, c, about_centre)
-    seeds: dict[str, Seed] = {}
+    def slopes(name: str, steps: Iterable[Any], size: float = 1.0) -> Iterator[FloatArray]:
+        """Derivatives of force and moment along steps of one number, shape (N, steps, 3) each."""
+        pairs = [[carried(**{**own, name: own[name] + sign * step}) for sign in (1.0, -1.0)] for step in steps]
+        return (np.stack([(plus[k] - minus[k]) / (2.0 * size) for plus, minus in pairs], axis=1) for k in (0, 1))
 
-    def add(name: str, unit: str, labels: tuple[str, ...], value: FloatArray, steps: list[_Pair], size: float) -> None:
-        dF, dM = (np.stack([(plus[k] - minus[k]) / (2.0 * size) for plus, minus in steps], axis=1) for k in (0, 1))
-        seeds[name] = Seed(unit, labels, value, None, dF, dM)
-
-    add("mass", "kg", ("",), np.array([[m]]), [(carried(2.0 * m, c, about_centre), carried(0.0, c, about_centre))], m)
-    add("centre_of_mass", "m", _AXES, c[None],
-        [(carried(m, c + e, about_centre), carried(m, c - e, about_centre)) for e in np.eye(3)], 1.0)  # fmt: skip
+    force, moment = carried(**own)
+    seeds = {
+        "mass": Seed("kg", ("",), np.array([[m]]), None, *slopes("mass", [m], m)),
+        "centre_of_mass": Seed("m", _AXES, c[None], None, *slopes("centre", np.eye(3))),
+    }
     if motion is not None:
-        units = [_symmetric_unit(k) for k in range(6)]
-        add("inertia", "kg m²", ("xx", "yy", "zz", "yz", "xz", "xy"),
-            np.array([[about_centre[i, j] for i, j in SYMMETRIC]]),
-            [(carried(m, c, about_centre + u), carried(m, c, about_centre - u)) for u in units], 1.0)  # fmt: skip
+        entries = np.array([[about_centre[i, j] for i, j in SYMMETRIC]])
+        labels = tuple(SYMMETRIC.values())
+        seeds["inertia"] = Seed("kg m²", labels, entries, None, *slopes("inertia", _symmetric_units()))
     # Turning the arm: linear and quadratic in R, so that a step of any size along [e]× R is exact.
-    R = query.matrices
-    turns = [turn @ R for turn in cross_matrix(np.eye(3))]
-    steps = [(carried(m, c, about_centre, R + T), carried(m, c, about_centre, R - T)) for T in turns]
-    add("orientation", "rad", _AXES, np.zeros((1, 3)), steps, 1.0)
+    turns = (turn @ R for turn in cross_matrix(np.eye(3)))
+    seeds["orientation"] = Seed("rad", _AXES, np.zeros((1, 3)), None, *slopes("R", turns))
     at = np.zeros(3) if load is None else np.asarray(load.at)
     frame = "base" if load is None else load.frame
-    pulls = {
-        "load_force": [Load(e, 0.0, at, frame) for e in np.eye(3)],
-        "load_moment": [Load(np.zeros(3), e, at, frame) for e in np.eye(3)],
-    }
-    for name, loads in pulls.items():
-        units_of = [as_query(orientation, None, one) for one in loads]
-        given = np.zeros(3) if load is None else np.asarray(getattr(load, name.split("_")[1]))
-        seeds[name] = Seed(
-            "N" if name == "load_force" else "N m",
-            _AXES,
-            _rows(given, query.shape),
-            None,
-            np.stack([one.force for one in units_of], axis=1),
-            np.stack([one.moment for one in units_of], axis=1),
-        )
+    for name, unit, loads in (
+        ("force", "N", [Load(e, 0.0, at, frame) for e in np.eye(3)]),
+        ("moment", "N m", [Load(np.zeros(3), e, at, frame) for e in np.eye(3)]),
+    ):
+        given = np.zeros(3) if load is None else np.asarray(getattr(load, name))
+        applied = [as_query(orientation, None, one) for one in loads]
+        by_force, by_moment = (np.stack([getattr(one, k) for one in applied], axis=1) for k in ("force", "moment"))
+        seeds[f"load_{name}"] = Seed(unit, _AXES, _rows(given, query.shape), None, by_force, by_moment)
     if load is not None:
         moved = [as_query(orientation, None, Load(load.force, 0.0, e, frame)).moment for e in np.eye(3)]
         nothing = np.zeros((len(still), 3, 3))
@@ -241,16 +230,13 @@ def load_seeds(
     return force + query.force, moment + query.moment, seeds
 
 
-_Pair = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-
-
 def _rows(value: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     """One row, or one a pose where the value is a stack."""
     return value[None] if value.ndim == 1 else np.broadcast_to(value, (*shape, 3)).reshape(-1, 3)
 
 
-def _symmetric_unit(index: int) -> FloatArray:
-    i, j = SYMMETRIC[index]
-    unit = np.zeros((3, 3))
-    unit[i, j] = unit[j, i] = 1.0
-    return unit
+def _symmetric_units() -> Iterator[FloatArray]:
+    for i, j in SYMMETRIC:
+        unit = np.zeros((3, 3))
+        unit[i, j] = unit[j, i] = 1.0
+        yield unit

@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..core.errors import InvalidInput, SolverFailed, UnknownName
-from ..core.validation import FloatArray, as_positive
+from ..core.errors import InvalidInput, SolverFailed
+from ..core.validation import FloatArray, as_choice, as_count, as_positive
 from .force_sensitivity import Parameter, Sensitivity
 
 __all__ = ["ASSUMED_UNCERTAINTY", "Influence", "Ranking", "rank"]
@@ -136,12 +136,10 @@ def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = N
     SolverFailed
         If no pose has an answer with a shoulder force.
     """
-    if isinstance(top, bool) or not isinstance(top, (int, np.integer)) or top < 1:
-        raise InvalidInput(f"expected top to be a whole number above zero, got {top!r}")
+    count = as_count("top", top, 1)
     stated = dict(uncertainties or {})
     for name in stated:
-        if name not in found.parameters:
-            raise UnknownName("parameter", name, found.parameters)
+        as_choice("parameter", name, found.parameters)
     # Points on circles move with their circles' dimensions.
     chosen = {
         name: value
@@ -161,7 +159,7 @@ def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = N
             influences.append(Influence(name, label, parameter.unit, uncertainty, effect, effect / peak))
     influences = [item for item in influences if item.effect > 0.0]
     influences.sort(key=lambda item: -item.effect)
-    return Ranking(peak, at, tuple(influences[:top]))
+    return Ranking(peak, at, tuple(influences[:count]))
 
 
 def _effects(

@@ -6,8 +6,8 @@ from functools import cache
 from importlib.resources import files
 from os import PathLike
 
-from ...core.errors import UnknownName
 from ...core.files.toml_tables import Table, naming_file, parse_toml, read_toml, write_toml
+from ...core.validation import as_choice
 from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
@@ -42,9 +42,7 @@ def preset(name: str) -> Mechanism:
     UnknownName
         If there is none of that name; the message lists those there are.
     """
-    if name not in presets():
-        raise UnknownName("preset", name, presets())
-    return _loaded(name)
+    return _loaded(as_choice("preset", name, presets()))
 
 
 @cache

@@ -6,15 +6,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.files.toml_tables import Table
-from ..actuator import ACTUATOR_FAMILIES, Actuator
 from ..arm import Arm
-from ..geometry import WristGeometry
-from ..guide import LimbGuide
+from ..geometry import CircleDimensions, WristGeometry
 from ..interface import Interface, Interfaces
-from ..limb import Limb, LimbBody, Stroke
+from ..limb import Limb
 from ..mechanism import Mechanism
 from ..shoulder import Shoulder
-from ..tackle import Tackle
+from .mechanism_keys import note_source, read_fields, read_record
 
 __all__ = ["read_root"]
 
@@ -30,11 +28,11 @@ def read_root(root: Table) -> Mechanism:
         sources["mechanism"] = document
     assert name is not None
     geometry = _read_geometry(root.required_table("geometry"), side, sources)
-    arm_table, shoulder_table = root.table("arm"), root.table("shoulder")
+    arm_table = root.table("arm")
     arm = None if arm_table is None else _read_arm(arm_table, sources)
-    shoulder = Shoulder() if shoulder_table is None else _read_shoulder(shoulder_table, sources)
+    shoulder = read_record(Shoulder, root.table("shoulder"), sources) or Shoulder()
     interfaces = _read_interfaces(root.table("interfaces"))
-    limbs = tuple(_read_limb(table, sources) for table in root.tables("limbs"))
+    limbs = tuple(read_record(Limb, table, sources) for table in root.tables("limbs"))
     for key, text in root.mapping("sources").items():
         if key in sources:
             raise root.error(f"given twice, here and in {key} itself", "sources")
@@ -55,42 +53,18 @@ def read_root(root: Table) -> Mechanism:
     )
 
 
-def _note_source(table: Table, sources: dict[str, str]) -> None:
-    source = table.text("source", required=False)
-    if source is not None:
-        sources[table.name] = source
-
-
 def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeometry:
-    _note_source(table, sources)
+    note_source(table, sources)
     circles, points = table.table("circles"), table.table("points")
     quaternion = table.quantity("number", "neutral_quaternion_xyzw", (4,), required=False)
     table.finish()
     if (circles is None) == (points is None):
         raise table.error("expected either a table circles or a table points", "circles")
-    for kind in (circles, points):
-        if kind is not None:
-            _note_source(kind, sources)
     if circles is not None:
-        geometry = WristGeometry.from_circles(
-            circles.quantity("length", "base_radius"),
-            circles.quantity("length", "platform_radius"),
-            circles.quantity("length", "base_height"),
-            circles.quantity("length", "platform_height"),
-            circles.quantity("angle", "base_angles", (None,)),
-            circles.quantity("angle", "platform_angles", (None,), required=False),
-            side=side,
-        )
+        geometry = WristGeometry.from_circles(**read_fields(CircleDimensions, circles, sources), side=side)
         circles.finish()
     else:
-        assert points is not None
-        geometry = WristGeometry(
-            points.quantity("length", "base", (None, 3)),
-            points.quantity("length", "platform", (None, 3)),
-            base_axis=points.quantity("number", "base_axis", (3,), required=False),
-            platform_axis=points.quantity("number", "platform_axis", (3,), required=False),
-        )
-        points.finish()
+        geometry = read_record(WristGeometry, points, sources)
     if quaternion is None:
         return geometry
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-9:
@@ -99,12 +73,12 @@ def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeo
 
 
 def _read_arm(table: Table, sources: dict[str, str]) -> Arm:
-    _note_source(table, sources)
+    note_source(table, sources)
     parts = table.tables("parts")
     if not parts:
         return _read_body(table)
     for body in parts:
-        _note_source(body, sources)
+        note_source(body, sources)
     body_mass = table.quantity("mass", "body_mass", required=False)
     table.finish()
     # The person's mass belongs to the person's parts; where all is device it goes with the device.
@@ -139,17 +113,6 @@ def _read_body(table: Table, body_mass: float | None = None) -> Arm:
     return Arm(mass, centre, about_centre, device=device, body_mass=body_mass)
 
 
-def _read_shoulder(table: Table, sources: dict[str, str]) -> Shoulder:
-    _note_source(table, sources)
-    shoulder = Shoulder(
-        table.quantity("angle", "abduction_centre", required=False),
-        table.quantity("angle", "half_diagonal", required=False),
-        table.quantity("stiffness", "stiffness", (3, 3), required=False),
-    )
-    table.finish()
-    return shoulder
-
-
 def _read_interfaces(table: Table | None) -> Interfaces:
     if table is None:
         return Interfaces()
@@ -168,95 +131,3 @@ def _read_interface(table: Table) -> Interface:
     between = np.zeros((3, 3)) if coupling is None else coupling
     stiffness = np.block([[force, between], [between.T, moment]])
     return Interface(stiffness, np.zeros(3) if at is None else at, source or "")
-
-
-def _read_limb(table: Table, sources: dict[str, str]) -> Limb:
-    _note_source(table, sources)
-    kind = table.text("kind", choices=("UPU", "SPS"))
-    stroke_table = table.table("stroke")
-    stroke = None
-    if stroke_table is not None:
-        _note_source(stroke_table, sources)
-        stroke = Stroke(
-            stroke_table.quantity("length", "nominal"),
-            stroke_table.quantity("number", "shortest_ratio"),
-            stroke_table.quantity("number", "longest_ratio"),
-            stroke_table.quantity("length", "end_fitting", required=False),
-        )
-        stroke_table.finish()
-    halves = [_read_limb_body(table.table(key), sources) for key in ("base_body", "platform_body")]
-    limit = table.quantity("angle", "joint_half_diagonal", required=False)
-    straight = table.quantity("number", "joint_straight", (3,), required=False)
-    guide = _read_guide(table.table("guide"), sources)
-    actuator = _read_actuator(table.table("actuator"), sources)
-    table.finish()
-    return Limb(kind, halves[0], halves[1], stroke, limit, straight, guide, actuator)  # type: ignore[arg-type]
-
-
-def _read_actuator(table: Table | None, sources: dict[str, str]) -> Actuator | None:
-    if table is None:
-        return None
-    _note_source(table, sources)
-    family = table.text("family", choices=ACTUATOR_FAMILIES)
-    actuator = Actuator(
-        family,  # type: ignore[arg-type]
-        table.quantity("force", "pull_limit", required=False),
-        table.quantity("force", "push_limit", required=False),
-        table.text("force_law", required=False),
-        table.quantity("pressure", "supply", required=False),
-        table.quantity("speed", "speed_limit", required=False),
-        table.quantity("power", "power_limit", required=False),
-        table.quantity("length", "travel_limit", required=False),
-        _read_tackle(table.table("tackle"), sources),
-    )
-    table.finish()
-    return actuator
-
-
-def _read_tackle(table: Table | None, sources: dict[str, str]) -> Tackle | None:
-    if table is None:
-        return None
-    _note_source(table, sources)
-    count, law = table.quantity("number", "count", required=False), table.text("force_law")
-    assert law is not None
-    tackle = Tackle(
-        table.quantity("number", "ratio"),
-        table.quantity("length", "muscle"),
-        law,
-        table.quantity("pressure", "supply"),
-        1 if count is None else count,
-    )
-    table.finish()
-    return tackle
-
-
-def _read_guide(table: Table | None, sources: dict[str, str]) -> LimbGuide | None:
-    if table is None:
-        return None
-    _note_source(table, sources)
-    joint = table.quantity("stiffness", "joint_stiffness", required=False)
-    twist = table.quantity("twist stiffness", "joint_twist_stiffness", required=False)
-    guide = LimbGuide(
-        table.quantity("rigidity", "bending_rigidity"),
-        table.quantity("rigidity", "torsional_rigidity"),
-        np.inf if joint is None else joint,
-        np.inf if twist is None else twist,
-        table.quantity("couple", "largest_bending_moment", required=False),
-        table.quantity("couple", "largest_torque", required=False),
-    )
-    table.finish()
-    return guide
-
-
-def _read_limb_body(table: Table | None, sources: dict[str, str]) -> LimbBody | None:
-    if table is None:
-        return None
-    _note_source(table, sources)
-    body = LimbBody(
-        table.quantity("mass", "mass"),
-        table.quantity("length", "centre"),
-        table.quantity("inertia", "transverse_inertia"),
-        table.quantity("inertia", "axial_inertia"),
-    )
-    table.finish()
-    return body

@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..actuator import Actuator
 from ..arm import Arm
 from ..geometry import WristGeometry
-from ..guide import LimbGuide
 from ..interface import Interface
-from ..limb import Limb, LimbBody
+from ..limb import Limb
 from ..mechanism import Mechanism
-from ..tackle import Tackle
+from .mechanism_keys import present, record_table
 
 __all__ = ["SCHEMA", "mechanism_table"]
 
@@ -35,11 +33,7 @@ def mechanism_table(mechanism: Mechanism) -> dict[str, Any]:
     table["geometry"] = _geometry_table(mechanism.geometry, mechanism.side)
     if mechanism.arm is not None:
         table["arm"] = _arm_table(mechanism.arm)
-    shoulder = _present(
-        abduction_centre_rad=mechanism.shoulder.abduction_centre,
-        half_diagonal_rad=mechanism.shoulder.half_diagonal,
-        stiffness_N_m=mechanism.shoulder.stiffness,
-    )
+    shoulder = record_table(mechanism.shoulder)
     if shoulder:
         table["shoulder"] = shoulder
     if not mechanism.interfaces.are_rigid:
@@ -80,42 +74,21 @@ def _table_at(root: dict[str, Any], name: str) -> dict[str, Any] | None:
     return here if isinstance(here, dict) else None
 
 
-def _present(**items: Any) -> dict[str, Any]:
-    """The items that are not None, arrays as lists."""
-    return {
-        key: value.tolist() if isinstance(value, np.ndarray) else value
-        for key, value in items.items()
-        if value is not None
-    }
-
-
 def _geometry_table(geometry: WristGeometry, side: str) -> dict[str, Any]:
     content: dict[str, Any] = {}
     if geometry.neutral.magnitude() != 0.0:
         content["neutral_quaternion_xyzw"] = geometry.neutral.as_quat().tolist()
     circles = geometry.circles
     if circles is not None and circles.side == side:
-        content["circles"] = _present(
-            base_radius_m=circles.r_A,
-            platform_radius_m=circles.r_B,
-            base_height_m=circles.h_A,
-            platform_height_m=circles.h_B,
-            base_angles_rad=circles.alpha_A,
-            platform_angles_rad=circles.alpha_B,
-        )
+        content["circles"] = record_table(circles)
     else:
-        content["points"] = _present(
-            base_m=geometry.base_points,
-            platform_m=geometry.platform_points,
-            base_axis=geometry.base_axis,
-            platform_axis=geometry.platform_axis,
-        )
+        content["points"] = record_table(geometry)
     return content
 
 
 def _arm_table(arm: Arm) -> dict[str, Any]:
     def body(part: Arm) -> dict[str, Any]:
-        return _present(
+        return present(
             mass_kg=part.mass,
             centre_of_mass_m=part.centre_of_mass,
             inertia_about_centre_kg_m2=part.inertia,
@@ -124,80 +97,19 @@ def _arm_table(arm: Arm) -> dict[str, Any]:
 
     if len(arm.parts) == 1 and arm.body_mass is None:
         return body(arm)
-    return _present(body_mass_kg=arm.body_mass, parts=[body(part) for part in arm.parts])
+    return present(body_mass_kg=arm.body_mass, parts=[body(part) for part in arm.parts])
 
 
 def _limb_table(limb: Limb) -> dict[str, Any]:
-    def half(part: LimbBody | None) -> dict[str, float] | None:
-        if part is None:
-            return None
-        return {
-            "mass_kg": part.mass,
-            "centre_m": part.centre,
-            "transverse_inertia_kg_m2": part.transverse_inertia,
-            "axial_inertia_kg_m2": part.axial_inertia,
-        }
-
-    stroke = limb.stroke
-    return _present(
-        kind=limb.kind,
-        joint_half_diagonal_rad=limb.joint_limit,
-        joint_straight=None if limb.joint_straight is None else list(limb.joint_straight),
-        stroke=None
-        if stroke is None
-        else _present(
-            nominal_m=stroke.nominal_length,
-            shortest_ratio=stroke.shortest,
-            longest_ratio=stroke.longest,
-            end_fitting_m=stroke.end_fitting,
-        ),
-        base_body=half(limb.base_body),
-        platform_body=half(limb.platform_body),
-        guide=None if limb.guide is None else _guide_table(limb.guide),
-        actuator=None if limb.actuator is None else _actuator_table(limb.actuator),
-    )
-
-
-def _guide_table(guide: LimbGuide) -> dict[str, float]:
-    table = {
-        "bending_rigidity_N_m2": guide.bending_rigidity,
-        "torsional_rigidity_N_m2": guide.torsional_rigidity,
-        "joint_stiffness_N_m": guide.joint_stiffness,
-        "joint_twist_stiffness_N_m_rad": guide.joint_twist_stiffness,
-    }
-    finite = {key: value for key, value in table.items() if np.isfinite(value)}
-    return finite | _present(
-        largest_bending_moment_N_m=guide.largest_bending_moment, largest_torque_N_m=guide.largest_torque
-    )
-
-
-def _actuator_table(actuator: Actuator) -> dict[str, Any]:
-    return _present(
-        family=actuator.family,
-        pull_limit_N=actuator.pull_limit,
-        push_limit_N=None if actuator.pulls_only else actuator.push_limit,
-        force_law=actuator.force_law,
-        supply_Pa=actuator.supply_pressure,
-        speed_limit_m_s=actuator.speed_limit,
-        power_limit_W=actuator.power_limit,
-        travel_limit_m=actuator.travel_limit,
-        tackle=None if actuator.tackle is None else _tackle_table(actuator.tackle),
-    )
-
-
-def _tackle_table(tackle: Tackle) -> dict[str, Any]:
-    return {
-        "ratio": tackle.ratio,
-        "muscle_m": tackle.muscle_length,
-        "force_law": tackle.force_law,
-        "supply_Pa": tackle.supply_pressure,
-        "count": tackle.count,
-    }
+    table = record_table(limb)
+    if limb.actuator is not None and limb.actuator.pulls_only:
+        del table["actuator"]["push_limit_N"]  # zero, as its family says
+    return table
 
 
 def _interface_table(interface: Interface) -> dict[str, Any]:
     K = interface.stiffness
-    return _present(
+    return present(
         source=interface.source or None,
         stiffness_N_m=K[:3, :3],
         rotational_stiffness_N_m_rad=K[3:, 3:],

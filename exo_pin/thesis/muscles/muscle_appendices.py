@@ -9,27 +9,23 @@ import numpy as np
 from ...muscle.io.measured import table
 from ...muscle.io.published import muscle_model
 from ...muscle.laws.static import BAR
-from ..rows import NO_READING
-from .muscle_row import LedgerRow, within
+from ..rows import NO_READING, Row, compare
 
 __all__ = ["fit_rows", "verification_rows"]
 
 
-def fit_rows() -> Iterator[LedgerRow]:
+def fit_rows() -> Iterator[Row]:
     """Rows of Table A-2 from Table A-1.
 
     Source: thesis (A-4), Table A-1, Table A-2.
     """
     a1, a2 = table("a-1"), table("a-2")
-    yield LedgerRow(
-        "Table A-1",
-        "x_1 of the relaxation (mm)",
-        float(a1.row("x_i_mm")[0]),
-        -float(a1.row("x_i_mm")[0]),
-        "misprint, corrected",
-        "lost its minus sign: the intercepts fall from 59.8 over 40.1 and 19.0 to -6.0 N with -5.01, -3.4, -0.8 "
-        "and 11.7 mm",
+    first = a1.row("x_i_mm")[0]
+    note = (
+        "lost its minus sign: the intercepts fall from 59.8 over 40.1 and 19.0 to -6.0 N with -5.01, -3.4, -0.8 and "
+        "11.7 mm"
     )
+    yield compare("Table A-1", "x_1 of the relaxation (mm)", "", first, -first, 0.0, mended=-first, note=note)
     keys = [column.split("_N")[0] for column in a2.columns]
     for process, kind, points in (
         ("relaxation", "i", slice(1, 8)),
@@ -46,20 +42,13 @@ def fit_rows() -> Iterator[LedgerRow]:
             # Largest change that rounding of the printed slopes or intercepts can make.
             digits = 0.05 if kind == "i" else 0.005
             slack = float(np.abs(inverse[i % 3]).sum()) * digits
-            inside = abs(value - printed) <= slack
             fitted = "contractions only" if kind == "i" else "without 71.10 mm, as data were discarded"
-            yield LedgerRow(
-                "Table A-2",
-                f"{key} of the {process} (m, bar)",
-                printed,
-                value,
-                "reproduced" if inside else "not reproducible",
-                f"refit of Table A-1, {fitted}; rounding in print changes it by up to {slack:.3g}"
-                + ("" if inside else NO_READING),
-            )
+            note = f"refit of Table A-1, {fitted}; rounding in print changes it by up to {slack:.3g}"
+            note += "" if abs(value - printed) <= slack else NO_READING
+            yield compare("Table A-2", f"{key} of the {process} (m, bar)", "", printed, value, slack, note=note)
 
 
-def verification_rows() -> Iterator[LedgerRow]:
+def verification_rows() -> Iterator[Row]:
     """Rows of Table A-3 and of the text below it.
 
     Source: thesis (A-5), (A-6), Table A-3.
@@ -72,13 +61,10 @@ def verification_rows() -> Iterator[LedgerRow]:
     for k in range(len(x)):
         note = f"relaxation form, within 0.5 N; the excitation form gives {excitation[k]:.2f} N"
         label = f"force at {x[k] * 1e3:.2f} mm, {p[k] / BAR:.3f} bar (N)"
-        verdict = within(printed[k], relaxation[k], 0.5)
-        yield LedgerRow("Table A-3", label, float(printed[k]), float(relaxation[k]), verdict, note)
+        yield compare("Table A-3", label, "", printed[k], relaxation[k], 0.5, note=note)
     weight = float(a3.row("actual_weight_N")[0])
     mean = 100 * (float(printed.mean()) / weight - 1)
     spread = float(printed.std(ddof=1))
     note = "from the forces that Table A-3 prints" + NO_READING
-    yield LedgerRow("Section A.3", "error of the mean force (%)", 1.5, mean, within(1.5, mean, 0.05), note)
-    yield LedgerRow(
-        "Section A.3", "standard deviation of the force (N)", 1.42, spread, within(1.42, spread, 0.005), note
-    )
+    yield compare("Section A.3", "error of the mean force (%)", "", 1.5, mean, 0.05, note=note)
+    yield compare("Section A.3", "standard deviation of the force (N)", "", 1.42, spread, 0.005, note=note)

@@ -12,7 +12,7 @@ from ...muscle.io.measured import SteadyStates, steady_states, table
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR
 from ...muscle.simulation.settling import settling_against_lag
-from .muscle_row import LedgerRow, within
+from ..rows import INPUT_NOT_PRINTED, Row, Verdict, compare
 
 __all__ = ["dynamic_rows"]
 
@@ -25,48 +25,32 @@ def _viscosity(kelvin: float) -> float:
     return 1.456e-6 * kelvin**1.5 / (kelvin + 110.4)
 
 
-def dynamic_rows() -> Iterator[LedgerRow]:
+def dynamic_rows() -> Iterator[Row]:
     """Rows of (3-18), (3-29) to (3-31), Tables 3-4 and B-1, Figure 3-2.
 
     Source: thesis (3-29), (3-30), (3-31), Table 3-4, Table B-1, Figure 3-2.
     """
-    printed = 18.4347e-6
-    yield LedgerRow(
-        "(3-18)",
-        "viscosity of air (kg/(s m))",
-        printed,
-        _viscosity(300.0),
-        "misprint, corrected",
-        f"the text has 273 K, which gives {_viscosity(273.0):.4e}; 300 K gives the printed value",
-    )
+    at_273, at_300 = _viscosity(273.0), _viscosity(300.0)
+    note = f"the text has 273 K, which gives {at_273:.4e}; 300 K gives the printed value"
+    yield compare("(3-18)", "viscosity of air (kg/(s m))", "", 18.4347e-6, at_300, 0.0, mended=at_300, note=note)
     t34, tb1 = table("3-4").groups, table("b-1").groups
     both = np.isfinite(t34[..., 0]) & np.isfinite(tb1[..., 0])
     # Table 3-4 is printed to two decimals.
     same = int((np.abs(t34 - tb1)[both] <= 0.0051).all(axis=-1).sum())
-    yield LedgerRow(
-        "Tables 3-4 and B-1",
-        "tests in both whose coefficients agree, of those in both",
-        int(both.sum()),
-        same,
-        "reproduced" if same == both.sum() else "input not printed",
-        "the responses that were fitted are not printed; Table B-1 repeats one set for all tests",
-    )
+    quantity = "tests in both whose coefficients agree, of those in both"
+    verdict: Verdict = "reproduced" if same == both.sum() else INPUT_NOT_PRINTED
+    note = "the responses that were fitted are not printed; Table B-1 repeats one set for all tests"
+    yield compare("Tables 3-4 and B-1", quantity, "", both.sum(), same, 0.0, verdict=verdict, note=note)
     model = dynamic_model("tang-3-31")
     cell = t34[table("3-4").rows.index("3.6"), table("3-4").columns.index("22.74")]
-    yield LedgerRow(
-        "(3-30)",
-        "D_1 (N s²/(m² bar))",
-        model.damping.D_1 * BAR,
-        float(cell[3]),
-        within(model.damping.D_1 * BAR, float(cell[3]), 0.05),
-        "computed: the cell of Table 3-4 for the same test; (3-30) prints a plain -1",
-    )
+    note = "computed: the cell of Table 3-4 for the same test; (3-30) prints a plain -1"
+    yield compare("(3-30)", "D_1 (N s²/(m² bar))", "", model.damping.D_1 * BAR, cell[3], 0.05, note=note)
     states = steady_states(valid_only=True)
     yield _resting(states)
     yield _settling()
 
 
-def _resting(states: SteadyStates) -> LedgerRow:
+def _resting(states: SteadyStates) -> Row:
     model = dynamic_model("tang-3-31")
     tried = held = 0
     for x, p, f in zip(states.contraction, states.pressure, states.force, strict=True):
@@ -76,27 +60,21 @@ def _resting(states: SteadyStates) -> LedgerRow:
             continue
         tried += 1
         held += int(low <= x <= high)
-    return LedgerRow(
-        "(3-31), Table 3-2",
-        "measured rests inside the friction band, of those with a friction",
-        tried,
-        held,
-        "reproduced" if held == tried else "not reproducible",
+    quantity = "measured rests inside the friction band, of those with a friction"
+    note = (
         f"(3-25) and (3-29) hold the mass at the measured contraction; in the other {len(states.force) - tried} of "
-        f"{len(states.force)} valid cells P - m is negative, and the Coulomb term of (3-16) is no friction",
+        f"{len(states.force)} valid cells P - m is negative, and the Coulomb term of (3-16) is no friction"
     )
+    return compare("(3-31), Table 3-2", quantity, "", tried, held, 0.0, note=note)
 
 
-def _settling() -> LedgerRow:
+def _settling() -> Row:
     """The pressure inside the muscle was recorded and is not printed: settling follows its lag."""
     curve = settling_against_lag(dynamic_model("tang-3-31"), 22.74 / G, 4.0 * BAR, (1.0, 2.0))
     shown = ", ".join(f"{t:.1f} s with a lag of {lag:g} s" for lag, t in zip(curve.lags, curve.quoted, strict=True))
-    return LedgerRow(
-        "Figure 3-2",
-        "settling time at 4 bar, 22.74 N (s)",
-        6.0,
-        None,
-        "input not printed",
+    quantity, verdict = "settling time at 4 bar, 22.74 N (s)", INPUT_NOT_PRINTED
+    note = (
         f"measured, with a pressure that is not printed; for a first-order lag of the pressure (3-31) settles (2 %) in "
-        f"{shown}, without the oscillation that the text mentions",
+        f"{shown}, without the oscillation that the text mentions"
     )
+    return compare("Figure 3-2", quantity, "", 6.0, np.nan, 0.0, verdict=verdict, note=note)

@@ -1,4 +1,4 @@
-"""Ledger of Chapter 3 and Appendices A and B: every published number and the computed one."""
+"""Chapter 3 and Appendices A and B: every published number of the pneumatic muscle and the computed one."""
 
 from __future__ import annotations
 
@@ -14,21 +14,17 @@ from ...muscle.io.measured import NOMINAL_LENGTH, SteadyStates, steady_states, t
 from ...muscle.io.published import muscle_model
 from ...muscle.laws.polynomial_law import PolynomialModel
 from ...muscle.laws.static import BAR
+from ..rows import INPUT_NOT_PRINTED, NOT_REPRODUCIBLE, Row, Verdict, compare
 from .muscle_appendices import fit_rows, verification_rows
 from .muscle_dynamics import dynamic_rows
-from .muscle_row import LedgerRow, Verdict, within
 
-__all__ = ["LedgerRow", "rows"]
+__all__ = ["rows"]
 
 
-def rows() -> list[LedgerRow]:
-    """Return the ledger of the muscle chapters.
+def rows() -> list[Row]:
+    """Rows of the ledger, in the order of the source.
 
-    Returns
-    -------
-    list of LedgerRow
-        In the order of the source: coefficients, cells of Tables 3-3a to 3-3c, their errors, the fits, Appendix A,
-        the dynamic model.
+    Coefficients, cells of Tables 3-3a to 3-3c, their errors, the fits, Appendix A, the dynamic model.
     """
     parts = (_signs(), _cells(), _errors(), _fits(), fit_rows(), verification_rows(), dynamic_rows())
     return [row for part in parts for row in part]
@@ -51,7 +47,7 @@ def _grid() -> tuple[FloatArray, FloatArray]:
     return table("3-2").values / 1e3, table("3-1").values * BAR
 
 
-def _signs() -> Iterator[LedgerRow]:
+def _signs() -> Iterator[Row]:
     x, p = _grid()
     for name, source, symbol, powers, which in (
         ("tang-3-3a", "Section 3.2.1, second set", "K_2", (1, 1), "3-3a"),
@@ -69,10 +65,10 @@ def _signs() -> Iterator[LedgerRow]:
             f"lost its minus sign: with it the valid cells of Table {which} come out within {good:.2f} N (one "
             f"misprinted cell included), without it up to {bad:.0f} N off"
         )
-        yield LedgerRow(source, f"{symbol} (m, bar)", -value, value, "misprint, corrected", note)
+        yield compare(source, f"{symbol} (m, bar)", "", -value, value, 0.0, mended=value, note=note)
 
 
-def _cells() -> Iterator[LedgerRow]:
+def _cells() -> Iterator[Row]:
     """Every cell of the tables of estimated forces.
 
     Source: thesis Table 3-3a, Table 3-3b, Table 3-3c.
@@ -90,26 +86,22 @@ def _cells() -> Iterator[LedgerRow]:
         for i, j in np.argwhere(cells.present):
             label = f"force at {cells.rows[i]} bar, {cells.columns[j]} N (N)"
             printed, value = float(cells.values[i, j]), float(force[i, j])
-            verdict: Verdict = "reproduced"
-            note = f"within {tolerance:g} N"
+            own = float(cells.columns[j]) * (1 + cells.errors_percent[i, j] / 100)
+            verdict: Verdict = "misprint, corrected"
             if np.isnan(value):
-                yield LedgerRow(
-                    f"Table {which}", label, printed, None, "input not printed", "no data in Tables 3-1 and 3-2"
-                )
-                continue
-            if abs(value - printed) > tolerance:
-                own = float(cells.columns[j]) * (1 + cells.errors_percent[i, j] / 100)
-                verdict = "misprint, corrected"
-                if which == "3-3c" and not valid[i, j] and abs(copied[i, j] - printed) <= 0.25:
-                    note = f"copied from Table 3-3a, whose coefficients give {copied[i, j]:.2f} N"
-                elif valid[i, j] and abs(own - value) <= 0.05:
-                    note = f"its own error of {cells.errors_percent[i, j]:g} % means {own:.2f} N"
-                else:
-                    verdict, note = "not reproducible", f"off by {value - printed:.2f} N"
-            yield LedgerRow(f"Table {which}", label, printed, value, verdict, note)
+                verdict, note = INPUT_NOT_PRINTED, "no data in Tables 3-1 and 3-2"
+            elif abs(value - printed) <= tolerance:
+                verdict, note = "reproduced", f"within {tolerance:g} N"
+            elif which == "3-3c" and not valid[i, j] and abs(copied[i, j] - printed) <= 0.25:
+                note = f"copied from Table 3-3a, whose coefficients give {copied[i, j]:.2f} N"
+            elif valid[i, j] and abs(own - value) <= 0.05:
+                note = f"its own error of {cells.errors_percent[i, j]:g} % means {own:.2f} N"
+            else:
+                verdict, note = NOT_REPRODUCIBLE, f"off by {value - printed:.2f} N"
+            yield compare(f"Table {which}", label, "", printed, value, tolerance, verdict=verdict, note=note)
 
 
-def _errors() -> Iterator[LedgerRow]:
+def _errors() -> Iterator[Row]:
     x, p = _grid()
     for which, name in (("3-3a", "tang-3-3a"), ("3-3b", "tang-3-25"), ("3-3c", "tang-optimised")):
         cells = table(which)
@@ -121,14 +113,9 @@ def _errors() -> Iterator[LedgerRow]:
             slack = 0.5 / float(cells.columns[j]) + (0.5 if printed == 17 else 0.05) + 1e-9
             # Where the model gives the printed error, the force beside it is the misprint.
             if abs(printed - value) > slack and not abs(printed - modelled[i, j]) <= slack:
-                yield LedgerRow(
-                    f"Table {which}",
-                    f"error at {cells.rows[i]} bar, {cells.columns[j]} N (%)",
-                    printed,
-                    value,
-                    "misprint, corrected",
-                    "the error that the printed force has",
-                )
+                label = f"error at {cells.rows[i]} bar, {cells.columns[j]} N (%)"
+                note = "the error that the printed force has"
+                yield compare(f"Table {which}", label, "", printed, value, slack, mended=value, note=note)
     errors = np.abs(table("3-3c").errors_percent)
     mean, most = float(np.nanmean(errors)), float(np.nanmax(errors))
     recomputed = np.abs(100 * (muscle_model("tang-optimised").unchecked_force(x, p) / table("3-3c").column_numbers - 1))
@@ -137,8 +124,8 @@ def _errors() -> Iterator[LedgerRow]:
         f"the mean of the {int(np.isfinite(errors).sum())} printed percentages; of the {int(cells_left.sum())} cells "
         f"that can be recomputed it is {float(recomputed[cells_left].mean()):.3f} %"
     )
-    yield LedgerRow("Section 3.2.1", "mean deviation of Table 3-3c (%)", 1.62, mean, within(1.62, mean, 0.005), note)
-    yield LedgerRow("Section 3.2.1", "largest deviation of Table 3-3c (%)", 4.4, most, within(4.4, most, 0.05))
+    yield compare("Section 3.2.1", "mean deviation of Table 3-3c (%)", "", 1.62, mean, 0.005, note=note)
+    yield compare("Section 3.2.1", "largest deviation of Table 3-3c (%)", "", 4.4, most, 0.05)
 
 
 def _squares(model: PolynomialModel, states: SteadyStates) -> float:
@@ -157,22 +144,18 @@ def _slack_of_rounding(states: SteadyStates) -> float:
     return total
 
 
-def _fits() -> Iterator[LedgerRow]:
+def _fits() -> Iterator[Row]:
     valid = steady_states(valid_only=True)
     best = identify_static(valid.contraction, valid.pressure, valid.force, NOMINAL_LENGTH)
     least = float(best.residuals @ best.residuals)
     printed = _squares(_poly("tang-optimised"), valid)
-    yield LedgerRow(
-        "Section 3.2.1",
-        "sum of squared errors of the optimised set over the 25 valid cells (N²)",
-        printed,
-        least,
-        "reproduced",
+    quantity = "sum of squared errors of the optimised set over the 25 valid cells (N²)"
+    note = (
         f"printed: from the printed coefficients; computed: the least, {100 * (1 - least / printed):.2f} % "
-        f"below (root mean square {np.sqrt(printed / 25):.4f} and {np.sqrt(least / 25):.4f} N)",
+        f"below (root mean square {np.sqrt(printed / 25):.4f} and {np.sqrt(least / 25):.4f} N)"
     )
-    printed_cells = {"3-3a": "tang-3-3a", "3-3b": "tang-3-25"}
-    for which, name in printed_cells.items():
+    yield compare("Section 3.2.1", quantity, "", printed, least, 0.0, verdict="reproduced", note=note)
+    for which, name in (("3-3a", "tang-3-3a"), ("3-3b", "tang-3-25")):
         title = table(which).title
         pairs = title[title.index("tests ") + 6 :].split(" (bar")[0]
         tests = [tuple(float(v) for v in pair.split(", ")) for pair in pairs.strip("()").split("), (")]
@@ -186,29 +169,20 @@ def _fits() -> Iterator[LedgerRow]:
         solved = np.linalg.solve(matrix, six.force)
         slack = _slack_of_rounding(six)
         gap = float(np.abs(_poly(name).unchecked_force(six.contraction, six.pressure) - six.force).max())
-        yield LedgerRow(
-            f"Section 3.2.1, set of Table {which}",
-            "K_1 from its six tests (N/(m² bar))",
-            _poly(name).in_bar[(2, 1)],
-            float(solved[0]),
-            within(_poly(name).in_bar[(2, 1)], float(solved[0]), slack),
+        source, quantity = f"Section 3.2.1, set of Table {which}", "K_1 from its six tests (N/(m² bar))"
+        note = (
             f"rounding of the printed averages changes it by up to {slack:.0f}: the equations have condition "
             f"{np.linalg.cond(matrix):.1e}, so this is a weak test; forces at the six tests differ by at most "
-            f"{gap:.2f} N",
+            f"{gap:.2f} N"
         )
+        yield compare(source, quantity, "", _poly(name).in_bar[(2, 1)], solved[0], slack, note=note)
     states = steady_states()
     region = find_region(states.contraction, states.pressure, states.force, NOMINAL_LENGTH)
-    valid_cells = int(states.called_valid.sum())
-    agree = int((region.selected & states.called_valid).sum())
-    yield LedgerRow(
-        "Tables 3-3a, 3-3b",
-        "cells inside the thick line that a change point in contraction selects too",
-        valid_cells,
-        agree,
-        "reproduced" if agree == valid_cells else "not reproducible",
-        "the thesis draws the line by judgement; the change point selects besides "
-        + ", ".join(
-            f"({states.regulator[i] / BAR:.1f} bar, {states.force[i]:.2f} N)"
-            for i in np.nonzero(region.selected & ~states.called_valid)[0]
-        ),
+    both = region.selected & states.called_valid
+    besides = ", ".join(
+        f"({states.regulator[i] / BAR:.1f} bar, {states.force[i]:.2f} N)"
+        for i in np.flatnonzero(region.selected & ~states.called_valid)
     )
+    quantity = "cells inside the thick line that a change point in contraction selects too"
+    note = f"the thesis draws the line by judgement; the change point selects besides {besides}"
+    yield compare("Tables 3-3a, 3-3b", quantity, "", states.called_valid.sum(), both.sum(), 0.0, note=note)

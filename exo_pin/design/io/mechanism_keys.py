@@ -1,0 +1,174 @@
+"""Where the fields of a mechanism's records stand in its file: for reading and writing alike."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...core.files.toml_tables import UNITS, Table
+from ..actuator import ACTUATOR_FAMILIES, Actuator
+from ..geometry import CircleDimensions, WristGeometry
+from ..guide import LimbGuide
+from ..limb import Limb, LimbBody, Stroke
+from ..shoulder import Shoulder
+from ..tackle import Tackle
+
+__all__ = ["note_source", "present", "read_fields", "read_record", "record_table"]
+
+
+class Key(NamedTuple):
+    """Where a field of a record stands in the record's table.
+
+    Attributes
+    ----------
+    field : str
+        Its name.
+    kind : str or type
+        A kind of quantity (:data:`UNITS`), "text", or the record that a table within holds.
+    key : str
+        Its key without the unit, if that is not the field's name.
+    shape : tuple
+        Of a quantity.
+    required : bool
+        Whether a file must have it. Otherwise the record's default stands for a key that is missing.
+    choices : tuple of str or None
+        Of a text.
+    """
+
+    field: str
+    kind: str | type
+    key: str = ""
+    shape: tuple[int | None, ...] = ()
+    required: bool = True
+    choices: tuple[str, ...] | None = None
+
+    @property
+    def name(self) -> str:
+        """The key without its unit."""
+        return self.key or self.field
+
+
+#: The fields of each record, in the order in which they are written.
+_KEYS: dict[type, tuple[Key, ...]] = {
+    CircleDimensions: (
+        Key("r_A", "length", "base_radius"),
+        Key("r_B", "length", "platform_radius"),
+        Key("h_A", "length", "base_height"),
+        Key("h_B", "length", "platform_height"),
+        Key("alpha_A", "angle", "base_angles", (None,)),
+        Key("alpha_B", "angle", "platform_angles", (None,), required=False),
+    ),
+    WristGeometry: (
+        Key("base_points", "length", "base", (None, 3)),
+        Key("platform_points", "length", "platform", (None, 3)),
+        Key("base_axis", "number", shape=(3,), required=False),
+        Key("platform_axis", "number", shape=(3,), required=False),
+    ),
+    Shoulder: (
+        Key("abduction_centre", "angle", required=False),
+        Key("half_diagonal", "angle", required=False),
+        Key("stiffness", "stiffness", shape=(3, 3), required=False),
+    ),
+    Limb: (
+        Key("kind", "text", choices=("UPU", "SPS")),
+        Key("joint_limit", "angle", "joint_half_diagonal", required=False),
+        Key("joint_straight", "number", shape=(3,), required=False),
+        Key("stroke", Stroke),
+        Key("base_body", LimbBody),
+        Key("platform_body", LimbBody),
+        Key("guide", LimbGuide),
+        Key("actuator", Actuator),
+    ),
+    Stroke: (
+        Key("nominal_length", "length", "nominal"),
+        Key("shortest", "number", "shortest_ratio"),
+        Key("longest", "number", "longest_ratio"),
+        Key("end_fitting", "length", required=False),
+    ),
+    LimbBody: (
+        Key("mass", "mass"),
+        Key("centre", "length"),
+        Key("transverse_inertia", "inertia"),
+        Key("axial_inertia", "inertia"),
+    ),
+    LimbGuide: (
+        Key("bending_rigidity", "rigidity"),
+        Key("torsional_rigidity", "rigidity"),
+        Key("joint_stiffness", "stiffness", required=False),
+        Key("joint_twist_stiffness", "twist stiffness", required=False),
+        Key("largest_bending_moment", "couple", required=False),
+        Key("largest_torque", "couple", required=False),
+    ),
+    Actuator: (
+        Key("family", "text", choices=ACTUATOR_FAMILIES),
+        Key("pull_limit", "force", required=False),
+        Key("push_limit", "force", required=False),
+        Key("force_law", "text", required=False),
+        Key("supply_pressure", "pressure", "supply", required=False),
+        Key("speed_limit", "speed", required=False),
+        Key("power_limit", "power", required=False),
+        Key("travel_limit", "length", required=False),
+        Key("tackle", Tackle),
+    ),
+    Tackle: (
+        Key("ratio", "number"),
+        Key("muscle_length", "length", "muscle"),
+        Key("force_law", "text"),
+        Key("supply_pressure", "pressure", "supply"),
+        Key("count", "number", required=False),
+    ),
+}
+
+
+def note_source(table: Table, sources: dict[str, str]) -> None:
+    """Put what a table cites into ``sources``, under the table's name."""
+    source = table.text("source", required=False)
+    if source is not None:
+        sources[table.name] = source
+
+
+def read_record(kind: type, table: Table | None, sources: dict[str, str]) -> Any:
+    """The record that a table holds, all of whose keys must be known; None without a table."""
+    if table is None:
+        return None
+    record = kind(**read_fields(kind, table, sources))
+    table.finish()
+    return record
+
+
+def read_fields(kind: type, table: Table, sources: dict[str, str]) -> dict[str, Any]:
+    """The fields of a record that a table has."""
+    note_source(table, sources)
+    fields: dict[str, Any] = {}
+    for key in _KEYS[kind]:
+        if isinstance(key.kind, type):
+            fields[key.field] = read_record(key.kind, table.table(key.name), sources)
+        elif key.kind == "text":
+            fields[key.field] = table.text(key.name, key.required, key.choices)
+        else:
+            fields[key.field] = table.quantity(key.kind, key.name, key.shape, key.required)
+    return {name: value for name, value in fields.items() if value is not None}
+
+
+def record_table(record: object) -> dict[str, Any]:
+    """The table of a record, in SI units. What is None, and a stiffness that is infinite, is left out."""
+    items: dict[str, Any] = {}
+    for key in _KEYS[type(record)]:
+        value = getattr(record, key.field)
+        if isinstance(key.kind, type):
+            items[key.name] = None if value is None else record_table(value)
+        elif key.kind == "text":
+            items[key.name] = value
+        elif not (isinstance(value, float) and np.isinf(value)):
+            items[key.name + next(iter(UNITS[key.kind]))] = value
+    return present(**items)
+
+
+def present(**items: Any) -> dict[str, Any]:
+    """The items that are not None, arrays as lists."""
+    return {
+        key: np.asarray(value).tolist() if isinstance(value, np.ndarray | tuple) else value
+        for key, value in items.items()
+        if value is not None
+    }

@@ -29,7 +29,7 @@ from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
 from ...numerics.vectors import cross, dot, matrix, turn, turn_back, vector
 from .rotation_polish import margin_of, polish
 
-__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble"]
+__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "frame_along"]
 
 #: Largest number of solutions.
 MAX_MODES = 8
@@ -51,7 +51,7 @@ _PARALLEL = 1e-3
 
 
 @kernel
-def _frame(axis: Any, out: Any) -> None:
+def frame_along(axis: Any, out: Any) -> None:
     """Write a rotation whose third column is ``axis``."""
     # The coordinate axis farthest from it is the safest start.
     e = np.zeros(3)
@@ -216,8 +216,8 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     cos_g = c[first]
     sin_g = math.sqrt(max(0.0, (1.0 - cos_g) * (1.0 + cos_g)))
     E, F, terms = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3, 3))
-    _frame(u[first], E)
-    _frame(v[first], F)
+    frame_along(u[first], E)
+    frame_along(v[first], F)
     _fill_terms(u, v, c, first, cos_g, sin_g, E, F, terms)
     octic, mirrored = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1)
     size = _eliminate(terms, octic, mirrored)

@@ -28,8 +28,9 @@ def rotate(R: Any, x: float, y: float, z: float) -> None:
         column = (R[0, j], R[1, j], R[2, j])
         first = cross(axis, column)
         second = cross(axis, first)
-        for i in range(3):
-            R[i, j] = column[i] + s * first[i] + c * second[i]
+        R[0, j] = column[0] + s * first[0] + c * second[0]
+        R[1, j] = column[1] + s * first[1] + c * second[1]
+        R[2, j] = column[2] + s * first[2] + c * second[2]
 
 
 @kernel

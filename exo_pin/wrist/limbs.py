@@ -115,32 +115,18 @@ def pose_status(X: Any, reach: Any, upu: Any, radius: float) -> tuple[int, float
 
 
 @kernel(stack=True)
-def classify_stack(
-    R: Any,
-    base: Any,
-    platform: Any,
-    upu: Any,
-    b: Any,
-    s: Any,
-    X: Any,
-    length: Any,
-    reach: Any,
-    status: Any,
-    margin: Any,
-    determinant: Any,
-) -> None:
+def classify_stack(R: Any, base: Any, platform: Any, upu: Any, limbs: Limbs) -> None:
     """:func:`limb_stack`, and status code, margin and det[X_1 X_2 X_3] (NaN for n > 3) of every pose."""
     radius = largest_radius(platform)
     for k in range(R.shape[0]):
-        limb_vectors(R[k], base, platform, b[k], s[k], X[k], length[k], reach[k])
-        status[k], margin[k] = pose_status(X[k], reach[k], upu, radius)
-        determinant[k] = triple(vector(X[k], 0), vector(X[k], 1), vector(X[k], 2)) if base.shape[0] == 3 else np.nan
+        X, reach = limbs.X[k], limbs.reach[k]
+        limb_vectors(R[k], base, platform, limbs.b[k], limbs.s[k], X, limbs.length[k], reach)
+        limbs.status[k], limbs.margin[k] = pose_status(X, reach, upu, radius)
+        limbs.determinant[k] = triple(vector(X, 0), vector(X, 1), vector(X, 2)) if base.shape[0] == 3 else np.nan
 
 
 @kernel(stack=True)
-def joint_angles(
-    R: Any, base: Any, b: Any, s: Any, X: Any, length: Any, reach: Any, about_a: Any, about_b: Any, angles: Any
-) -> None:
+def joint_angles(R: Any, base: Any, limbs: Limbs, about_a: Any, about_b: Any, angles: Any) -> None:
     """Fill the angles of platform_y, platform_x, base_x and base_y, rad, and the slide, m, of all limbs.
 
     Source: thesis (D-4), (D-11), (D-12).
@@ -151,26 +137,22 @@ def joint_angles(
         Poses, shape (N, 3, 3).
     base : ndarray
         Points A_i, shape (n, 3), m.
-    b, s, X, length, reach : ndarray
-        Of :class:`Limbs`.
+    limbs : Limbs
+        In these poses.
     about_a, about_b : ndarray
-        Shape (n, 6): sine and cosine per unit of X of its turn about -a_i, base frame, and about -b_i, arm frame.
+        Shape (n, 2, 3): sine and cosine per unit of X of its turn about -a_i, base frame, and about -b_i, arm frame.
     angles : ndarray
         Shape (N, n, 5), written.
     """
     for k in range(R.shape[0]):
-        pose = matrix(R[k])
         for i in range(base.shape[0]):
-            axis, along, own = vector(X[k], i), vector(s[k], i), turn_back(pose, vector(X[k], i))
-            sine = about_b[i, 0] * own[0] + about_b[i, 1] * own[1] + about_b[i, 2] * own[2]
-            cosine = about_b[i, 3] * own[0] + about_b[i, 4] * own[1] + about_b[i, 5] * own[2]
-            angles[k, i, 0] = math.atan2(sine, cosine)
-            angles[k, i, 1] = math.atan2(reach[k, i], -dot(vector(b[k], i), along))
-            angles[k, i, 2] = math.atan2(-reach[k, i], -dot(vector(base, i), along))
-            sine = about_a[i, 0] * axis[0] + about_a[i, 1] * axis[1] + about_a[i, 2] * axis[2]
-            cosine = about_a[i, 3] * axis[0] + about_a[i, 4] * axis[1] + about_a[i, 5] * axis[2]
-            angles[k, i, 3] = math.atan2(sine, cosine)
-            angles[k, i, 4] = length[k, i]
+            axis, along, reach = vector(limbs.X[k], i), vector(limbs.s[k], i), limbs.reach[k, i]
+            own = turn_back(matrix(R[k]), axis)
+            angles[k, i, 0] = math.atan2(dot(about_b[i, 0], own), dot(about_b[i, 1], own))
+            angles[k, i, 1] = math.atan2(reach, -dot(vector(limbs.b[k], i), along))
+            angles[k, i, 2] = math.atan2(-reach, -dot(vector(base, i), along))
+            angles[k, i, 3] = math.atan2(dot(about_a[i, 0], axis), dot(about_a[i, 1], axis))
+            angles[k, i, 4] = limbs.length[k, i]
 
 
 class Limbs(NamedTuple):
@@ -213,5 +195,5 @@ def classify(mechanism: Mechanism, matrices: FloatArray) -> Limbs:
         *(np.empty((count, n)) for _ in range(2)),
     )
     upu = np.flatnonzero(mechanism.is_upu)
-    classify_stack(matrices, geometry.base_points, geometry.platform_points, upu, *limbs[3:], *limbs[:3])
+    classify_stack(matrices, geometry.base_points, geometry.platform_points, upu, limbs)
     return limbs

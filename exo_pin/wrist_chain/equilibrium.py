@@ -114,16 +114,16 @@ class EquilibriumModel:
         for i in np.flatnonzero(limbs.reach[0] == 0.0):
             X[i] = across(geometry.platform_points[i])
         # Turns of X about -b in the axes of the arm, and about -a in those of the base: sine and cosine per unit of X.
-        self._about_b = np.hstack([-np.cross(geometry.platform_points / size_b[:, None], X), X])
+        self._about_b = np.stack([-np.cross(geometry.platform_points / size_b[:, None], X), X], axis=1)
         X = X @ R.T
-        self._about_a = np.hstack([np.cross(geometry.base_points / size_a[:, None], X), X])
+        self._about_a = np.stack([np.cross(geometry.base_points / size_a[:, None], X), X], axis=1)
         self._neutral: FloatArray = np.zeros(0)
         self._neutral = self._joint_angles(R[None], limbs)[0]
 
     def _joint_angles(self, matrices: FloatArray, limbs: Limbs) -> FloatArray:
         """Angles of platform_y, platform_x, base_x and base_y, rad, and slide, m, of all limbs, shape (N, 5 n)."""
         angles = np.empty((*limbs.length.shape, 5))
-        joint_angles(matrices, self.mechanism.geometry.base_points, *limbs[3:], self._about_a, self._about_b, angles)
+        joint_angles(matrices, self.mechanism.geometry.base_points, limbs, self._about_a, self._about_b, angles)
         flat = angles.reshape(len(matrices), 5 * angles.shape[1])
         return flat - self._neutral if self._neutral.size else flat
 

@@ -26,8 +26,8 @@ from ...core.validation import LARGEST, FloatArray
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
-from ...numerics.vectors import SINGULAR
-from ..limbs import STATUS, classify, limb_stack
+from ...numerics.vectors import SINGULAR, cross, dot, vector
+from ..limbs import STATUS, classify
 
 __all__ = ["Holding", "force_bounds", "holding", "moment_margin"]
 
@@ -88,20 +88,18 @@ def moment_margin(
     relief_lower[:], relief_upper[:], direction[:] = 0.0, 0.0, np.nan
     normal, sizes, levers = np.empty(3), np.empty(n), np.empty(n)
     for i in range(n):
-        sizes[i] = math.sqrt(arms[i, 0] ** 2 + arms[i, 1] ** 2 + arms[i, 2] ** 2)
+        sizes[i] = math.sqrt(dot(arms[i], arms[i]))
     for i in range(n):
         for j in range(i + 1, n):
-            normal[0] = arms[i, 1] * arms[j, 2] - arms[i, 2] * arms[j, 1]
-            normal[1] = arms[i, 2] * arms[j, 0] - arms[i, 0] * arms[j, 2]
-            normal[2] = arms[i, 0] * arms[j, 1] - arms[i, 1] * arms[j, 0]
-            size = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+            normal[0], normal[1], normal[2] = cross(vector(arms, i), vector(arms, j))
+            size = math.sqrt(dot(normal, normal))
             if not size > _PARALLEL * sizes[i] * sizes[j]:
                 continue
             normal /= size
             for sign in (1.0, -1.0):
-                slack = -sign * (normal[0] * moment[0] + normal[1] * moment[1] + normal[2] * moment[2])
+                slack = -sign * dot(normal, moment)
                 for k in range(n):
-                    lever = sign * (normal[0] * arms[k, 0] + normal[1] * arms[k, 1] + normal[2] * arms[k, 2])
+                    lever = sign * dot(normal, vector(arms, k))
                     # The two limbs that span the face, and others in it, have no moment normal to it.
                     levers[k] = 0.0 if k in (i, j) or abs(lever) <= _PARALLEL * sizes[k] else lever
                     if levers[k] != 0.0:
@@ -167,17 +165,14 @@ def holding(
     require_massless(mechanism)
     arm = mechanism.require_arm("motion" if motion is not None else "weight", inertia=motion is not None)
     query = as_query(orientation, motion, load)
-    n, count, geometry = mechanism.limb_count, len(query.matrices), mechanism.geometry
+    n, count = mechanism.limb_count, len(query.matrices)
     low, high = force_bounds("lower and upper", lower, upper, query.shape, n)
     _, M = carried(arm, mechanism.gravity, query, query.force, query.moment)
-    b, s, X = (np.empty((count, n, 3)) for _ in range(3))
-    length, reach = np.empty((count, n)), np.empty((count, n))
-    limb_stack(query.matrices, geometry.base_points, geometry.platform_points, b, s, X, length, reach)
-    status = classify(mechanism, query.matrices)[0]
+    limbs = classify(mechanism, query.matrices)
     margin, direction = np.empty(count), np.empty((count, 3))
     relief_lower, relief_upper = np.empty((count, n)), np.empty((count, n))
-    arms = -reach[..., None] * X
-    _margin_stack(arms, M, low, high, status, margin, direction, relief_lower, relief_upper)
+    arms = -limbs.reach[..., None] * limbs.X
+    _margin_stack(arms, M, low, high, limbs.status, margin, direction, relief_lower, relief_upper)
     shape = query.shape
     return Holding(
         (margin >= 0.0).reshape(shape),
@@ -185,7 +180,7 @@ def holding(
         direction.reshape(*shape, 3),
         relief_lower.reshape(*shape, n),
         relief_upper.reshape(*shape, n),
-        np.array(STATUS)[status].reshape(shape),
+        np.array(STATUS)[limbs.status].reshape(shape),
     )
 
 

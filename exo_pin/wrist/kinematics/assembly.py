@@ -26,10 +26,10 @@ import numpy as np
 
 from ...core.compiled import kernel
 from ...numerics.polynomial import MAX_DEGREE, roots_and_touches
-from ...numerics.vectors import cross
+from ...numerics.vectors import cross, dot, matrix, turn, turn_back, vector
 from .rotation_polish import margin_of, polish
 
-__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble"]
+__all__ = ["CONTINUUM", "MAX_MODES", "MEETING_MARGIN", "assemble", "frame_along"]
 
 #: Largest number of solutions.
 MAX_MODES = 8
@@ -51,21 +51,16 @@ _PARALLEL = 1e-3
 
 
 @kernel
-def _frame(axis: Any, out: Any) -> None:
+def frame_along(axis: Any, out: Any) -> None:
     """Write a rotation whose third column is ``axis``."""
     # The coordinate axis farthest from it is the safest start.
-    k = 0
-    for j in range(1, 3):
-        if abs(axis[j]) < abs(axis[k]):
-            k = j
     e = np.zeros(3)
-    e[k] = 1.0
+    e[np.abs(axis).argmin()] = 1.0
     x, y, z = cross(e, axis)
     size = 1.0 / math.sqrt(x * x + y * y + z * z)
     out[0, 0], out[1, 0], out[2, 0] = x * size, y * size, z * size
-    out[0, 2], out[1, 2], out[2, 2] = axis[0], axis[1], axis[2]
-    x, y, z = cross(axis, out[:, 0])
-    out[0, 1], out[1, 1], out[2, 1] = x, y, z
+    out[0, 1], out[1, 1], out[2, 1] = cross(axis, out[:, 0])
+    out[:, 2] = axis
 
 
 @kernel
@@ -113,12 +108,8 @@ def _fill_terms(u: Any, v: Any, c: Any, first: int, cos_g: float, sin_g: float, 
     """
     for e in range(2):
         i = (first + 1 + e) % 3
-        ux = E[0, 0] * u[i, 0] + E[1, 0] * u[i, 1] + E[2, 0] * u[i, 2]
-        uy = E[0, 1] * u[i, 0] + E[1, 1] * u[i, 1] + E[2, 1] * u[i, 2]
-        uz = E[0, 2] * u[i, 0] + E[1, 2] * u[i, 1] + E[2, 2] * u[i, 2]
-        vx = F[0, 0] * v[i, 0] + F[1, 0] * v[i, 1] + F[2, 0] * v[i, 2]
-        vy = F[0, 1] * v[i, 0] + F[1, 1] * v[i, 1] + F[2, 1] * v[i, 2]
-        vz = F[0, 2] * v[i, 0] + F[1, 2] * v[i, 1] + F[2, 2] * v[i, 2]
+        ux, uy, uz = turn_back(matrix(E), vector(u, i))
+        vx, vy, vz = turn_back(matrix(F), vector(v, i))
         # p = Rz(-φ) u: px = ux cos + uy sin, py = uy cos - ux sin, pz = uz.
         terms[e, 0, 0] = -vx * uz * sin_g
         terms[e, 0, 1] = vx * ux * cos_g + vy * uy
@@ -163,12 +154,8 @@ def _eliminate(terms: Any, octic: Any, mirrored: Any) -> float:
 @kernel
 def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
     """Write the ψ to try at a root φ of D; return their number."""
-    A2 = terms[0, 0, 0] + terms[0, 0, 1] * cos_f + terms[0, 0, 2] * sin_f
-    B2 = terms[0, 1, 0] + terms[0, 1, 1] * cos_f + terms[0, 1, 2] * sin_f
-    C2 = terms[0, 2, 0] + terms[0, 2, 1] * cos_f + terms[0, 2, 2] * sin_f
-    A3 = terms[1, 0, 0] + terms[1, 0, 1] * cos_f + terms[1, 0, 2] * sin_f
-    B3 = terms[1, 1, 0] + terms[1, 1, 1] * cos_f + terms[1, 1, 2] * sin_f
-    C3 = terms[1, 2, 0] + terms[1, 2, 1] * cos_f + terms[1, 2, 2] * sin_f
+    A2, B2, C2 = turn(matrix(terms[0]), (1.0, cos_f, sin_f))
+    A3, B3, C3 = turn(matrix(terms[1]), (1.0, cos_f, sin_f))
     delta = A2 * B3 - A3 * B2
     size2, size3 = math.hypot(A2, B2), math.hypot(A3, B3)
     psi[0] = math.atan2((C2 * A3 - C3 * A2) * delta, (B2 * C3 - B3 * C2) * delta)
@@ -185,24 +172,18 @@ def _spins(terms: Any, cos_f: float, sin_f: float, psi: Any) -> int:
 
 
 @kernel
-def _orientation(
-    cos_f: float, sin_f: float, cos_g: float, sin_g: float, psi: float, E: Any, F: Any, M: Any, R: Any
-) -> None:
-    """Write R = E Rz(φ) Ry(γ) Rz(ψ) Fᵀ; M is room for the product in the middle."""
+def _orientation(cos_f: float, sin_f: float, cos_g: float, sin_g: float, psi: float, E: Any, F: Any, R: Any) -> None:
+    """Write R = E Rz(φ) Ry(γ) Rz(ψ) Fᵀ."""
     cos_p, sin_p = math.cos(psi), math.sin(psi)
-    M[0, 0] = cos_f * cos_g * cos_p - sin_f * sin_p
-    M[0, 1] = -cos_f * cos_g * sin_p - sin_f * cos_p
-    M[0, 2] = cos_f * sin_g
-    M[1, 0] = sin_f * cos_g * cos_p + cos_f * sin_p
-    M[1, 1] = -sin_f * cos_g * sin_p + cos_f * cos_p
-    M[1, 2] = sin_f * sin_g
-    M[2, 0], M[2, 1], M[2, 2] = -sin_g * cos_p, sin_g * sin_p, cos_g
+    middle = (
+        (cos_f * cos_g * cos_p - sin_f * sin_p, -cos_f * cos_g * sin_p - sin_f * cos_p, cos_f * sin_g),
+        (sin_f * cos_g * cos_p + cos_f * sin_p, -sin_f * cos_g * sin_p + cos_f * cos_p, sin_f * sin_g),
+        (-sin_g * cos_p, sin_g * sin_p, cos_g),
+    )
     for i in range(3):
+        row = turn_back(middle, vector(E, i))
         for j in range(3):
-            total = 0.0
-            for k in range(3):
-                total += E[i, k] * (M[k, 0] * F[j, 0] + M[k, 1] * F[j, 1] + M[k, 2] * F[j, 2])
-            R[i, j] = total
+            R[i, j] = dot(row, vector(F, j))
 
 
 @kernel
@@ -235,8 +216,8 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     cos_g = c[first]
     sin_g = math.sqrt(max(0.0, (1.0 - cos_g) * (1.0 + cos_g)))
     E, F, terms = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3, 3))
-    _frame(u[first], E)
-    _frame(v[first], F)
+    frame_along(u[first], E)
+    frame_along(v[first], F)
     _fill_terms(u, v, c, first, cos_g, sin_g, E, F, terms)
     octic, mirrored = np.empty(MAX_DEGREE + 1), np.empty(MAX_DEGREE + 1)
     size = _eliminate(terms, octic, mirrored)
@@ -244,7 +225,6 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
         return CONTINUUM
     found, psi = np.empty(2 * MAX_DEGREE), np.empty(5)
     R, turned, rows, error = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    M = np.empty((3, 3))
     count = 0
     for chart in range(2):
         number = roots_and_touches(octic if chart == 0 else mirrored, MAX_DEGREE, _TOUCH * size, found)
@@ -255,7 +235,7 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
             if chart == 1:
                 cos_f, sin_f = -cos_f, -sin_f
             for m in range(_spins(terms, cos_f, sin_f, psi)):
-                _orientation(cos_f, sin_f, cos_g, sin_g, psi[m], E, F, M, R)
+                _orientation(cos_f, sin_f, cos_g, sin_g, psi[m], E, F, R)
                 if polish(R, u, v, c, rows, error, turned) <= _SOLVED:
                     count = _add(R, margin_of(rows), rotations, margins, count)
     return count

@@ -16,11 +16,9 @@ from .from_angles import angle_residuals, planes_stack
 from .from_directions import directions_stack
 from .from_lengths import lengths_stack, twist_stack
 from .modes import AssemblyModes, nearest_slots
+from .solutions import Joints, Modes
 
 __all__ = ["forward_kinematics", "forward_kinematics_from_base_angles"]
-
-#: Largest residual of a least-squares mode of six angles, as a multiple of the best one.
-_KEEP = 3.0
 
 
 def forward_kinematics(
@@ -51,19 +49,10 @@ def forward_kinematics(
         If the shape does not fit, or a single set is not finite and positive. In a stack a bad row is marked "invalid"
         and has no effect on others.
     """
-    values, shape = _measured("lengths", lengths, geometry.limb_count)
-    work = _Work(len(values), MAX_MODES)
-    lengths_stack(
-        values,
-        geometry.base_points,
-        geometry.platform_points,
-        _triples(geometry.limb_count),
-        float(tolerance),
-        geometry.neutral.as_quat(),
-        *work,
-    )
-    good = (np.isfinite(values) & (values > 0.0)).all(axis=-1)
-    return _result(work, np.asarray(good), shape, near, "lengths, m, finite and above zero", values)
+    values = _measured("lengths", lengths, geometry.limb_count)
+    rows, modes = _rows_and_room(values, MAX_MODES)
+    lengths_stack(rows, _joints(geometry), float(tolerance), modes)
+    return _result(modes, values, np.isfinite(values) & (values > 0.0), near, "lengths, m, finite and above zero")
 
 
 def forward_kinematics_from_base_angles(
@@ -106,113 +95,87 @@ def forward_kinematics_from_base_angles(
     -----
     Source: thesis (4-17), (4-21), (4-23), (4-27), (5-3).
     """
-    n = geometry.limb_count
-    if theta_x is None and theta_y is None:
-        raise InvalidInput("expected theta_x, theta_y or both")
-    base, platform, frames = geometry.base_points, geometry.platform_points, geometry.base_frames
-    reference, triples = geometry.neutral.as_quat(), _triples(n)
+    n, joints, expected = geometry.limb_count, _joints(geometry), "angles, rad, finite"
     if theta_x is not None and theta_y is not None:
-        _measured("theta_x", theta_x, n), _measured("theta_y", theta_y, n)
+        x, y = _measured("theta_x", theta_x, n), _measured("theta_y", theta_y, n)
         try:
-            both = np.broadcast_arrays(theta_x, theta_y)
+            x, y = np.broadcast_arrays(x, y)
         except ValueError:
-            raise InvalidInput(
-                f"expected theta_x and theta_y to broadcast, got {np.shape(theta_x)} and {np.shape(theta_y)}"
-            ) from None
-        (x, shape), (y, _) = _measured("theta_x", both[0], n), _measured("theta_y", both[1], n)
-        work = _Work(len(x), 2**n if n > 3 else MAX_MODES)
-        directions_stack(x, y, base, platform, frames, _KEEP, *work)
-        good = (np.isfinite(x) & np.isfinite(y)).all(axis=-1)
-        return _result(work, np.asarray(good), shape, near, "angles, rad, finite", np.hstack([x, y]))
+            raise InvalidInput(f"expected theta_x and theta_y to broadcast, got {x.shape} and {y.shape}") from None
+        rows, modes = _rows_and_room(x, 2**n if n > 3 else MAX_MODES)
+        directions_stack(rows, np.ascontiguousarray(y).reshape(-1, n), joints, modes)
+        values = np.concatenate([x, y], axis=-1)
+        return _result(modes, values, np.isfinite(values), near, expected)
     if theta_x is not None:
-        values, shape = _measured("theta_x", theta_x, n)
-        doubled = (np.linalg.norm(platform, axis=-1) < np.linalg.norm(base, axis=-1)).sum()
-        work = _Work(len(values), MAX_MODES * 2 ** int(doubled))
-        twist_stack(values, base, platform, triples, np.inf, reference, *work)
+        values = _measured("theta_x", theta_x, n)
+        rows, modes = _rows_and_room(values, MAX_MODES * 2 ** int((joints.b < joints.a).sum()))
+        twist_stack(rows, joints, modes)
+    elif theta_y is not None:
+        values = _measured("theta_y", theta_y, n)
+        rows, modes = _rows_and_room(values, MAX_MODES)
+        planes_stack(rows, joints, modes)
     else:
-        assert theta_y is not None
-        values, shape = _measured("theta_y", theta_y, n)
-        work = _Work(len(values), MAX_MODES)
-        planes_stack(values, base, platform, frames, triples, reference, *work)
-    angle_residuals(values, theta_x is not None, base, platform, frames, float(tolerance), *work)
-    good = np.isfinite(values).all(axis=-1)
-    return _result(work, np.asarray(good), shape, near, "angles, rad, finite", values)
+        raise InvalidInput("expected theta_x, theta_y or both")
+    angle_residuals(rows, theta_x is not None, joints, float(tolerance), modes)
+    return _result(modes, values, np.isfinite(values), near, expected)
 
 
-class _Work(tuple):
-    """Arrays that the kernels fill: quaternions, residual, margin, count."""
-
-    def __new__(cls, rows: int, width: int) -> _Work:
-        arrays = (
-            np.full((rows, width, 4), np.nan),
-            np.full((rows, width), np.nan),
-            np.full((rows, width), np.nan),
-            np.zeros(rows, dtype=np.int64),
-        )
-        return super().__new__(cls, arrays)
+def _joints(geometry: WristGeometry) -> Joints:
+    base, platform = geometry.base_points, geometry.platform_points
+    a, b = (np.linalg.norm(points, axis=1) for points in (base, platform))
+    triples = np.array(list(combinations(range(len(base)), 3)), dtype=np.int64)
+    frames, reference = geometry.base_frames, geometry.neutral.as_quat()
+    return Joints(base, platform, base / a[:, None], platform / b[:, None], a, b, frames, triples, reference)
 
 
-def _triples(n: int) -> NDArray[np.int64]:
-    return np.array(list(combinations(range(n), 3)), dtype=np.int64)
-
-
-def _measured(name: str, value: ArrayLike, n: int) -> tuple[FloatArray, tuple[int, ...]]:
-    """Rows of measurements, shape (N, n), and the stack's shape; NaN allowed, for rows may be marked."""
+def _measured(name: str, value: ArrayLike, n: int) -> FloatArray:
+    """Measurements, shape (..., n); NaN allowed, for rows may be marked."""
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
         raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}")
     if array.ndim == 0 or array.shape[-1] != n:
         raise InvalidInput(f"expected {name} to have shape (..., {n}), got {array.shape}")
-    return np.ascontiguousarray(array, dtype=np.float64).reshape(-1, n), array.shape[:-1]
+    return array.astype(np.float64)
+
+
+def _rows_and_room(values: FloatArray, width: int) -> tuple[FloatArray, Modes]:
+    """Measurements as rows, shape (N, n), and room for ``width`` modes each."""
+    rows = np.ascontiguousarray(values).reshape(-1, values.shape[-1])
+    count = len(rows)
+    residual, margin = np.full((2, count, width), np.nan)
+    return rows, Modes(np.full((count, width, 4), np.nan), residual, margin, np.zeros(count, dtype=np.int64))
 
 
 def _result(
-    work: _Work,
-    good: NDArray[np.bool_],
-    shape: tuple[int, ...],
-    near: Rotation | None,
-    expected: str,
-    values: FloatArray,
+    modes: Modes, values: FloatArray, good: NDArray[np.bool_], near: Rotation | None, expected: str
 ) -> AssemblyModes:
     # As many measurements as freedoms: the equations have a determinant.
-    determined = values.shape[-1] == 3
-    q, residual, margin, count = work
-    if shape == () and not good[0]:
-        raise InvalidInput(f"expected {expected}, got {values[0]}")
-    continuum = count == CONTINUUM
-    count = np.where(continuum, 0, count)
+    shape, determined = values.shape[:-1], values.shape[-1] == 3
+    if shape == () and not good.all():
+        raise InvalidInput(f"expected {expected}, got {values}")
+    q, residual, signed = (part.reshape((*shape, *part.shape[1:])) for part in modes[:3])
+    continuum = modes.number.reshape(shape) == CONTINUUM
+    count = np.where(continuum, 0, modes.number.reshape(shape))
     width = max(MAX_MODES, int(count.max(initial=0)))
-    q, residual, margin = q[:, :width], residual[:, :width], margin[:, :width]
-    valid = np.arange(width) < count[:, None]
-    side = np.where(valid & determined, np.sign(np.nan_to_num(margin)), 0.0).astype(np.int64)
-    margin = np.abs(margin)
-    residual[~valid], margin[~valid] = np.nan, np.nan
+    valid = np.arange(width) < count[..., None]
+    residual, signed = (np.where(valid, part[..., :width], np.nan) for part in (residual, signed))
+    margin = np.abs(signed)
+    side = np.where(valid & determined, np.sign(np.nan_to_num(signed)), 0.0).astype(np.int64)
     # SciPy's Rotation has no missing value: a NaN quaternion is refused by half of its methods.
-    filler = np.where((count > 0)[:, None], q[:, 0], [0.0, 0.0, 0.0, 1.0])
-    q = np.where(valid[..., None], q, filler[:, None])
-    meets = valid & (np.nan_to_num(margin, nan=1.0) < MEETING_MARGIN)
-    status = np.full(len(count), "ok", dtype="<U11")
+    filler = np.where(valid[..., :1], q[..., 0, :], [0.0, 0.0, 0.0, 1.0])
+    q = np.where(valid[..., None], q[..., :width, :], filler[..., None, :])
+    meets = margin < MEETING_MARGIN
+    status = np.full(shape, "ok", dtype="<U11")
     status[meets.any(axis=-1)] = "meeting"
     status[count == 0] = "unreachable"
     status[continuum] = "continuum"
-    status[~good] = "invalid"
+    status[~good.all(axis=-1)] = "invalid"
     nearest = ambiguous = None
     if near is not None:
         pose = as_rotation("near", near)
         try:
-            close = np.broadcast_to(pose.as_quat(), (*shape, 4)).reshape(-1, 4)
+            close = np.broadcast_to(pose.as_quat(), (*shape, 4))
         except ValueError:
             raise InvalidInput(f"expected near to broadcast to shape {shape}, got {pose.shape}") from None
         nearest, ambiguous = nearest_slots(q, valid, meets, close)
-        nearest, ambiguous = nearest.reshape(shape), ambiguous.reshape(shape)
-    return AssemblyModes(
-        Rotation.from_quat(q.reshape(*shape, width, 4)),
-        valid.reshape(*shape, width),
-        count.reshape(shape),
-        residual.reshape(*shape, width),
-        margin.reshape(*shape, width),
-        side.reshape(*shape, width),
-        status.reshape(shape),
-        nearest,
-        ambiguous,
-    )
+    return AssemblyModes(Rotation.from_quat(q), valid, count, residual, margin, side, status, nearest, ambiguous)

@@ -1,8 +1,4 @@
-"""Forward kinematics over stacks from θ_yA, and residuals of modes found from angles, compiled.
-
-Every kernel fills, for each of N rows, up to W modes: unit quaternions (x, y, z, w), residual, signed margin, and a
-code in ``count`` (their number, or :data:`CONTINUUM`). Modes are ordered by their angle from a reference pose.
-"""
+"""Forward kinematics over stacks from θ_yA, and residuals of modes found from angles, compiled."""
 
 from __future__ import annotations
 
@@ -12,105 +8,66 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ..limbs import limb_vectors
-from .assembly import CONTINUUM, MAX_MODES
-from .from_lengths import unit_directions
-from .solutions import rotation, solve, write_modes
+from ...numerics.vectors import dot, matrix, rotation_matrix, turn, turn_back, vector
+from ..limbs import fill_limbs
+from .assembly import MAX_MODES
+from .solutions import Joints, Modes, Solutions, solve, write_modes
 
 __all__ = ["angle_residuals", "planes_stack", "wrapped"]
 
 
 @kernel(stack=True, cost=20)
-def planes_stack(
-    theta_y: Any,
-    base: Any,
-    platform: Any,
-    frames: Any,
-    triples: Any,
-    reference: Any,
-    q: Any,
-    residual: Any,
-    margin: Any,
-    count: Any,
-) -> None:
+def planes_stack(theta_y: Any, joints: Joints, modes: Modes) -> None:
     """All poses with given θ_yA.
 
     The angle fixes the half-plane, bounded by the line O A_i, in which B_i lies: X_i · R B_i = 0 with
     X_i = (cos θy, 0, -sin θy) in {A_i}, and B_i on the side of (sin θy, 0, cos θy). The first has at most eight
-    solutions; the second selects among them. Arguments as :func:`.lengths_stack`; ``frames`` is {A_i}, shape
-    (n, 3, 3); the residual is computed by the caller.
+    solutions; the second selects among them. Arguments as :func:`.lengths_stack`; the residual is computed by the
+    caller.
     """
-    n = base.shape[0]
-    u, v, size = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2))
-    unit_directions(base, platform, u, v, size)
+    n = joints.base.shape[0]
     X, side, c = np.empty((n, 3)), np.empty((n, 3)), np.zeros(n)
-    R, margins, errors = np.empty((MAX_MODES, 3, 3)), np.empty(MAX_MODES), np.empty(MAX_MODES)
+    found = Solutions(np.empty((MAX_MODES, 3, 3)), np.empty(MAX_MODES), np.empty(MAX_MODES))
     for k in range(theta_y.shape[0]):
-        count[k] = 0
-        finite = True
+        modes.number[k] = 0
+        if not np.isfinite(theta_y[k]).all():
+            continue
         for i in range(n):
-            finite = finite and math.isfinite(theta_y[k, i])
-            cosine, sine = math.cos(theta_y[k, i]), math.sin(theta_y[k, i])
-            for j in range(3):
-                X[i, j] = frames[i, j, 0] * cosine - frames[i, j, 2] * sine
-                side[i, j] = frames[i, j, 0] * sine + frames[i, j, 2] * cosine
-        if not finite:
-            continue
-        found = solve(X, v, c, triples, R, margins)
-        if found == CONTINUUM:
-            count[k] = CONTINUUM
-            continue
-        for m in range(found):
-            errors[m] = 0.0
+            cosine, sine, frame = math.cos(theta_y[k, i]), math.sin(theta_y[k, i]), matrix(joints.frames[i])
+            X[i, 0], X[i, 1], X[i, 2] = turn(frame, (cosine, 0.0, -sine))
+            side[i, 0], side[i, 1], side[i, 2] = turn(frame, (sine, 0.0, cosine))
+        number = solve(X, joints.v, c, joints.triples, found)
+        for m in range(number):
+            found.residuals[m] = 0.0
             for i in range(n):
-                ahead = 0.0
-                for j in range(3):
-                    ahead += side[i, j] * (R[m, j, 0] * v[i, 0] + R[m, j, 1] * v[i, 1] + R[m, j, 2] * v[i, 2])
-                if not ahead > 0.0:
-                    errors[m] = math.nan
-        count[k] = write_modes(R, margins, errors, found, reference, q[k], residual[k], margin[k], 0)
+                if not dot(vector(side, i), turn(matrix(found.R[m]), vector(joints.v, i))) > 0.0:
+                    found.residuals[m] = math.nan
+        modes.number[k] = write_modes(found, number, joints.reference, modes, k, 0)
 
 
 @kernel(stack=True)
-def angle_residuals(
-    theta: Any,
-    about_x: bool,
-    base: Any,
-    platform: Any,
-    frames: Any,
-    tolerance: float,
-    q: Any,
-    residual: Any,
-    margin: Any,
-    count: Any,
-) -> None:
+def angle_residuals(theta: Any, about_x: bool, joints: Joints, tolerance: float, modes: Modes) -> None:
     """Fill the residual of modes found from θ_xA or θ_yA alone, rad: the largest error of an angle.
 
     With more than three limbs, modes with a residual above ``tolerance`` are dropped.
     """
-    n = base.shape[0]
-    R, b, s, X = np.empty((3, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-    length, reach = np.empty(n), np.empty(n)
+    n = joints.base.shape[0]
+    b, s, X, length, reach = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty(n), np.empty(n)
     for k in range(theta.shape[0]):
         selected = 0
-        for m in range(count[k]):
-            rotation(q[k, m], R)
-            limb_vectors(R, base, platform, b, s, X, length, reach)
+        for m in range(modes.number[k]):
+            q = modes.q[k, m]
+            fill_limbs(rotation_matrix(q[0], q[1], q[2], q[3]), joints.base, joints.platform, b, s, X, length, reach)
             worst = 0.0
             for i in range(n):
-                x = frames[i, 0, 0] * s[i, 0] + frames[i, 1, 0] * s[i, 1] + frames[i, 2, 0] * s[i, 2]
-                y = frames[i, 0, 1] * s[i, 0] + frames[i, 1, 1] * s[i, 1] + frames[i, 2, 1] * s[i, 2]
-                z = frames[i, 0, 2] * s[i, 0] + frames[i, 1, 2] * s[i, 1] + frames[i, 2, 2] * s[i, 2]
+                x, y, z = turn_back(matrix(joints.frames[i]), vector(s, i))
                 angle = math.atan2(-y, math.hypot(x, z)) if about_x else math.atan2(x, z)
                 worst = max(worst, abs(wrapped(theta[k, i] - angle)))
             if n > 3 and worst > tolerance:
                 continue
-            q[k, selected], residual[k, selected], margin[k, selected] = q[k, m], worst, margin[k, m]
+            modes.q[k, selected], modes.residual[k, selected], modes.margin[k, selected] = q, worst, modes.margin[k, m]
             selected += 1
-        for m in range(selected, count[k]):
-            q[k, m], residual[k, m], margin[k, m] = np.nan, np.nan, np.nan
-        if count[k] > selected:
-            count[k] = selected
+        modes.number[k] = min(modes.number[k], selected)
 
 
 @kernel

@@ -106,17 +106,5 @@ def inverse_kinematics(geometry: WristGeometry, orientation: Rotation) -> LimbSt
     platform = universal_angles(np.einsum("nji,knj->kni", geometry.platform_frames, in_arm))
     X[reach == 0.0] = np.nan
 
-    def stacked(array: FloatArray) -> FloatArray:
-        return array.reshape((*shape, *array.shape[1:]))
-
-    return LimbState(
-        stacked(length),
-        stacked(s),
-        stacked(b),
-        stacked(X),
-        stacked(reach),
-        stacked(base[0]),
-        stacked(base[1]),
-        stacked(platform[0]),
-        stacked(platform[1]),
-    )
+    parts = (length, s, b, X, reach, *base, *platform)
+    return LimbState(*(part.reshape((*shape, *part.shape[1:])) for part in parts))

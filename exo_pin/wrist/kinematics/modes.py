@@ -82,7 +82,7 @@ class AssemblyModes:
     @property
     def meets(self) -> NDArray[np.bool_]:
         """Shape (..., W): where two modes meet, to rounding."""
-        return np.asarray(self.valid & (np.nan_to_num(self.margin, nan=1.0) < MEETING_MARGIN))
+        return np.asarray(self.margin < MEETING_MARGIN)
 
     @property
     def nearest_rotations(self) -> Rotation:
@@ -133,15 +133,13 @@ class AssemblyModes:
         meets = self.meets
         for k in range(len(index)):
             slot, unsure = nearest_slots(quats[k], self.valid[k], meets[k], expected.as_quat())
-            picked = int(slot)
-            index[k], ambiguous[k] = picked, unsure
-            held[k] = last.as_quat() if picked < 0 else quats[k, picked]
-            if picked < 0:
-                expected = last
+            index[k], ambiguous[k] = slot, unsure
+            if slot < 0:
+                held[k], expected = last.as_quat(), last
                 continue
-            side = int(self.side[k, picked])
-            if side * last_side < 0:
-                ambiguous[k] = True
+            held[k] = quats[k, slot]
+            side = self.side[k, slot]
+            ambiguous[k] |= side * last_side < 0
             last_side = side
             here = Rotation.from_quat(held[k])
             # Same angular step again; the first row has none before it.
@@ -172,4 +170,4 @@ def nearest_slots(
     gone = ~valid.any(axis=-1)
     unsure = np.take_along_axis(away, best, axis=-1)[..., 0] > 0.5 * apart.min(axis=-1)
     unsure |= np.take_along_axis(meets, best, axis=-1)[..., 0] | gone
-    return np.where(gone, -1, best[..., 0]), unsure
+    return np.where(gone, -1, best[..., 0]), np.asarray(unsure)

@@ -6,13 +6,14 @@ import math
 from typing import Any
 
 from ...core.compiled import kernel
-from ...numerics.vectors import cross, triple
+from ...numerics.small_linear import solve_cholesky
+from ...numerics.vectors import cross, dot, matrix, triple, turn, vector
 
-__all__ = ["margin_of", "polish", "turn"]
+__all__ = ["fill_rows", "margin_of", "polish", "rotate"]
 
 
 @kernel
-def turn(R: Any, x: float, y: float, z: float) -> None:
+def rotate(R: Any, x: float, y: float, z: float) -> None:
     """Replace R by exp([x y z]) R, Rodrigues."""
     square = x * x + y * y + z * z
     if square == 0.0:
@@ -22,27 +23,26 @@ def turn(R: Any, x: float, y: float, z: float) -> None:
         s, c = math.sin(angle) / angle, (1.0 - math.cos(angle)) / square
     else:
         s, c = 1.0 - square / 6.0, 0.5 - square / 24.0
+    axis = (x, y, z)
     for j in range(3):
-        v0, v1, v2 = R[0, j], R[1, j], R[2, j]
-        c0, c1, c2 = y * v2 - z * v1, z * v0 - x * v2, x * v1 - y * v0
-        R[0, j] = v0 + s * c0 + c * (y * c2 - z * c1)
-        R[1, j] = v1 + s * c1 + c * (z * c0 - x * c2)
-        R[2, j] = v2 + s * c2 + c * (x * c1 - y * c0)
+        column = (R[0, j], R[1, j], R[2, j])
+        first = cross(axis, column)
+        second = cross(axis, first)
+        R[0, j] = column[0] + s * first[0] + c * second[0]
+        R[1, j] = column[1] + s * first[1] + c * second[1]
+        R[2, j] = column[2] + s * first[2] + c * second[2]
 
 
 @kernel
-def _rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
+def fill_rows(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any) -> float:
     """Fill error_i = c_i - u_i·Rv_i and its gradient's rows Rv_i × u_i; return the largest error."""
     worst = 0.0
-    for i in range(3):
-        w0 = R[0, 0] * v[i, 0] + R[0, 1] * v[i, 1] + R[0, 2] * v[i, 2]
-        w1 = R[1, 0] * v[i, 0] + R[1, 1] * v[i, 1] + R[1, 2] * v[i, 2]
-        w2 = R[2, 0] * v[i, 0] + R[2, 1] * v[i, 1] + R[2, 2] * v[i, 2]
-        error[i] = c[i] - (u[i, 0] * w0 + u[i, 1] * w1 + u[i, 2] * w2)
+    pose = matrix(R)
+    for i in range(rows.shape[0]):
+        axis, turned = vector(u, i), turn(pose, vector(v, i))
+        error[i] = c[i] - dot(axis, turned)
         worst = max(worst, abs(error[i]))
-        rows[i, 0] = w1 * u[i, 2] - w2 * u[i, 1]
-        rows[i, 1] = w2 * u[i, 0] - w0 * u[i, 2]
-        rows[i, 2] = w0 * u[i, 1] - w1 * u[i, 0]
+        rows[i, 0], rows[i, 1], rows[i, 2] = cross(turned, axis)
     return worst
 
 
@@ -65,38 +65,20 @@ def _step(rows: Any, error: Any, damping: float) -> tuple[float, float, float]:
             return math.nan, math.nan, math.nan
         x = y = z = 0.0
         for i in range(3):
-            cx, cy, cz = cross(rows[(i + 1) % 3], rows[(i + 2) % 3])
-            x += error[i] * cx
-            y += error[i] * cy
-            z += error[i] * cz
+            across = cross(rows[(i + 1) % 3], rows[(i + 2) % 3])
+            x, y, z = x + error[i] * across[0], y + error[i] * across[1], z + error[i] * across[2]
         return x / determinant, y / determinant, z / determinant
-    g00 = g11 = g22 = damping
-    g01 = g02 = g12 = h0 = h1 = h2 = 0.0
-    for i in range(3):
-        x, y, z = rows[i, 0], rows[i, 1], rows[i, 2]
-        g00 += x * x
-        g11 += y * y
-        g22 += z * z
-        g01 += x * y
-        g02 += x * z
-        g12 += y * z
-        h0 += x * error[i]
-        h1 += y * error[i]
-        h2 += z * error[i]
-    c00, c01, c02 = g11 * g22 - g12 * g12, g02 * g12 - g01 * g22, g01 * g12 - g02 * g11
-    c11, c12, c22 = g00 * g22 - g02 * g02, g01 * g02 - g00 * g12, g00 * g11 - g01 * g01
-    scale = 1.0 / (g00 * c00 + g01 * c01 + g02 * c02)
-    return (
-        (c00 * h0 + c01 * h1 + c02 * h2) * scale,
-        (c01 * h0 + c11 * h1 + c12 * h2) * scale,
-        (c02 * h0 + c12 * h1 + c22 * h2) * scale,
-    )
+    G, h = rows.T @ rows, rows.T @ error
+    for j in range(3):
+        G[j, j] += damping
+    solve_cholesky(G, h)
+    return h[0], h[1], h[2]
 
 
 @kernel
 def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) -> float:
     """Solve from a close start, in place; return the largest error reached."""
-    best = _rows(R, u, v, c, rows, error)
+    best = fill_rows(R, u, v, c, rows, error)
     damping = 0.0
     for _ in range(60):
         if best <= 2e-16:
@@ -107,8 +89,8 @@ def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) ->
         accepted = False
         if size <= 0.2:
             trial[:, :] = R
-            turn(trial, x, y, z)
-            worst = _rows(trial, u, v, c, rows, error)
+            rotate(trial, x, y, z)
+            worst = fill_rows(trial, u, v, c, rows, error)
             if worst < best:
                 accepted = True
                 R[:, :] = trial
@@ -122,7 +104,7 @@ def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) ->
         if not accepted:
             if best < 4e-15 or damping > 1.0:
                 break
-            _rows(R, u, v, c, rows, error)
+            fill_rows(R, u, v, c, rows, error)
             damping = 1e-16 if damping == 0.0 else damping * 100.0
     # A step of Newton's iteration for the polar factor takes out the drift of the products.
     for j in range(3):
@@ -133,4 +115,4 @@ def polish(R: Any, u: Any, v: Any, c: Any, rows: Any, error: Any, trial: Any) ->
                 total += R[j, m] * dot
             trial[j, k] = 1.5 * R[j, k] - 0.5 * total
     R[:, :] = trial
-    return _rows(R, u, v, c, rows, error)
+    return fill_rows(R, u, v, c, rows, error)

@@ -3,16 +3,75 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.compiled import kernel
-from ...numerics.vectors import cross
+from ...core.validation import FloatArray
+from ...numerics.vectors import cross, matrix, turn, vector
 from .assembly import CONTINUUM, assemble
-from .rotation_polish import margin_of, turn
+from .rotation_polish import fill_rows, margin_of, rotate
 
-__all__ = ["quaternion", "rotation", "solve", "write_modes"]
+__all__ = ["Joints", "Modes", "Solutions", "half_cosine", "insert", "quaternion", "solve", "write_modes"]
+
+
+class Joints(NamedTuple):
+    """The joints of a wrist, as all forward kinematics takes them.
+
+    Attributes
+    ----------
+    base, platform : ndarray
+        A_i and B_i, shape (n, 3), m.
+    u, v : ndarray
+        Unit vectors along them, shape (n, 3).
+    a, b : ndarray
+        Their lengths, shape (n,), m.
+    frames : ndarray
+        {A_i}, shape (n, 3, 3).
+    triples : ndarray of int
+        Shape (T, 3), triples of limbs to solve with, best first; used for n > 3.
+    reference : ndarray
+        Shape (4,), quaternion of the pose that modes are ordered from.
+    """
+
+    base: FloatArray
+    platform: FloatArray
+    u: FloatArray
+    v: FloatArray
+    a: FloatArray
+    b: FloatArray
+    frames: FloatArray
+    triples: NDArray[np.int64]
+    reference: FloatArray
+
+
+class Modes(NamedTuple):
+    """Up to W modes for each of N rows, which kernels fill.
+
+    Attributes
+    ----------
+    q : ndarray
+        Unit quaternions (x, y, z, w), shape (N, W, 4).
+    residual, margin : ndarray
+        Shape (N, W), the margin with a sign.
+    number : ndarray of int
+        Shape (N,): how many there are, or :data:`CONTINUUM`.
+    """
+
+    q: FloatArray
+    residual: FloatArray
+    margin: FloatArray
+    number: NDArray[np.int64]
+
+
+class Solutions(NamedTuple):
+    """Room for the solutions of one set of equations: rotations, signed margins and residuals, NaN for none."""
+
+    R: FloatArray
+    margins: FloatArray
+    residuals: FloatArray
 
 
 @kernel
@@ -37,34 +96,41 @@ def quaternion(R: Any, q: Any) -> None:
 
 
 @kernel
-def write_modes(
-    R: Any, margins: Any, residuals: Any, found: int, reference: Any, q: Any, residual: Any, margin: Any, start: int
-) -> int:
-    """Insert ``found`` modes after the first ``start`` of a row, ordered by angle from the reference."""
+def half_cosine(p: Any, q: Any) -> float:
+    """Cosine of half the angle between the rotations of two unit quaternions."""
+    return abs(p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3])
+
+
+@kernel
+def insert(modes: Modes, row: int, place: int, count: int, q: Any, residual: float, margin: float) -> None:
+    """Put a mode at a place among the first ``count`` modes of a row."""
+    for m in range(count, place, -1):
+        modes.q[row, m] = modes.q[row, m - 1]
+        modes.residual[row, m] = modes.residual[row, m - 1]
+        modes.margin[row, m] = modes.margin[row, m - 1]
+    modes.q[row, place] = q
+    modes.residual[row, place], modes.margin[row, place] = residual, margin
+
+
+@kernel
+def write_modes(found: Solutions, number: int, reference: Any, modes: Modes, row: int, start: int) -> int:
+    """Insert ``number`` solutions after the first ``start`` modes of a row, ordered by angle from the reference.
+
+    Returns the number of modes that the row has then, or :data:`CONTINUUM` if that is the ``number``.
+    """
+    if number == CONTINUUM:
+        return CONTINUUM
     fresh = np.empty(4)
     count = start
-    for k in range(found):
-        if math.isnan(residuals[k]):
+    for k in range(number):
+        if math.isnan(found.residuals[k]):
             continue
-        quaternion(R[k], fresh)
-        near = 0.0
-        for j in range(4):
-            near += fresh[j] * reference[j]
+        quaternion(found.R[k], fresh)
+        near = half_cosine(fresh, reference)
         place = count
-        while place > 0:
-            other = 0.0
-            for j in range(4):
-                other += q[place - 1, j] * reference[j]
-            if abs(other) >= abs(near):
-                break
+        while place > 0 and half_cosine(modes.q[row, place - 1], reference) < near:
             place -= 1
-        for m in range(count, place, -1):
-            q[m] = q[m - 1]
-            residual[m] = residual[m - 1]
-            margin[m] = margin[m - 1]
-        q[place] = fresh
-        residual[place] = residuals[k]
-        margin[place] = margins[k]
+        insert(modes, row, place, count, fresh, found.residuals[k], found.margins[k])
         count += 1
     return count
 
@@ -72,50 +138,31 @@ def write_modes(
 @kernel
 def _least_squares(R: Any, u: Any, v: Any, c: Any) -> None:
     """Turn R, a solution of some three of u_i·Rv_i = c_i, to the least sum of squares over all n (Gauss and Newton)."""
-    n = u.shape[0]
-    row = np.empty(3)
+    rows, error = np.empty(u.shape), np.empty(u.shape[0])
     for _ in range(50):
-        G, h = np.zeros((3, 3)), np.zeros(3)
-        for i in range(n):
-            w0 = R[0, 0] * v[i, 0] + R[0, 1] * v[i, 1] + R[0, 2] * v[i, 2]
-            w1 = R[1, 0] * v[i, 0] + R[1, 1] * v[i, 1] + R[1, 2] * v[i, 2]
-            w2 = R[2, 0] * v[i, 0] + R[2, 1] * v[i, 1] + R[2, 2] * v[i, 2]
-            error = c[i] - (u[i, 0] * w0 + u[i, 1] * w1 + u[i, 2] * w2)
-            row[0] = w1 * u[i, 2] - w2 * u[i, 1]
-            row[1] = w2 * u[i, 0] - w0 * u[i, 2]
-            row[2] = w0 * u[i, 1] - w1 * u[i, 0]
-            for j in range(3):
-                h[j] += row[j] * error
-                for k in range(3):
-                    G[j, k] += row[j] * row[k]
-        for j in range(3):
-            G[j, j] += 1e-15
-        step = np.linalg.solve(G, h)
+        fill_rows(R, u, v, c, rows, error)
+        step = np.linalg.solve(rows.T @ rows + 1e-15 * np.eye(3), rows.T @ error)
         size = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
         if size > 0.3:
             step *= 0.3 / size
-        turn(R, step[0], step[1], step[2])
+        rotate(R, step[0], step[1], step[2])
         if size < 1e-15:
             break
 
 
 @kernel
-def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
+def solve(u: Any, v: Any, c: Any, triples: Any, found: Solutions) -> int:
     """Solutions of n equations: of three exactly, of more from the first triple that has isolated solutions."""
-    n = u.shape[0]
-    if n == 3:
+    R, margins = found.R, found.margins
+    if u.shape[0] == 3:
         return assemble(u, v, c, R, margins)
     rows = np.empty((3, 3))
-    u3, v3, c3 = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     for t in range(triples.shape[0]):
-        for e in range(3):
-            i = triples[t, e]
-            u3[e], v3[e], c3[e] = u[i], v[i], c[i]
-        found = assemble(u3, v3, c3, R, margins)
-        if found == CONTINUUM:
+        number = assemble(u[triples[t]], v[triples[t]], c[triples[t]], R, margins)
+        if number == CONTINUUM:
             continue
         selected = 0
-        for k in range(found):
+        for k in range(number):
             _least_squares(R[k], u, v, c)
             fresh = True
             for m in range(selected):
@@ -127,19 +174,9 @@ def solve(u: Any, v: Any, c: Any, triples: Any, R: Any, margins: Any) -> int:
                 for s in range(triples.shape[0]):
                     for e in range(3):
                         i = triples[s, e]
-                        w = R[selected] @ v[i]
-                        x, y, z = cross(w, u[i])
-                        rows[e, 0], rows[e, 1], rows[e, 2] = x, y, z
+                        turned = turn(matrix(R[selected]), vector(v, i))
+                        rows[e, 0], rows[e, 1], rows[e, 2] = cross(turned, vector(u, i))
                     margins[selected] = max(margins[selected], abs(margin_of(rows)))
                 selected += 1
         return selected
     return CONTINUUM
-
-
-@kernel
-def rotation(q: Any, R: Any) -> None:
-    """Rotation matrix of a unit quaternion (x, y, z, w)."""
-    x, y, z, w = q[0], q[1], q[2], q[3]
-    R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
-    R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
-    R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)

@@ -15,7 +15,7 @@ from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
 
-__all__ = ["Singularity", "centre_shift", "singularity"]
+__all__ = ["Singularity", "centre_shift", "kind_of", "require_three_limbs", "singularity"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,12 +110,8 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
     normals = normals[..., held, :]
     padded = np.concatenate([normals, np.zeros((*normals.shape[:-2], 3, 3))], axis=-2)
     constraint_values = np.linalg.svd(padded, compute_uv=False)
-    kind = np.full(smallest.shape, "regular", dtype="<U8")
-    kind[margin < NEAR_MARGIN] = "near"
-    kind[margin < SINGULAR_MARGIN] = "singular"
     # An SPS limb needs no plane: with more than three limbs one may be folded while the others hold the pose.
     needed = held if geometry.limb_count > 3 else np.ones_like(held)
-    kind[(folded & needed).any(axis=-1)] = "folded"
     constraint = constraint_values[..., 2] < SINGULAR_MARGIN
     with np.errstate(divide="ignore", invalid="ignore"):
         amplification = 1.0 / smallest
@@ -131,11 +127,23 @@ def singularity(geometry: WristGeometry, orientation: Rotation, is_upu: ArrayLik
         constraint_condition,
         np.where(constraint, np.inf, centre_shift(normals)),
         directions[..., 2, :],
-        kind,
+        kind_of(margin, (folded & needed).any(axis=-1)),
         margin < SINGULAR_MARGIN,
         constraint,
         folded,
     )
+
+
+def kind_of(margin: FloatArray, folded: NDArray[np.bool_]) -> NDArray[np.str_]:
+    """Kinds of poses: "regular", "near", "singular" or "folded"."""
+    cases = [folded, margin < SINGULAR_MARGIN, margin < NEAR_MARGIN]
+    return np.select(cases, ["folded", "singular", "near"], "regular")
+
+
+def require_three_limbs(geometry: WristGeometry) -> None:
+    """Raise InvalidInput for other than three limbs: more lose their hold in isolated poses, not on a surface."""
+    if geometry.limb_count != 3:
+        raise InvalidInput(f"expected three limbs, whose singular poses form a surface, got {geometry.limb_count}")
 
 
 def centre_shift(normals: ArrayLike) -> FloatArray:

@@ -16,11 +16,13 @@ from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...load_case.pose_stacks import pose_matrices
 from ...load_case.ranges_of_motion import ADL_BOX, RangeOfMotion, grid_rotation
-from ...numerics.vectors import cross, triple
+from ...numerics.vectors import cross, dot, matrix, triple, turn, vector
+from .measures import require_three_limbs
 
 __all__ = [
     "LocusSlice",
     "SingularSurface",
+    "box_axes",
     "locus_function",
     "shoulder_slice",
     "singular_surface",
@@ -36,18 +38,14 @@ def _locus_stack(R: Any, base: Any, platform: Any, smooth: Any, determinant: Any
     """Fill -det[a_i × b_i] over Π |a_i||b_i|, and det[X_1 X_2 X_3] (NaN for a folded limb)."""
     normal, scale = np.empty((3, 3)), 1.0
     for i in range(3):
-        a = base[i, 0] ** 2 + base[i, 1] ** 2 + base[i, 2] ** 2
-        b = platform[i, 0] ** 2 + platform[i, 1] ** 2 + platform[i, 2] ** 2
-        scale *= np.sqrt(a * b)
-    b = np.empty(3)
+        a, p = vector(base, i), vector(platform, i)
+        scale *= np.sqrt(dot(a, a) * dot(p, p))
     for k in range(R.shape[0]):
         area = 1.0
         for i in range(3):
-            for j in range(3):
-                b[j] = R[k, j, 0] * platform[i, 0] + R[k, j, 1] * platform[i, 1] + R[k, j, 2] * platform[i, 2]
-            x, y, z = cross(base[i], b)
-            normal[i, 0], normal[i, 1], normal[i, 2] = x, y, z
-            area *= np.sqrt(x * x + y * y + z * z)
+            across = cross(vector(base, i), turn(matrix(R[k]), vector(platform, i)))
+            normal[i, 0], normal[i, 1], normal[i, 2] = across
+            area *= np.sqrt(dot(across, across))
         volume = -triple(normal[0], normal[1], normal[2])
         smooth[k] = volume / scale
         determinant[k] = volume / area if area > 0.0 else np.nan
@@ -76,8 +74,7 @@ def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[Floa
     InvalidInput
         For other than three limbs: more limbs lose their hold in isolated poses, not on a surface.
     """
-    if geometry.limb_count != 3:
-        raise InvalidInput(f"expected three limbs, whose singular poses form a surface, got {geometry.limb_count}")
+    require_three_limbs(geometry)
     shape, matrices = pose_matrices(orientation)
     smooth, determinant = np.empty(len(matrices)), np.empty(len(matrices))
     _locus_stack(matrices, geometry.base_points, geometry.platform_points, smooth, determinant)
@@ -155,9 +152,7 @@ def singular_surface(
         For other than three limbs, or a box without volume.
     """
     measure = _measure()
-    axes = box.axes(step_deg)
-    if min(len(axis) for axis in axes) < 2:
-        raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+    axes = box_axes(box, step_deg)
     values, _ = locus_function(geometry, grid_rotation(*axes, side=side))
     if not values.min() < 0.0 < values.max():
         return SingularSurface(np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), box, side)
@@ -166,6 +161,14 @@ def singular_surface(
     vertices, faces, _, _ = measure.marching_cubes(values, 0.0, spacing=tuple(spacing))
     points = _onto_surface(geometry, vertices.astype(float) + origin, box, side, float(spacing.max()))
     return SingularSurface(points, faces.astype(np.int64), box, side)
+
+
+def box_axes(box: RangeOfMotion, step_deg: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The axes of the grid of a box that has a volume."""
+    axes = box.axes(step_deg)
+    if min(len(axis) for axis in axes) < 2:
+        raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+    return axes
 
 
 def _onto_surface(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
-from .singular_surface_mesh import locus_function
+from .singular_surface_mesh import box_axes, locus_function
 
 __all__ = ["FreeRegion", "RangeCrossing", "daily_crossings", "free_region", "side_of_rest"]
 
@@ -159,9 +159,7 @@ def free_region(
         half = np.asarray(np.arange(2 * quarter + 1) * step - 90.0, dtype=np.float64)
         axes = (circle, half, circle)
     else:
-        axes = box.axes(step)
-        if min(len(axis) for axis in axes) < 2:
-            raise InvalidInput(f"expected a box with three extents, got {box.intervals}")
+        axes = box_axes(box, step)
     smooth, _ = locus_function(geometry, grid_rotation(axes[0], axes[1], axes[2], side))
     labels = _components(np.sign(smooth), box is None)
     weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
@@ -170,10 +168,9 @@ def free_region(
     # A trial region of all nodes on the side of the start gives the corners of its cell.
     sign = float(np.sign(here))
     region = FreeRegion(geometry, axes, smooth * sign > 0, 1.0, count, box, side, sign)
-    chosen = _label_of(region, labels, pose)
-    inside = labels == chosen
+    inside = labels == _label_of(region, labels, pose)
     share = float(weight[inside].sum() / weight.sum())
-    return FreeRegion(geometry, axes, inside, share, count, box, side, sign)
+    return replace(region, inside=inside, share=share)
 
 
 def _label_of(region: FreeRegion, labels: NDArray[np.int64], pose: Rotation) -> int:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ...numerics.vectors import cross, dot
+from ...numerics.vectors import add, cross, dot
 from ..limbs import limb_vectors
 
 __all__ = ["QUANTITIES", "joint_row_rates", "joint_rows", "rate_stack"]
@@ -59,26 +59,23 @@ def joint_row_rates(a: Any, b: Any, s: Any, X: Any, length: float, reach: float,
         return
     area = reach * length
     size_a, size_b = math.sqrt(dot(a, a)), math.sqrt(dot(b, b))
-    b_dot, s_dot, X_dot = np.empty(3), np.empty(3), np.empty(3)
-    turned = cross(omega, b)
-    for j in range(3):
-        b_dot[j] = turned[j]
+    b_dot, s_dot, X_dot = cross(omega, b), np.empty(3), np.empty(3)
     length_dot = dot(s, b_dot)
     normal_dot = cross(a, b_dot)  # of a × b = -area X
-    area_dot = -(normal_dot[0] * X[0] + normal_dot[1] * X[1] + normal_dot[2] * X[2])
+    area_dot = -dot(normal_dot, X)
     for j in range(3):
         s_dot[j] = (b_dot[j] - length_dot * s[j]) / length
         X_dot[j] = (-normal_dot[j] - area_dot * X[j]) / area
-    first, second = cross(b_dot, s), cross(b, s_dot)
+    moment_dot = add(cross(b_dot, s), cross(b, s_dot))
     b_X, a_X = cross(b, X), cross(a, X)
-    b_X_first, b_X_second, a_X_dot = cross(b_dot, X), cross(b, X_dot), cross(a, X_dot)
+    b_X_dot, a_X_dot = add(cross(b_dot, X), cross(b, X_dot)), cross(a, X_dot)
     along_b, along_a = dot(b, s) / length, -dot(a, s) / length
     along_b_dot = (dot(b_dot, s) + dot(b, s_dot) - along_b * length_dot) / length
     along_a_dot = (-dot(a, s_dot) - along_a * length_dot) / length
     for j in range(3):
-        rows[0, j] = first[j] + second[j]
+        rows[0, j] = moment_dot[j]
         rows[1, j] = along_b_dot * X[j] + along_b * X_dot[j]
-        rows[2, j] = (b_X_first[j] + b_X_second[j] - b_X[j] * area_dot / area) * size_a / area
+        rows[2, j] = (b_X_dot[j] - b_X[j] * area_dot / area) * size_a / area
         rows[3, j] = along_a_dot * X[j] + along_a * X_dot[j]
         rows[4, j] = (a_X_dot[j] - a_X[j] * area_dot / area) * size_b / area
 

@@ -13,8 +13,9 @@ from ...core.conventions import as_side, shoulder_angles, thesis_angles
 from ...core.errors import InvalidInput, UnknownName
 from ...core.validation import FloatArray, as_rotation
 from ...design import WristGeometry
-from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
+from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
+from ..singularities.measures import kind_of
 from .joint_rates import QUANTITIES
 from .joint_velocity import joint_jacobians
 
@@ -102,17 +103,13 @@ def sensor_sensitivity(
     # Lengths alone have a unit; angles do not.
     margin = smallest / radius.max() if set(names) == {"lengths"} else smallest
     lost = (margin < SINGULAR_MARGIN) | folded
-    kind = np.full(smallest.shape, "regular", dtype="<U8")
-    kind[margin < NEAR_MARGIN] = "near"
-    kind[margin < SINGULAR_MARGIN] = "singular"
-    kind[folded] = "folded"
     inverse = np.divide(1.0, values, out=np.full_like(values, np.nan), where=~lost[..., None])
     gain = np.einsum("...ji,...j,...kj->...ik", Vt, inverse, U)
     sensitivity = np.divide(1.0, smallest, out=np.full(smallest.shape, np.inf), where=~lost)
     three = rows.shape[-2] == 3
     determinant = np.linalg.det(np.where(np.isfinite(rows), rows, 0.0)) if three else np.full(smallest.shape, np.nan)
     along = np.einsum("...ij,...ij->...i", state.platform_points, state.directions) / radius
-    return SensorSensitivity(sensitivity, Vt[..., 2, :], gain, along, determinant, kind)
+    return SensorSensitivity(sensitivity, Vt[..., 2, :], gain, along, determinant, kind_of(margin, folded))
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,9 +240,6 @@ class OrientationChain:
 def _product(left: Rotation, right: Rotation) -> Rotation:
     """Product of stacks that broadcast."""
     try:
-        shape = np.broadcast_shapes(left.shape, right.shape)
+        return left * right
     except ValueError:
         raise InvalidInput(f"expected readings that broadcast, got shapes {left.shape} and {right.shape}") from None
-    both = (np.broadcast_to(item.as_quat(), (*shape, 4)) for item in (left, right))
-    first, second = (Rotation.from_quat(quat) for quat in both)
-    return first * second

@@ -100,9 +100,7 @@ class EquationsOfMotion:
         """
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
-        kernels.wrenches_of(
-            self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out
-        )
+        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, multipliers, out)
         return out
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
@@ -162,10 +160,8 @@ def equations_of_motion(
         np.copyto(work.q, q)
     tau = open_tree(state, q, v, a, external)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = kernels.equations(
-        work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
-        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column, work.q, top.coupled,
-        top.polynomials,
-    )  # fmt: skip
+        work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.loops, work.q, top.scales
+    )
     if check_closed:
         if not worst <= CLOSED:
             raise LoopNotClosed(q.copy(), worst, 0)
@@ -198,8 +194,7 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     work, top = state.workspace, state.topology
     work.jacobian_rates(q, v)
     found: LoopMotion = kernels.moving_loops.run(
-        work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
-        top.supports, work.q, top.coupled, top.polynomials, top.row_scale, top.column, top.blocks,
+        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales,
         work.gap, work.jacobian, work.jacobian_rate, work.drift,
     )  # fmt: skip
     return found

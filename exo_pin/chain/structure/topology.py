@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,12 @@ from .motion_axes import carried_joints, in_metres, moving_coordinates
 __all__ = ["FrameTable", "Part", "Topology", "all_parts", "make_topology", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
+#: All closures as the kernels take them: joints, local, kinds, distances, rows, signs, supports, coupled, polynomials
+#: of :class:`Topology`. A plain tuple, as :data:`~exo_pin.chain.structure.blocks.Blocks`.
+Loops = tuple[IntArray, FloatArray, IntArray, FloatArray, IntArray, FloatArray, FloatArray, IntArray, FloatArray]
+#: What takes rows and columns of the constraint Jacobian to characteristic lengths, and its blocks: row_scale, column
+#: and blocks of :class:`Topology`.
+Scales = tuple[FloatArray, FloatArray, Blocks]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +100,17 @@ class Topology(Record):
     def row_count(self) -> int:
         """Number of constraint rows."""
         return int(self.rows[-1])
+
+    @cached_property
+    def loops(self) -> Loops:
+        """All closures for the kernels."""
+        frames = self.joints, self.local, self.kinds, self.distances, self.rows
+        return *frames, self.signs, self.supports, self.coupled, self.polynomials
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Scales of the constraint Jacobian for the kernels."""
+        return self.row_scale, self.column, self.blocks
 
 
 class Part(NamedTuple):

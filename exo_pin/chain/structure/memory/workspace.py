@@ -86,47 +86,19 @@ class Workspace(OneProcess):
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""
-        top = self._topology
         pin.forwardKinematics(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual(
-            self.poses,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            self.q,
-            top.coupled,
-            top.polynomials,
-            self.gap,
-        )
+        return kernels.residual(self.poses, self._topology.loops, self.q, self.gap)
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
-        top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual_jacobian(
-            self.poses,
-            self.J,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.signs,
-            self.q,
-            top.coupled,
-            top.polynomials,
-            self.gap,
-            self.jacobian,
-        )
+        return kernels.residual_jacobian(self.poses, self.J, self._topology.loops, self.q, self.gap, self.jacobian)
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
-        top = self._topology
-        unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
+        unit_wrenches(self.poses, self._topology.loops, self.unit)
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
@@ -138,24 +110,9 @@ class Workspace(OneProcess):
 
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
-        top = self._topology
         self.jacobian_rates(q, v)
         kernels.jacobian_rate(
-            self.poses,
-            self.J,
-            self.dJ,
-            v,
-            top.joints,
-            top.local,
-            top.kinds,
-            top.distances,
-            top.rows,
-            top.supports,
-            self.q,
-            top.coupled,
-            top.polynomials,
-            self.jacobian_rate,
-            self.drift,
+            self.poses, self.J, self.dJ, v, self._topology.loops, self.q, self.jacobian_rate, self.drift
         )
         return self.drift
 

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.spatial.distance import pdist
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
@@ -20,7 +19,7 @@ from .blocks import Blocks, blocks_of
 from .closures import TYPES, Placement
 from .couplings import make_couplings
 from .description import Closures
-from .motion_axes import carried_joints, in_metres, moving_coordinates
+from .motion_axes import carried_joints, characteristic_length, in_metres, moving_coordinates
 
 __all__ = ["FrameTable", "Part", "Topology", "all_parts", "make_topology", "refuse_model", "se3"]
 
@@ -247,7 +246,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     supports = moved[joints].reshape(count, 2, model.nv)
     outward = carried_joints(model)
     carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
-    length = _characteristic_length(model, joints, local)
+    length = characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_metres[coupled[:, 0]] = sliding
@@ -298,20 +297,3 @@ def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:
     if axis[2] < -1.0 + 1e-12:
         return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
     return pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(axis)), np.zeros(3))
-
-
-def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray) -> float:
-    """Root mean square distance between the joints and closures of each body; a free flight is no joint."""
-    points: list[list[FloatArray]] = [[] for _ in range(model.njoints)]
-    for joint in range(1, model.njoints):
-        if model.nvs[joint] < 6:
-            points[joint].append(np.zeros(3))
-            points[model.parents[joint]].append(model.jointPlacements[joint].translation)
-    joined = joints[:, 0] != joints[:, 1]  # not those of couplings
-    for bodies, places in zip(joints[joined], local[joined], strict=True):
-        for body, place in zip(bodies, places, strict=True):
-            points[body].append(place[3])
-    pairs = [pdist(np.array(group)) for group in points if len(group) > 1]
-    lengths = np.concatenate([np.zeros(0), *pairs])
-    lengths = lengths[lengths > 1e-9]
-    return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0

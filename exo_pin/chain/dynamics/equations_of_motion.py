@@ -9,12 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import (
-    InvalidInput,
-    LoopNotClosed,
-    NearSingularConfiguration,
-    SingularConfiguration,
-)
+from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguration, SingularConfiguration
 from ...core.validation import FloatArray, as_finite, as_mapping
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
@@ -165,8 +160,8 @@ def equations_of_motion(
     if check_closed:
         if not worst <= CLOSED:
             raise LoopNotClosed(q.copy(), worst, 0)
-        _refuse("velocity", opening_v, speed)
-        _refuse("acceleration", opening_a, size)
+        refuse_opening(opening_v, speed)
+        refuse_opening(opening_a, size, "acceleration")
     return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 
@@ -200,20 +195,13 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     return found
 
 
-def refuse_opening(opening: float, speed: float) -> None:
-    """Raise InvalidInput if a velocity opens the loops; both scaled, from :func:`moving_loops`."""
-    _refuse("velocity", opening, speed)
-
-
-def _refuse(what: str, opening: float, size: float) -> None:
+def refuse_opening(opening: float, size: float, what: str = "velocity") -> None:
+    """Raise InvalidInput if a velocity or acceleration opens the loops; both numbers are scaled."""
     if not opening <= _OPENING * max(size, _REST):
-        unit, advice = {
-            "velocity": ("a second", "project_velocity"),
-            "acceleration": ("a second squared", "project_acceleration"),
-        }[what]
+        unit = "a second" if what == "velocity" else "a second squared"
         raise InvalidInput(
             f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected J v = 0 "
-            f"and J a + J̇ v = 0, use {advice} or dependent_motion"
+            f"and J a + J̇ v = 0, use project_{what} or dependent_motion"
         )
 
 

@@ -46,8 +46,8 @@ def closure_change(
     work.linearise(point.q)
     out = np.zeros((6, change.q.shape[1]))
     closure_wrench_rates(
-        work.poses, work.J, np.ascontiguousarray(change.q.T), top.joints, top.local, top.kinds, top.distances, top.rows,
-        top.supports, index, point.multipliers, np.ascontiguousarray(multipliers.T), out,
+        work.poses, work.J, np.ascontiguousarray(change.q.T), top.loops, index, point.multipliers,
+        np.ascontiguousarray(multipliers.T), out,
     )  # fmt: skip
     return out, _turning(point, int(top.joints[index, 0]), change.q)
 

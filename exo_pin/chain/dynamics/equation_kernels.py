@@ -17,39 +17,15 @@ __all__ = ["equations", "missed", "moving_loops", "wrenches_of"]
 
 @kernel
 def moving_loops(
-    poses: Any,
-    J: Any,
-    dJ: Any,
-    v: Any,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    signs: Any,
-    supports: Any,
-    q: Any,
-    coupled: Any,
-    polynomials: Any,
-    row_scale: Any,
-    column: Any,
-    blocks: Any,
-    gap: Any,
-    jacobian: Any,
-    rate: Any,
-    drift: Any,
+    poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, scales: Any, gap: Any, jacobian: Any, rate: Any, drift: Any
 ) -> Any:
     """Fill residual, Jacobian, its rate and drift of all closures: all that forward dynamics needs of the loops.
 
     Parameters
     ----------
-    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports, q, coupled, polynomials
+    poses, J, dJ, v, loops, q
         As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
-    v : ndarray
-        Shape (nv,).
-    row_scale, column : ndarray
-        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
-    blocks : tuple of ndarray
+    scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     gap, jacobian, rate, drift : ndarray
         Shapes (rows,), (rows, nv), (rows, nv), (rows,), filled.
@@ -60,10 +36,9 @@ def moving_loops(
         The largest residual; the same scaled; the largest opening by v, scaled; the scaled size of v; whether the
         configuration is certainly far enough from a singular one; whether the numbers of q and v are finite.
     """
-    worst = residual_jacobian(
-        poses, J, joints, local, kinds, lengths, rows, signs, q, coupled, polynomials, gap, jacobian
-    )
-    jacobian_rate(poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, coupled, polynomials, rate, drift)
+    row_scale, column, _ = scales
+    worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
+    jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
     scaled, opening, speed, total = 0.0, 0.0, 0.0, 0.0
     for i in range(len(gap)):
         along = 0.0
@@ -75,7 +50,7 @@ def moving_loops(
         total += v[k]
     for k in range(len(q)):
         total += q[k]
-    regular = is_clearly_regular(jacobian, row_scale, column, blocks, len(poses), scaled)
+    regular = is_clearly_regular(jacobian, scales, len(poses), scaled)
     return worst, scaled, opening, speed, regular, math.isfinite(total)
 
 
@@ -133,9 +108,7 @@ def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
 
 
 @kernel
-def wrenches_of(
-    poses: Any, tree: Any, unit: Any, carried: Any, joints: Any, local: Any, rows: Any, columns: Any, out: Any
-) -> None:
+def wrenches_of(poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, columns: Any, out: Any) -> None:
     """Wrenches of all joints and closures, each about its own point, for several sets of multipliers.
 
     Parameters
@@ -144,13 +117,16 @@ def wrenches_of(
         Shape (njoints, 4, 3).
     tree : ndarray
         Shape (njoints, 6), the joints' wrenches at λ = 0 about the world's origin, counted in the first set only.
-    unit, carried, joints, local, rows : ndarray
-        Wrenches of unit multipliers, and arrays of :class:`exo_pin.chain.structure.topology.Topology`.
+    unit : ndarray
+        Wrenches of unit multipliers, shape (rows, 6).
+    carried, loops
+        As in :class:`exo_pin.chain.structure.topology.Topology`.
     columns : ndarray
         Shape (rows, sets), multipliers.
     out : ndarray
         Shape (6 (njoints - 1 + m), sets), filled: the joints but the world's, then the closures.
     """
+    joints, local, _, _, rows, _, _, _, _ = loops
     count, sets, closures = len(poses) - 1, columns.shape[1], len(joints)
     own = np.zeros((closures, 6, sets))
     for c in range(closures):
@@ -184,31 +160,13 @@ def wrenches_of(
 
 @kernel
 def equations(
-    poses: Any,
-    J: Any,
-    dJ: Any,
-    forces: Any,
-    v: Any,
-    a: Any,
-    moves: bool,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    signs: Any,
-    supports: Any,
-    row_scale: Any,
-    column: Any,
-    q: Any,
-    coupled: Any,
-    polynomials: Any,
+    poses: Any, J: Any, dJ: Any, forces: Any, v: Any, a: Any, moves: bool, loops: Any, q: Any, scales: Any
 ) -> Any:
     """Terms of the closures in the equations of motion, and the opening of the loops by state and motion.
 
     Parameters
     ----------
-    poses, J, dJ, joints, local, kinds, lengths, rows, signs, supports, q, coupled, polynomials
+    poses, J, dJ, loops, q
         As for the functions of :mod:`exo_pin.chain.kinematics.closure_kernels`.
     forces : ndarray
         Shape (njoints, 6), what RNEA leaves of the joints' wrenches.
@@ -216,8 +174,8 @@ def equations(
         Shape (nv,).
     moves : bool
         Whether v or a is not zero.
-    row_scale, column : ndarray
-        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+    scales : tuple
+        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
 
     Returns
     -------
@@ -225,12 +183,11 @@ def equations(
         Jacobian, unit wrenches, joints' wrenches about the world's origin, a copy of the poses; the largest residual,
         the same scaled; and scaled, speed, acceleration, and the largest opening by either.
     """
+    row_scale, column, _ = scales
     height, nv = len(row_scale), len(v)
     gap, jacobian, unit = np.empty(height), np.empty((height, nv)), np.empty((height, 6))
-    worst = residual_jacobian(
-        poses, J, joints, local, kinds, lengths, rows, signs, q, coupled, polynomials, gap, jacobian
-    )
-    unit_wrenches(poses, joints, local, kinds, lengths, rows, unit)
+    worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
+    unit_wrenches(poses, loops, unit)
     tree = np.empty(forces.shape)
     _tree_wrenches(poses, forces, tree)
     scaled = 0.0
@@ -239,9 +196,7 @@ def equations(
     speed, size, opening_v, opening_a = 0.0, 0.0, 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)
-        jacobian_rate(
-            poses, J, dJ, v, joints, local, kinds, lengths, rows, supports, q, coupled, polynomials, rate, drift
-        )
+        jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
         for k in range(nv):
             speed = max(speed, abs(v[k] / column[k]))
             size = max(size, abs(a[k] / column[k]))

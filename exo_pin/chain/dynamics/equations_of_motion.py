@@ -9,12 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import (
-    InvalidInput,
-    LoopNotClosed,
-    NearSingularConfiguration,
-    SingularConfiguration,
-)
+from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguration, SingularConfiguration
 from ...core.validation import FloatArray, as_finite, as_mapping
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
@@ -100,9 +95,7 @@ class EquationsOfMotion:
         """
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
-        kernels.wrenches_of(
-            self.poses, self.tree, self.unit, top.carried, top.joints, top.local, top.rows, multipliers, out
-        )
+        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, multipliers, out)
         return out
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
@@ -162,15 +155,13 @@ def equations_of_motion(
         np.copyto(work.q, q)
     tau = open_tree(state, q, v, a, external)
     jacobian, unit, tree, poses, worst, gap, speed, size, opening_v, opening_a = kernels.equations(
-        work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.joints, top.local, top.kinds,
-        top.distances, top.rows, top.signs, top.supports, top.row_scale, top.column, work.q, top.coupled,
-        top.polynomials,
-    )  # fmt: skip
+        work.poses, work.J, work.dJ, work.forces, v, a, moves and check_closed, top.loops, work.q, top.scales
+    )
     if check_closed:
         if not worst <= CLOSED:
             raise LoopNotClosed(q.copy(), worst, 0)
-        _refuse("velocity", opening_v, speed)
-        _refuse("acceleration", opening_a, size)
+        refuse_opening(opening_v, speed)
+        refuse_opening(opening_a, size, "acceleration")
     return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
 
 
@@ -198,27 +189,19 @@ def moving_loops(state: ChainState, q: FloatArray, v: FloatArray) -> LoopMotion:
     work, top = state.workspace, state.topology
     work.jacobian_rates(q, v)
     found: LoopMotion = kernels.moving_loops.run(
-        work.poses, work.J, work.dJ, v, top.joints, top.local, top.kinds, top.distances, top.rows, top.signs,
-        top.supports, work.q, top.coupled, top.polynomials, top.row_scale, top.column, top.blocks,
+        work.poses, work.J, work.dJ, v, top.loops, work.q, top.scales,
         work.gap, work.jacobian, work.jacobian_rate, work.drift,
     )  # fmt: skip
     return found
 
 
-def refuse_opening(opening: float, speed: float) -> None:
-    """Raise InvalidInput if a velocity opens the loops; both scaled, from :func:`moving_loops`."""
-    _refuse("velocity", opening, speed)
-
-
-def _refuse(what: str, opening: float, size: float) -> None:
+def refuse_opening(opening: float, size: float, what: str = "velocity") -> None:
+    """Raise InvalidInput if a velocity or acceleration opens the loops; both numbers are scaled."""
     if not opening <= _OPENING * max(size, _REST):
-        unit, advice = {
-            "velocity": ("a second", "project_velocity"),
-            "acceleration": ("a second squared", "project_acceleration"),
-        }[what]
+        unit = "a second" if what == "velocity" else "a second squared"
         raise InvalidInput(
             f"the {what} opens the loops by {opening:.3g} (characteristic lengths and rad {unit}): expected J v = 0 "
-            f"and J a + J̇ v = 0, use {advice} or dependent_motion"
+            f"and J a + J̇ v = 0, use project_{what} or dependent_motion"
         )
 
 

@@ -25,7 +25,7 @@ from .equations_of_motion import (
     refuse_opening,
 )
 from .inverse_dynamics import solved
-from .nonsmooth.constrained_acceleration import proximal_acceleration, smooth_acceleration, with_contacts
+from .nonsmooth.constrained_acceleration import smooth_acceleration, with_contacts
 from .nonsmooth.contact_forces import ContactForces
 from .nonsmooth.projected_motion import Applied, stabilising
 from .reactions import ClosedForces
@@ -191,14 +191,11 @@ def forward_dynamics(
         chosen = "projected"
     if chosen == "proximal" and method == "auto" and worst > _HINGE_OPEN and has_hinges(state):
         chosen = "projected"
-    forces = None
+    applied = Applied(efforts, external, chosen, stabilisation)
     if stops or state.passive.rubs:
-        applied = Applied(efforts, external, chosen, stabilisation)
         chosen, a, forces = with_contacts(state, q, v, applied, method, stops)
-    elif chosen == "proximal":
-        a = proximal_acceleration(state, q, v, efforts, external)
     else:
-        a = smooth_acceleration(state, q, v, Applied(efforts, external, chosen, stabilisation))
+        a, forces = smooth_acceleration(state, q, v, applied), None
     drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
     largest, missing, size, finite = missed.run(work.jacobian, drift, a, top.row_scale, top.column)
     if not finite:

@@ -12,7 +12,6 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ...core.errors import SimulationStopped
-from ...core.progress import track
 from ...core.validation import FloatArray
 from ..kinematics.closing import close
 from ..kinematics.loops import tree_frame_jacobian
@@ -32,7 +31,6 @@ __all__ = [
     "external_at",
     "first_state",
     "instant_of",
-    "integrated",
     "kinetic_energy",
     "refuse_jump",
     "taken",
@@ -123,44 +121,9 @@ def external_at(external: object, t: float, q: FloatArray, v: FloatArray) -> Map
     return external(t, q.copy(), v.copy()) if callable(external) else external  # type: ignore[return-value]
 
 
-def first_state(instant: Instant, held: int = 0) -> FloatArray:
+def first_state(instant: Instant, held: int) -> FloatArray:
     """y at the start of a step, with room for the impulses of held coordinates."""
     return np.concatenate([np.zeros(len(instant.v)), instant.v, [instant.work, instant.dissipated], np.zeros(held)])
-
-
-def integrated(
-    rates: Rates,
-    instant: Instant,
-    when: FloatArray,
-    projection: bool,
-    tolerances: tuple[float, float],
-    progress: bool,
-) -> tuple[list[Instant], int]:
-    """States at the times ``when``, shape (count,), s, and the number of steps taken.
-
-    Raises
-    ------
-    SimulationStopped
-        If the steps become too small, or the energy jumps.
-    """
-    states, steps, step, short = [instant], 0, None, 0
-    time, end = float(when[0]), float(when[-1])
-    for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
-        while time < target and len(states) < len(when):
-            rates.base = instant.q
-            solver = scipy.integrate.DOP853(
-                rates, time, first_state(instant), end, first_step=step, rtol=tolerances[0], atol=tolerances[1]
-            )
-            short = taken(solver, instant, short)
-            inside = solver.dense_output()
-            while len(states) < len(when) and when[len(states)] <= solver.t:
-                states.append(instant_of(rates, inside(float(when[len(states)])), projection))
-            before, instant = instant, instant_of(rates, solver.y, projection)
-            if not rates.stabilisation:
-                refuse_jump(rates.state, before, instant, time, solver.y[: len(instant.v)], tolerances)
-            time, steps = float(solver.t), steps + 1
-            step = min(solver.h_abs, end - time) or None
-    return states, steps
 
 
 def taken(solver: scipy.integrate.DOP853, instant: Instant, short: int) -> int:

@@ -184,12 +184,10 @@ def solved(
         equations.tau,
         equations.tree,
         drive.passive,
-        top.row_scale,
-        top.column,
+        top.scales,
         top.length,
         equations.state.model.njoints,
         equations.gap,
-        top.blocks,
     )
     if not share_of_largest <= _MISSING:
         _refuse_undriven(equations, drive.passive, missing)
@@ -200,16 +198,7 @@ def solved(
         multipliers = start
         if metric == "reactions" and stresses.shape[1]:
             multipliers = least(
-                start,
-                stresses,
-                equations.poses,
-                equations.tree,
-                equations.unit,
-                top.carried,
-                top.joints,
-                top.local,
-                top.rows,
-                top.length,
+                start, stresses, equations.poses, equations.tree, equations.unit, top.carried, top.loops, top.length
             )
     else:
         self_stress = start, stresses, sharpness

@@ -16,7 +16,7 @@ from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .equations_of_motion import moving_loops, refuse_opening
 from .forward_dynamics import Method, forward_dynamics, has_hinges
-from .integration import Instant, Rates, efforts_at, energies_of, external_at, integrated
+from .integration import Instant, Rates, efforts_at, energies_of, external_at
 from .nonsmooth.contact_forces import stops_at
 from .nonsmooth.event_integration import EventFunction, EventIntegration
 from .nonsmooth.settling import MotionEvent, StopRules
@@ -174,9 +174,6 @@ def simulate(
         state, start, velocity, efforts, external=wrenches, method=_method(state, method), stabilisation=stabilisation
     )
     rates, instant = Rates(state, tau, external, first.method, stabilisation), Instant(start, velocity, 0.0, 0.0)
-    if not (stops or own or state.passive.rubs):
-        states, steps = integrated(rates, instant, when, projection, (rtol, atol), progress)
-        return _simulation(state, when, states, steps)
     rules = StopRules(limits_of(state.model) if stops else None, bounce)
     if rules.limits is not None:
         stops_at(state, rules.limits, start)

@@ -19,18 +19,7 @@ _SHARPEST, _BLUNTEST = 1e-10, 1e-6
 
 
 @kernel
-def solutions(
-    J: Any,
-    tau: Any,
-    tree: Any,
-    passive: Any,
-    row_scale: Any,
-    column: Any,
-    length: float,
-    joints: int,
-    gap: float,
-    blocks: Any,
-) -> Any:
+def solutions(J: Any, tau: Any, tree: Any, passive: Any, scales: Any, length: float, joints: int, gap: float) -> Any:
     """All λ with tau - Jᵀλ = 0 in the passive coordinates.
 
     The loops of each block are solved by themselves, so that a robot of many loops takes as many small singular value
@@ -44,16 +33,14 @@ def solutions(
         Shape (njoints, 6), the open tree's wrenches: against them a generalised force counts as rounding.
     passive : ndarray of int
         Indices in v.
-    row_scale, column : ndarray
-        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
+    scales : tuple
+        As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     length : float
         Characteristic length, m.
     joints : int
         Number of joints of the tree.
     gap : float
         Largest scaled residual of the loops.
-    blocks : tuple of ndarray
-        As in :mod:`exo_pin.chain.structure.blocks`.
 
     Returns
     -------
@@ -63,7 +50,7 @@ def solutions(
         the passive coordinates, N and N m; the same, scaled, as a share of the largest force; the smallest singular
         value of the equations that is not zero, infinite if there is none.
     """
-    rows, columns, row_starts, column_starts = blocks
+    row_scale, column, (rows, columns, row_starts, column_starts) = scales
     count, height, blocks_count = len(passive), len(row_scale), len(row_starts) - 1
     right, is_passive = np.empty(count), np.zeros(len(tau), dtype=np.int64)
     for i in range(count):
@@ -132,18 +119,7 @@ def solutions(
 
 
 @kernel
-def least(
-    start: Any,
-    null: Any,
-    poses: Any,
-    tree: Any,
-    unit: Any,
-    carried: Any,
-    joints: Any,
-    local: Any,
-    rows: Any,
-    length: float,
-) -> Any:
+def least(start: Any, null: Any, poses: Any, tree: Any, unit: Any, carried: Any, loops: Any, length: float) -> Any:
     """The λ = start + null z whose wrenches of all joints and closures have the least sum of squares.
 
     Moments count divided by the length. The normal equations do no harm: the closures' own wrenches alone make
@@ -153,7 +129,7 @@ def least(
     ----------
     start, null : ndarray
         What :func:`solutions` returns.
-    poses, tree, unit, carried, joints, local, rows : ndarray
+    poses, tree, unit, carried, loops
         As for :func:`exo_pin.chain.dynamics.equation_kernels.wrenches_of`.
     length : float
         Characteristic length, m.
@@ -162,8 +138,8 @@ def least(
     columns = np.empty((len(start), 1 + count))
     columns[:, 0] = start
     columns[:, 1:] = null
-    wrenches = np.empty((6 * (len(poses) - 1 + len(joints)), 1 + count))
-    wrenches_of(poses, tree, unit, carried, joints, local, rows, columns, wrenches)
+    wrenches = np.empty((6 * (len(poses) - 1 + len(loops[0])), 1 + count))
+    wrenches_of(poses, tree, unit, carried, loops, columns, wrenches)
     matrix, z = np.zeros((count, count)), np.zeros(count)
     for i in range(len(wrenches)):
         weight = 1.0 if i % 6 < 3 else 1.0 / (length * length)

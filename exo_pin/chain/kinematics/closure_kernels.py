@@ -31,39 +31,21 @@ def _largest(values: Any) -> float:
 
 
 @kernel
-def residual(
-    poses: Any,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    q: Any,
-    coupled: Any,
-    polynomials: Any,
-    out: Any,
-) -> float:
+def residual(poses: Any, loops: Any, q: Any, out: Any) -> float:
     """Fill the residual of all closures and return its largest entry.
 
     Parameters
     ----------
     poses : ndarray
         Shape (njoints, 4, 3), world poses of the joints.
-    joints : ndarray of int
-        Shape (m, 2), the joints that carry frames a and b.
-    local : ndarray
-        Shape (m, 2, 4, 3), the closure's frames in those joints.
-    kinds, rows : ndarray of int
-        Shape (m,) type codes; shape (m + 1,) first row of each closure.
-    lengths : ndarray
-        Shape (m,), of the distance closures, m.
+    loops : tuple of ndarray
+        The closures, :attr:`exo_pin.chain.structure.topology.Topology.loops`.
     q : ndarray
         Shape (nq,).
-    coupled, polynomials : ndarray
-        The couplings, see :mod:`exo_pin.chain.structure.couplings`.
     out : ndarray
         Shape (rows,), m and rad.
     """
+    joints, local, kinds, lengths, rows, _, _, coupled, polynomials = loops
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     for c in range(len(kinds)):
         relative_pose(poses, joints, local, c, a, b, d, Q)
@@ -74,35 +56,19 @@ def residual(
 
 
 @kernel
-def residual_jacobian(
-    poses: Any,
-    J: Any,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    signs: Any,
-    q: Any,
-    coupled: Any,
-    polynomials: Any,
-    out: Any,
-    jacobian: Any,
-) -> float:
+def residual_jacobian(poses: Any, J: Any, loops: Any, q: Any, out: Any, jacobian: Any) -> float:
     """Fill residual and Jacobian of all closures and return the largest residual.
 
     Parameters
     ----------
-    poses, joints, local, kinds, lengths, rows, q, coupled, polynomials, out
+    poses, loops, q, out
         As for :func:`residual`.
     J : ndarray
         Shape (nv, 6), the joints' world Jacobian.
-    signs : ndarray
-        Shape (m, nv): +1 for coordinates that move frame a only, -1 for frame b only, 0 otherwise. Of a
-        coupling not zero for its joints.
     jacobian : ndarray
         Shape (rows, nv), filled.
     """
+    joints, local, kinds, lengths, rows, signs, _, coupled, polynomials = loops
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     V = np.empty(6)
     for c in range(len(kinds)):
@@ -146,40 +112,23 @@ def add_cross(u: Any, v: Any, sign: float, out: Any) -> None:
 
 
 @kernel
-def jacobian_rate(
-    poses: Any,
-    J: Any,
-    dJ: Any,
-    v: Any,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    supports: Any,
-    q: Any,
-    coupled: Any,
-    polynomials: Any,
-    out: Any,
-    drift: Any,
-) -> None:
+def jacobian_rate(poses: Any, J: Any, dJ: Any, v: Any, loops: Any, q: Any, out: Any, drift: Any) -> None:
     """Fill the time derivative of the closures' Jacobian, and the drift, its product with v.
 
     Parameters
     ----------
-    poses, J, joints, local, kinds, lengths, rows, q, coupled, polynomials
+    poses, J, loops, q
         As for :func:`residual_jacobian`.
     dJ : ndarray
         Shape (nv, 6), time derivative of the world Jacobian.
     v : ndarray
         Shape (nv,).
-    supports : ndarray
-        Shape (m, 2, nv): 1 for coordinates that move frame a (b), else 0.
     out : ndarray
         Shape (rows, nv), filled.
     drift : ndarray
         Shape (rows,), filled, m/s² and rad/s².
     """
+    joints, local, kinds, lengths, rows, _, supports, coupled, polynomials = loops
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     # Parts of one array: to make an array takes longer than to fill a small one.
     dS, parts = np.empty((6, 6)), np.empty((9, 6))

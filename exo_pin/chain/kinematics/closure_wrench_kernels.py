@@ -26,18 +26,19 @@ def _add_wrench(pose: Any, force: Any, moment: Any, sign: float, out: Any) -> No
 
 
 @kernel
-def unit_wrenches(poses: Any, joints: Any, local: Any, kinds: Any, lengths: Any, rows: Any, out: Any) -> None:
+def unit_wrenches(poses: Any, loops: Any, out: Any) -> None:
     """Fill the wrench that the body of frame a receives for a multiplier of one, row by row.
 
     The force part is also how a shift of frame a against frame b changes the residual.
 
     Parameters
     ----------
-    poses, joints, local, kinds, lengths, rows
+    poses, loops
         As for :func:`exo_pin.chain.kinematics.closure_kernels.residual`.
     out : ndarray
         Shape (rows, 6), filled: force and moment about the world's origin, world axes.
     """
+    joints, local, kinds, lengths, rows, _, _, _, _ = loops
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     ignored = np.empty(6)
     for c in range(len(rows) - 1):
@@ -58,8 +59,10 @@ def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows:
 
     Parameters
     ----------
-    poses, joints, rows
+    poses : ndarray
         As for :func:`exo_pin.chain.kinematics.closure_kernels.residual`.
+    joints, rows : ndarray of int
+        As in :class:`exo_pin.chain.structure.topology.Topology`.
     multipliers : ndarray
         Shape (rows,), N and N m.
     unit : ndarray
@@ -83,25 +86,13 @@ def closure_wrenches(poses: Any, multipliers: Any, unit: Any, joints: Any, rows:
 
 @kernel
 def closure_wrench_rates(
-    poses: Any,
-    J: Any,
-    directions: Any,
-    joints: Any,
-    local: Any,
-    kinds: Any,
-    lengths: Any,
-    rows: Any,
-    supports: Any,
-    c: int,
-    multipliers: Any,
-    rates: Any,
-    out: Any,
+    poses: Any, J: Any, directions: Any, loops: Any, c: int, multipliers: Any, rates: Any, out: Any
 ) -> None:
     """Change of one closure's wrench on the body of frame a, in the axes of a about the closure's point.
 
     Parameters
     ----------
-    poses, J, joints, local, kinds, lengths, rows, supports
+    poses, J, loops
         As for :func:`exo_pin.chain.kinematics.closure_kernels.jacobian_rate`.
     directions : ndarray
         Shape (columns, nv), how the configuration changes.
@@ -112,6 +103,7 @@ def closure_wrench_rates(
     out : ndarray
         Shape (6, columns), filled.
     """
+    joints, local, kinds, lengths, rows, signs, _, _, _ = loops
     a, b, d, Q, S = np.empty((4, 3)), np.empty((4, 3)), np.empty(3), np.empty((3, 3)), np.empty((6, 6))
     dS, ignored, twist, V = np.empty((6, 6)), np.empty(6), np.empty(6), np.empty(6)
     relative_pose(poses, joints, local, c, a, b, d, Q)
@@ -121,7 +113,7 @@ def closure_wrench_rates(
         twist[:] = 0.0
         for k in range(directions.shape[1]):
             for i in range(6):
-                twist[i] += J[k, i] * (supports[c, 0, k] - supports[c, 1, k]) * directions[s, k]
+                twist[i] += J[k, i] * signs[c, k] * directions[s, k]
         twist_at(twist, b[3], a, 1.0, V)
         project_rate(kinds[c], d, Q, V, dS[:count])
         for j in range(6):

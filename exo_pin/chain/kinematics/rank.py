@@ -52,7 +52,7 @@ def rank_tolerance(shape: Any, largest: float, joints: int, residual: float) -> 
 
 
 @kernel
-def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints: int, residual: float) -> bool:
+def is_clearly_regular(J: Any, scales: Any, joints: int, residual: float) -> bool:
     """Whether forces and accelerations at a configuration are certain not to depend on rounding.
 
     True means that :func:`configuration_error` times the largest singular value is at most :data:`RESOLVED` of the
@@ -65,16 +65,15 @@ def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints:
     ----------
     J : ndarray
         Shape (rows, nv), the constraint Jacobian, not scaled.
-    row_scale, column : ndarray
-        Shapes (rows,) and (nv,), which take metres to characteristic lengths.
-    blocks : tuple of ndarray
-        As in :mod:`exo_pin.chain.structure.blocks`.
+    scales : tuple
+        :attr:`exo_pin.chain.structure.topology.Topology.scales`: arrays of shapes (rows,) and (nv,), which take metres
+        to characteristic lengths, and the blocks, as in :mod:`exo_pin.chain.structure.blocks`.
     joints : int
         Number of joints of the tree.
     residual : float
         Largest scaled residual of the loops.
     """
-    rows, columns, row_starts, column_starts = blocks
+    row_scale, column, (rows, columns, row_starts, column_starts) = scales
     longest, largest, weakest, height, width = 0.0, 0.0, math.inf, 0, 0
     for b in range(len(row_starts) - 1):
         height = max(height, row_starts[b + 1] - row_starts[b])
@@ -153,16 +152,14 @@ def is_clearly_regular(J: Any, row_scale: Any, column: Any, blocks: Any, joints:
 
 
 @kernel
-def least_motion(
-    J: Any, right: Any, row_scale: Any, column: Any, blocks: Any, joints: int, residual: float, freedoms: bool
-) -> Any:
+def least_motion(J: Any, right: Any, scales: Any, joints: int, residual: float, freedoms: bool) -> Any:
     """The least x with J x = right, nearly so where that has no solution, and the motions with J x = 0.
 
     Least in the sum of squares with metres divided by the characteristic length, block by block.
 
     Parameters
     ----------
-    J, row_scale, column, blocks, joints, residual
+    J, scales, joints, residual
         As for :func:`is_clearly_regular`.
     right : ndarray
         Shape (rows,).
@@ -177,7 +174,7 @@ def least_motion(
         Shape (nv, k), orthonormal after metres are divided by the characteristic length, as they are; k = 0 if not
         wanted.
     """
-    rows, columns, row_starts, column_starts = blocks
+    row_scale, column, (rows, columns, row_starts, column_starts) = scales
     nv, parts, largest = len(column), [], 0.0
     moved = np.zeros(nv, dtype=np.bool_)
     for b in range(len(row_starts) - 1):

@@ -197,8 +197,7 @@ def _least(state: ChainState, right: FloatArray) -> FloatArray:
     """The least x with J x = right, J as last linearised."""
     work, top = state.workspace, state.topology
     gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    scales = top.row_scale, top.column, top.blocks
-    found: FloatArray = least_motion(work.jacobian, right, *scales, state.model.njoints, gap, False)[0]
+    found: FloatArray = least_motion(work.jacobian, right, top.scales, state.model.njoints, gap, False)[0]
     return found
 
 

@@ -5,10 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
 
 from ...core.validation import FloatArray
 
-__all__ = ["carried_joints", "in_metres", "motion_axes", "moving_coordinates", "q_slice", "unit_of", "v_slice"]
+__all__ = [
+    "carried_joints",
+    "characteristic_length",
+    "in_metres",
+    "motion_axes",
+    "moving_coordinates",
+    "q_slice",
+    "unit_of",
+    "v_slice",
+]
 
 
 def q_slice(model: pin.Model, joint: int) -> slice:
@@ -62,3 +72,20 @@ def carried_joints(model: pin.Model) -> FloatArray:
     for joint in range(model.njoints - 1, 0, -1):
         outward[model.parents[joint]] += outward[joint]
     return outward
+
+
+def characteristic_length(model: pin.Model, joints: NDArray[np.int64], local: FloatArray) -> float:
+    """Root mean square distance between the joints and closures of each body; a free flight is no joint."""
+    points: list[list[FloatArray]] = [[] for _ in range(model.njoints)]
+    for joint in range(1, model.njoints):
+        if model.nvs[joint] < 6:
+            points[joint].append(np.zeros(3))
+            points[model.parents[joint]].append(model.jointPlacements[joint].translation)
+    joined = joints[:, 0] != joints[:, 1]  # not those of couplings
+    for bodies, places in zip(joints[joined], local[joined], strict=True):
+        for body, place in zip(bodies, places, strict=True):
+            points[body].append(place[3])
+    pairs = [pdist(np.array(group)) for group in points if len(group) > 1]
+    lengths = np.concatenate([np.zeros(0), *pairs])
+    lengths = lengths[lengths > 1e-9]
+    return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.spatial.distance import pdist
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
@@ -19,11 +19,17 @@ from .blocks import Blocks, blocks_of
 from .closures import TYPES, Placement
 from .couplings import make_couplings
 from .description import Closures
-from .motion_axes import carried_joints, in_metres, moving_coordinates
+from .motion_axes import carried_joints, characteristic_length, in_metres, moving_coordinates
 
 __all__ = ["FrameTable", "Part", "Topology", "make_topology", "placement_of", "refuse_model", "se3"]
 
 IntArray = NDArray[np.int64]
+#: All closures as the kernels take them: joints, local, kinds, distances, rows, signs, supports, coupled, polynomials
+#: of :class:`Topology`. A plain tuple, as :data:`~exo_pin.chain.structure.blocks.Blocks`.
+Loops = tuple[IntArray, FloatArray, IntArray, FloatArray, IntArray, FloatArray, FloatArray, IntArray, FloatArray]
+#: What takes rows and columns of the constraint Jacobian to characteristic lengths, and its blocks: row_scale, column
+#: and blocks of :class:`Topology`.
+Scales = tuple[FloatArray, FloatArray, Blocks]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +104,17 @@ class Topology(Record):
         """Frame a (end 0) or b (1) of a closure, in the joint that carries it."""
         local = self.local[c, end]
         return pin.SE3(local[:3].T.copy(), local[3].copy())
+
+    @cached_property
+    def loops(self) -> Loops:
+        """All closures for the kernels."""
+        frames = self.joints, self.local, self.kinds, self.distances, self.rows
+        return *frames, self.signs, self.supports, self.coupled, self.polynomials
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Scales of the constraint Jacobian for the kernels."""
+        return self.row_scale, self.column, self.blocks
 
 
 class Part(NamedTuple):
@@ -233,7 +250,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     signs = supports[:, 0] - supports[:, 1]
     _mark_coupled(signs, rows, coupled)
     outward = carried_joints(model)
-    length = _characteristic_length(model, joints, local)
+    length = characteristic_length(model, joints, local)
     column = np.where(metres, length, 1.0)
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_metres[coupled[:, 0]] = sliding
@@ -274,20 +291,3 @@ def _axis_turn(axis: tuple[float, float, float] | None) -> pin.SE3:
     if axis[2] < -1.0 + 1e-12:
         return pin.SE3(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
     return pin.SE3(pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(axis)), np.zeros(3))
-
-
-def _characteristic_length(model: pin.Model, joints: IntArray, local: FloatArray) -> float:
-    """Root mean square distance between the joints and closures of each body; a free flight is no joint."""
-    points: list[list[FloatArray]] = [[] for _ in range(model.njoints)]
-    for joint in range(1, model.njoints):
-        if model.nvs[joint] < 6:
-            points[joint].append(np.zeros(3))
-            points[model.parents[joint]].append(model.jointPlacements[joint].translation)
-    joined = joints[:, 0] != joints[:, 1]  # not those of couplings
-    for bodies, places in zip(joints[joined], local[joined], strict=True):
-        for body, place in zip(bodies, places, strict=True):
-            points[body].append(place[3])
-    pairs = [pdist(np.array(group)) for group in points if len(group) > 1]
-    lengths = np.concatenate([np.zeros(0), *pairs])
-    lengths = lengths[lengths > 1e-9]
-    return float(np.sqrt(np.mean(lengths**2))) if lengths.size else 1.0

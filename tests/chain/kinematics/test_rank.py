@@ -76,7 +76,7 @@ def test_what_counts_as_clearly_regular_does_not_depend_on_rounding(smallest, re
             if rng.random() < 0.3:
                 own[0] = 0.0
         J, matrix, row_scale, column, blocks = block_diagonal(rng, values)
-        regular = is_clearly_regular(J, row_scale, column, blocks, 10, residual)
+        regular = is_clearly_regular(J, (row_scale, column, blocks), 10, residual)
         assert not (regular and depends_on_rounding(matrix, 10, residual))
         # And it is of use: away from singular configurations it is true.
         if smallest >= 1e-2 or (smallest == 0.0 and residual == 0.0):
@@ -87,7 +87,7 @@ def test_a_jacobian_that_is_not_finite_is_not_regular():
     J, _, row_scale, column, blocks = block_diagonal(np.random.default_rng(4), [np.ones(3), np.ones(2)])
     for wrong in (np.nan, np.inf):
         broken = np.where(J[J != 0.0][0] == J, wrong, J)
-        assert not is_clearly_regular(broken, row_scale, column, blocks, 10, 0.0)
+        assert not is_clearly_regular(broken, (row_scale, column, blocks), 10, 0.0)
 
 
 def test_least_motions_are_those_of_the_whole_matrix():
@@ -97,10 +97,10 @@ def test_least_motions_are_those_of_the_whole_matrix():
         values[0][-1] = 0.0
         J, matrix, row_scale, column, blocks = block_diagonal(rng, values)
         right = rng.normal(size=len(J))
-        x, motions = least_motion(J, right, row_scale, column, blocks, 10, 0.0, True)
+        x, motions = least_motion(J, right, (row_scale, column, blocks), 10, 0.0, True)
         np.testing.assert_allclose(x / column, np.linalg.pinv(matrix, 1e-9) @ (row_scale * right), atol=1e-12)
         rank = sum(np.count_nonzero(own) for own in values)
         assert motions.shape == (len(column), len(column) - rank)
         np.testing.assert_allclose(matrix @ motions, 0.0, atol=1e-13)
         np.testing.assert_allclose(motions.T @ motions, np.eye(motions.shape[1]), atol=1e-13)
-        assert least_motion(J, right, row_scale, column, blocks, 10, 0.0, False)[1].shape[1] == 0
+        assert least_motion(J, right, (row_scale, column, blocks), 10, 0.0, False)[1].shape[1] == 0

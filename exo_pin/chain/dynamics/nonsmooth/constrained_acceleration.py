@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
 
 from ....core.errors import InvalidInput, SolverFailed
 from ....core.validation import FloatArray
@@ -15,7 +12,7 @@ from ..equations_of_motion import moving_loops, open_tree
 from .contact_forces import ContactForces, contact_forces, contacts_at, only_sliding
 from .projected_motion import Applied, projected_motion
 
-__all__ = ["acceleration", "proximal_acceleration", "smooth_acceleration", "with_contacts"]
+__all__ = ["acceleration", "smooth_acceleration", "with_contacts"]
 
 
 def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
@@ -30,7 +27,19 @@ def smooth_acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied
     """
     if applied.method == "projected":
         return projected_motion(state, q, v, applied).a
-    return proximal_acceleration(state, q, v, applied.efforts, applied.external)
+    # Pinocchio's constrained dynamics, which knows no stabilisation.
+    efforts, problem = applied.efforts, state.proximal_problem
+    if applied.external:
+        state.workspace.linearise(q)
+        still = np.zeros(state.nv)
+        load = open_tree(state, q, still, still, None) - open_tree(state, q, still, still, applied.external)
+        efforts = efforts + load
+    if state.passive.act:
+        efforts = efforts + state.passive.force(q, v)
+    found = pin.constraintDynamics(
+        state.model, problem.data, q, v, efforts, problem.models, problem.datas, problem.settings
+    )
+    return np.asarray(found).copy()
 
 
 def acceleration(state: ChainState, q: FloatArray, v: FloatArray, applied: Applied) -> FloatArray:
@@ -69,18 +78,3 @@ def with_contacts(
         found = contact_forces(state, motion, contacts, rubbing.force)
         return "projected", found.a, found
     return applied.method, *only_sliding(smooth_acceleration(state, q, v, applied), rubbing.force)
-
-
-def proximal_acceleration(
-    state: ChainState, q: FloatArray, v: FloatArray, efforts: FloatArray, external: Mapping[str, ArrayLike] | None
-) -> FloatArray:
-    """Pinocchio's constrained dynamics, which knows no stabilisation."""
-    model, problem = state.model, state.proximal_problem
-    if external:
-        state.workspace.linearise(q)
-        still = np.zeros(state.nv)
-        efforts = efforts + open_tree(state, q, still, still, None) - open_tree(state, q, still, still, external)
-    if state.passive.act:
-        efforts = efforts + state.passive.force(q, v)
-    found = pin.constraintDynamics(model, problem.data, q, v, efforts, problem.models, problem.datas, problem.settings)
-    return np.asarray(found).copy()

@@ -66,6 +66,11 @@ class Contacts(NamedTuple):
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
 
+    @property
+    def pairs(self) -> set[tuple[int, int]]:
+        """Place and side of each."""
+        return set(zip(self.place.tolist(), self.side.tolist(), strict=True))
+
     def only(self, chosen: NDArray[np.bool_]) -> Contacts:
         """Some of them."""
         return Contacts(self.place[chosen], self.low[chosen], self.high[chosen], self.side[chosen])

@@ -19,15 +19,7 @@ import scipy
 from ....core.errors import MotionBlocked, SimulationStopped, SolverFailed
 from ....core.progress import track
 from ....core.validation import FloatArray
-from ..integration import (
-    Instant,
-    Rates,
-    first_state,
-    instant_of,
-    refuse_jump,
-    taken,
-)
-from .modes import Mode
+from ..integration import Instant, Rates, first_state, instant_of, refuse_jump, taken
 from .settling import Impacts, MotionEvent, StopRules, settled
 
 __all__ = ["EventFunction", "EventIntegration"]
@@ -83,20 +75,14 @@ class EventIntegration:
         rates, steps, step, short, crowd = self.rates, 0, None, 0, [float(when[0])]
         time, end = float(when[0]), float(when[-1])
         self._impacts: dict[int, Impacts] = {}
-        instant, mode, found = self._settled(time, instant)
+        instant, found = self._settled(time, instant)
         states = [instant]
         for target in track(when[1:].tolist(), "simulating", progress, len(when) - 1):
             while time < target and len(states) < len(when):
-                rates.base, rates.mode = instant.q, mode
-                solver = scipy.integrate.DOP853(
-                    rates,
-                    time,
-                    first_state(instant, len(mode.index)),
-                    end,
-                    first_step=step,
-                    rtol=tolerances[0],
-                    atol=tolerances[1],
-                )
+                rates.base = instant.q
+                y = first_state(instant, 0 if rates.mode is None else len(rates.mode.index))
+                rtol, atol = tolerances
+                solver = scipy.integrate.DOP853(rates, time, y, end, first_step=step, rtol=rtol, atol=atol)
                 short = taken(solver, instant, short)
                 inside = solver.dense_output()
                 event, own = self._first(inside, time, float(solver.t), instant)
@@ -114,19 +100,22 @@ class EventIntegration:
                         states.append(instant)
                     return states, steps, found, time
                 if event is not None:
-                    instant, mode, changes = self._settled(time, instant)
+                    instant, changes = self._settled(time, instant)
                     found, step = found + changes, None
                     crowd = [t for t in crowd if t > time - _MOMENT] + [time]
                     self._refuse_crowd(crowd, time, instant)
         return states, steps, found, None
 
-    def _settled(self, time: float, instant: Instant) -> tuple[Instant, Mode, list[MotionEvent]]:
+    def _settled(self, time: float, instant: Instant) -> tuple[Instant, list[MotionEvent]]:
+        """The state in which the motion continues, and what happened; sets its mode, which a smooth motion has not."""
+        if self.stops.limits is None and not self.rates.state.passive.rubs:
+            return instant, []
         try:
-            settled_instant, mode, found = settled(self.rates, time, instant, self.stops, self._impacts)
+            settled_instant, self.rates.mode, found = settled(self.rates, time, instant, self.stops, self._impacts)
         except (MotionBlocked, SolverFailed) as error:
             raise SimulationStopped(time, instant.q.copy(), instant.v.copy(), str(error)) from error
         self._floor = np.minimum(self.stops.gaps(self.rates.state, settled_instant.q)[0], 0.0) - _DEPTH
-        return settled_instant, mode, found
+        return settled_instant, found
 
     def _refuse_crowd(self, crowd: list[float], time: float, instant: Instant) -> None:
         if len(crowd) > _CROWD:
@@ -201,7 +190,8 @@ class EventIntegration:
     def _ends(self, inside: scipy.integrate.DenseOutput, time: float) -> bool:
         """Whether the mode has ended before a time of a step."""
         rates, mode = self.rates, self.rates.mode
-        assert mode is not None
+        if mode is None:
+            return False
         state, (q, v) = rates.state, self._state(inside, time)
         if (mode.sign * v < -_BACK * state.topology.column).any():
             return True

@@ -134,7 +134,7 @@ def _reduced(
     work, top = state.workspace, state.topology
     J, gap = work.jacobian, min(float(np.abs(work.gap * top.row_scale).max(initial=0.0)), CLOSED)
     M = inertia_matrix(state, q) * top.column[:, None] * top.column
-    start, basis = least_motion(J, right, top.row_scale, top.column, top.blocks, state.model.njoints, gap, True)
+    start, basis = least_motion(J, right, top.scales, state.model.njoints, gap, True)
     if not basis.shape[1]:
         return M, start, basis, np.zeros((0, 0)), np.zeros(0)
     sizes, ways = np.linalg.eigh(basis.T @ M @ basis)

@@ -15,7 +15,7 @@ from ....core.records import reduced_tuple
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState, Drive
 from ..force_distribution import Bound
-from .joint_friction import Rubbing
+from .joint_friction import Rubbing, joint_names
 
 __all__ = ["RestingFriction", "bearing_drive", "friction_bounds", "resting_friction"]
 
@@ -80,16 +80,12 @@ def friction_bounds(
     state: ChainState, drive: Drive, rubbing: Rubbing, force: FloatArray, slope: FloatArray
 ) -> list[Bound]:
     """Bounds on the friction of joints at rest without actuator, given joint forces and their change per unit of z."""
-    names = {int(k): str(name) for name in list(state.model.names)[1:] for k in _indices(state, str(name))}
-    return [
-        Bound(f"friction of {names[int(k)]}", float(force[k]), slope[k], float(rubbing.low[k]), float(rubbing.high[k]))
-        for k in np.intersect1d(rubbing.rest, drive.passive)
-    ]
-
-
-def _indices(state: ChainState, joint: str) -> range:
-    own = state.velocity_slice(joint)
-    return range(own.start, own.stop)
+    found = []
+    for k in np.intersect1d(rubbing.rest, drive.passive):
+        (joint,) = joint_names(state, np.array([k]))
+        low, high = float(rubbing.low[k]), float(rubbing.high[k])
+        found.append(Bound(f"friction of {joint}", float(force[k]), slope[k], low, high))
+    return found
 
 
 def resting_friction(

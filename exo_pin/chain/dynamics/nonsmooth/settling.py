@@ -132,7 +132,7 @@ def settled(
 
 
 def _resting(mode: Mode | None, index: NDArray[np.int64], side: NDArray[np.int64]) -> NDArray[np.bool_]:
-    held = set() if mode is None else set(zip(mode.held.place.tolist(), mode.held.side.tolist(), strict=True))
+    held = set() if mode is None else mode.held.pairs
     return np.array([pair in held for pair in zip(index.tolist(), side.tolist(), strict=True)], dtype=np.bool_)
 
 
@@ -141,10 +141,9 @@ def _mode(
 ) -> Mode:
     """The mode in which the motion continues."""
     state, (q, v) = rates.state, where
-    sign = np.where(sliding != 0.0, np.sign(v), 0.0).astype(np.int64)
     low, high = state.passive.dry_friction
     # Friction in one direction may be zero.
-    sign = np.where((sliding == 0.0) & ((low != 0.0) | (high != 0.0)), np.sign(v), sign).astype(np.int64)
+    sign = np.where((low != 0.0) | (high != 0.0), np.sign(v), 0.0).astype(np.int64)
     sign[contacts.place[contacts.side == 0]] = 0
     if not len(contacts.place):
         return Mode(state, sliding, sign, contacts)
@@ -163,10 +162,7 @@ def _changes(state: ChainState, time: float, before: Mode | None, after: Mode) -
     """Joints that stick, slip, reach or leave their stops."""
     if before is None:
         return []
-    found = []
-    old, new = (
-        {(int(k), int(s)) for k, s in zip(mode.held.place, mode.held.side, strict=True)} for mode in (before, after)
-    )
+    found, old, new = [], before.held.pairs, after.held.pairs
     for kind, pairs, friction in (
         ("stick", new - old, True),
         ("slip", old - new, True),

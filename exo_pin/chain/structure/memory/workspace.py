@@ -55,8 +55,6 @@ class Workspace(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
-        # What the kernels take one after the other.
-        self._loops = topology.joints, topology.local, topology.kinds, topology.distances, topology.rows
         self.data = data_for(model)
         self.rate_data = data_for(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
@@ -76,7 +74,6 @@ class Workspace(OneProcess):
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
         self.q = np.zeros(model.nq)
-        self._couplings = self.q, topology.coupled, topology.polynomials
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
 
@@ -84,20 +81,17 @@ class Workspace(OneProcess):
         """Fill ``gap`` and return its largest entry."""
         pin.forwardKinematics(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual(self.poses, *self._loops, *self._couplings, self.gap)
+        return kernels.residual(self.poses, self._topology.loops, self.q, self.gap)
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
         pin.computeJointJacobians(self._model, self.data, q)
         np.copyto(self.q, q)
-        signs = self._topology.signs
-        return kernels.residual_jacobian(
-            self.poses, self.J, *self._loops, signs, *self._couplings, self.gap, self.jacobian
-        )
+        return kernels.residual_jacobian(self.poses, self.J, self._topology.loops, self.q, self.gap, self.jacobian)
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
-        unit_wrenches(self.poses, *self._loops, self.unit)
+        unit_wrenches(self.poses, self._topology.loops, self.unit)
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
@@ -110,8 +104,9 @@ class Workspace(OneProcess):
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
         self.jacobian_rates(q, v)
-        moving, supports = (self.poses, self.J, self.dJ, v), self._topology.supports
-        kernels.jacobian_rate(*moving, *self._loops, supports, *self._couplings, self.jacobian_rate, self.drift)
+        kernels.jacobian_rate(
+            self.poses, self.J, self.dJ, v, self._topology.loops, self.q, self.jacobian_rate, self.drift
+        )
         return self.drift
 
 

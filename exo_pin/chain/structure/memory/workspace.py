@@ -55,8 +55,6 @@ class Workspace(OneProcess):
 
     def __init__(self, model: pin.Model, topology: Topology, axes: ConstantAxes) -> None:
         self._model, self._topology, self._axes = model, topology, axes
-        # What the kernels take one after the other.
-        self._loops = topology.joints, topology.local, topology.kinds, topology.distances, topology.rows
         self.data = data_for(model)
         self.rate_data = data_for(axes.model) if axes.differs else self.data
         self.external_vector = pin.StdVec_Force()
@@ -76,28 +74,52 @@ class Workspace(OneProcess):
         self.jacobian, self.jacobian_rate = np.zeros((rows, model.nv)), np.zeros((rows, model.nv))
         self.move, self.still = np.zeros(model.nv), frozen(np.zeros(model.nv))
         self.q = np.zeros(model.nq)
-        self._couplings = self.q, topology.coupled, topology.polynomials
         self.wrenches = np.zeros((len(topology.kinds), 6))
         self.unit = np.zeros((rows, 6))
 
     def residual(self, q: FloatArray) -> float:
         """Fill ``gap`` and return its largest entry."""
+        top = self._topology
         pin.forwardKinematics(self._model, self.data, q)
         np.copyto(self.q, q)
-        return kernels.residual(self.poses, *self._loops, *self._couplings, self.gap)
+        return kernels.residual(
+            self.poses,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.gap,
+        )
 
     def linearise(self, q: FloatArray) -> float:
         """Fill ``gap`` and ``jacobian`` and return the largest entry of the gap."""
+        top = self._topology
         pin.computeJointJacobians(self._model, self.data, q)
         np.copyto(self.q, q)
-        signs = self._topology.signs
         return kernels.residual_jacobian(
-            self.poses, self.J, *self._loops, signs, *self._couplings, self.gap, self.jacobian
+            self.poses,
+            self.J,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.signs,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.gap,
+            self.jacobian,
         )
 
     def unit_wrenches(self) -> FloatArray:
         """Fill ``unit``, the wrenches on the bodies of frames a for unit multipliers; ``poses`` must be up to date."""
-        unit_wrenches(self.poses, *self._loops, self.unit)
+        top = self._topology
+        unit_wrenches(self.poses, top.joints, top.local, top.kinds, top.distances, top.rows, self.unit)
         return self.unit
 
     def jacobian_rates(self, q: FloatArray, v: FloatArray) -> None:
@@ -109,9 +131,25 @@ class Workspace(OneProcess):
 
     def drift_of(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Fill ``jacobian_rate`` and ``drift``, its product with v, and return the drift."""
+        top = self._topology
         self.jacobian_rates(q, v)
-        moving, supports = (self.poses, self.J, self.dJ, v), self._topology.supports
-        kernels.jacobian_rate(*moving, *self._loops, supports, *self._couplings, self.jacobian_rate, self.drift)
+        kernels.jacobian_rate(
+            self.poses,
+            self.J,
+            self.dJ,
+            v,
+            top.joints,
+            top.local,
+            top.kinds,
+            top.distances,
+            top.rows,
+            top.supports,
+            self.q,
+            top.coupled,
+            top.polynomials,
+            self.jacobian_rate,
+            self.drift,
+        )
         return self.drift
 
 

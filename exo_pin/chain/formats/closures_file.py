@@ -72,6 +72,7 @@ lists what there is; frames, joints and the units of their data are checked when
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -143,44 +144,33 @@ def write_files(folder: str | PathLike[str], texts: dict[str, str]) -> list[Path
 
 def closures_text(closures: Closures, comment: str = "") -> str:
     """The text of a closures file."""
+    root, roles = closures.root, closures.roles
     lines = [f"# {line}".rstrip() for line in comment.splitlines()]
-    lines += [_pair("schema", _SCHEMA), _pair("name", closures.name)]
-    lines += [_pair("left_out", closures.left_out)] if closures.left_out else []
-    lines += ["", "[root]"]
-    root = closures.root
-    lines += [_pair("joint", root.joint), _pair("name", root.name), _pair("gravity_m_s2", root.gravity)]
+    lines += _pairs({"schema": _SCHEMA, "name": closures.name, "left_out": closures.left_out or None})
+    lines += ["", "[root]", *_pairs({"joint": root.joint, "name": root.name, "gravity_m_s2": root.gravity})]
     for closure in closures.closures:
-        lines += ["", "[[closures]]"]
-        lines += [_pair(key, getattr(closure, key)) for key in ("name", "type")]
-        if closure.polynomial is not None:
-            lines += _coupling_lines(closure)
-            continue
-        lines += [_pair(key, getattr(closure, key)) for key in ("frame_a", "frame_b")]
-        for end, placement in (("a", closure.placement_a), ("b", closure.placement_b)):
-            if placement != Placement():
-                lines.append(_pair(f"translation_{end}_m", placement.translation))
-                lines.append(_pair(f"quaternion_{end}_xyzw", placement.quaternion))
-        if closure.axis is not None:
-            lines.append(_pair("axis", closure.axis))
-        if closure.distance is not None:
-            lines.append(_pair("distance_m", closure.distance))
+        lines += ["", "[[closures]]", *_pairs(_closure_values(closure))]
     for joint in closures.joints:
-        lines += ["", "[[joints]]", *_joint_lines(joint)]
-    roles = closures.roles
+        lines += ["", "[[joints]]", *_pairs(_joint_values(joint))]
     if roles != Roles():
-        lines += ["", "[roles]", _pair("actuated", roles.actuated)]
-        single = ("shoulder", "arm", "reference_point")
-        lines += [_pair(key, getattr(roles, key)) for key in single if getattr(roles, key) is not None]
+        keys = ("actuated", "shoulder", "arm", "reference_point")
+        lines += ["", "[roles]", *_pairs({key: getattr(roles, key) for key in keys})]
     for limb in roles.limbs:
-        lines += ["", "[[roles.limbs]]"]
-        lines += [_pair(key, getattr(limb, key)) for key in ("name", "kind", "slide", "platform_joint", "closure")]
+        lines += ["", "[[roles.limbs]]", *_pairs(asdict(limb))]
     return "\n".join(lines) + "\n"
 
 
-def _coupling_lines(closure: Closure) -> list[str]:
-    lines = [] if closure.frame_a == "universe" else [_pair("joint_a", closure.frame_a)]
-    lines += [_pair("joint_b", closure.frame_b), _pair("polynomial", closure.polynomial)]
-    return [*lines, _pair("references", closure.references)] if any(closure.references) else lines
+def _closure_values(closure: Closure) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": closure.name, "type": closure.type}
+    if closure.polynomial is not None:
+        found |= {"joint_a": None if closure.frame_a == "universe" else closure.frame_a, "joint_b": closure.frame_b}
+        references = closure.references if any(closure.references) else None
+        return found | {"polynomial": closure.polynomial, "references": references}
+    found |= {"frame_a": closure.frame_a, "frame_b": closure.frame_b}
+    for end, placement in (("a", closure.placement_a), ("b", closure.placement_b)):
+        if placement != Placement():
+            found |= {f"translation_{end}_m": placement.translation, f"quaternion_{end}_xyzw": placement.quaternion}
+    return found | {"axis": closure.axis, "distance_m": closure.distance}
 
 
 #: Keys of stiffness and armature by the unit of the joint's coordinates, and their kinds in the table of units.
@@ -191,14 +181,15 @@ _JOINT_KEYS = {
 }
 
 
-def _joint_lines(joint: JointProperties) -> list[str]:
+def _joint_values(joint: JointProperties) -> dict[str, Any]:
     (_, stiffness, per_unit), (_, armature, suffix) = _JOINT_KEYS[joint.unit]
-    lines = [_pair("name", joint.joint), _pair(stiffness + per_unit, joint.stiffness)]
-    if joint.spring_reference is not None:
-        lines.append(_pair("spring_reference", joint.spring_reference))
-    if joint.armature is not None:
-        lines.append(_pair(armature + suffix, joint.armature))
-    return lines
+    found = {"name": joint.joint, stiffness + per_unit: joint.stiffness, "spring_reference": joint.spring_reference}
+    return found | {armature + suffix: joint.armature}
+
+
+def _pairs(values: dict[str, Any]) -> list[str]:
+    """A line for each value that is given."""
+    return [_pair(key, value) for key, value in values.items() if value is not None]
 
 
 def _pair(key: str, value: Any) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
-from typing import NamedTuple
 
 from ...core.errors import FileFormatError
 from .xml_elements import Element
@@ -16,7 +15,8 @@ from .xml_elements import Element
 __all__ = ["Rule", "is_left_out", "read_children", "read_rules"]
 
 
-class Rule(NamedTuple):
+@dataclass(frozen=True)
+class Rule:
     """Attributes and children of an element.
 
     Attributes
@@ -44,8 +44,8 @@ class Rule(NamedTuple):
     often: Sequence[str] = ()
     needed: Sequence[str] = ()
     left_out: Sequence[str] = ()
-    refused: Mapping[str, str] = MappingProxyType({})
-    fixed: Mapping[str, str] = MappingProxyType({})
+    refused: dict[str, str] = field(default_factory=dict)
+    fixed: dict[str, str] = field(default_factory=dict)
     text: bool = False
 
 

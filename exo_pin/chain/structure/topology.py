@@ -95,11 +95,6 @@ class Topology(Record):
     coupled: IntArray
     polynomials: FloatArray
 
-    @property
-    def row_count(self) -> int:
-        """Number of constraint rows."""
-        return int(self.rows[-1])
-
     def frame(self, c: int, end: int) -> pin.SE3:
         """Frame a (end 0) or b (1) of a closure, in the joint that carries it."""
         local = self.local[c, end]
@@ -115,6 +110,11 @@ class Topology(Record):
     def scales(self) -> Scales:
         """Scales of the constraint Jacobian for the kernels."""
         return self.row_scale, self.column, self.blocks
+
+    @property
+    def row_count(self) -> int:
+        """Number of constraint rows."""
+        return int(self.rows[-1])
 
 
 class Part(NamedTuple):
@@ -239,21 +239,22 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
             raise InvalidInput(
                 f"closure {closure.name!r} joins {closure.frame_a!r} and {closure.frame_b!r}, which are one rigid body"
             )
-    types = [TYPES[closure.type] for closure in closures.closures]
-    kinds = np.array([kind.code for kind in types], dtype=np.int64)
-    rows = np.cumsum([0, *(kind.rows for kind in types)], dtype=np.int64)
+    kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
+    rows = np.cumsum([0, *(closure.rows for closure in closures.closures)], dtype=np.int64)
     coupled, polynomials = make_couplings(model, closures.closures, rows)
     metres = in_metres(model)
     sliding = metres[coupled[:, 4]]
     kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
     supports = moving_coordinates(model)[joints].reshape(count, 2, model.nv)
-    signs = supports[:, 0] - supports[:, 1]
-    _mark_coupled(signs, rows, coupled)
     outward = carried_joints(model)
+    carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
     length = characteristic_length(model, joints, local)
-    column = np.where(metres, length, 1.0)
+    types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)
     row_metres[coupled[:, 0]] = sliding
+    signs = supports[:, 0] - supports[:, 1]
+    _mark_coupled(signs, rows, coupled)
+    column = np.where(metres, length, 1.0)
     return Topology(
         joints=frozen(joints),
         local=frozen(local),
@@ -261,7 +262,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
         rows=frozen(rows),
         supports=frozen(supports),
         signs=frozen(signs),
-        carried=frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]]),
+        carried=carried,
         length=length,
         row_metres=frozen(row_metres),
         row_scale=frozen(np.where(row_metres, 1.0 / length, 1.0)),

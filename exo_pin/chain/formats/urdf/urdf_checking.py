@@ -157,9 +157,8 @@ def _joint_lines(joint: Element, counted: bool) -> list[str]:
         # A long or short axis is divided by its largest entry, whose square neither overflows nor vanishes.
         largest = float(np.abs(direction).max())
         lines.append(_element("axis", xyz=_spelt(direction if 1e-3 < largest < 1e3 else direction / largest)))
-    for tag in ("limit", "dynamics"):
+    for tag, keys in _READ.items():
         element = joint.first(tag)
-        keys = _READ[tag]
         if element is not None:
             given = {key: _spelt(number(element, key)) for key in keys if key in element.attributes}
             given |= _ENDLESS if endless and tag == "limit" else {}

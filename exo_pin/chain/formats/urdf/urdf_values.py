@@ -136,14 +136,11 @@ def unread_physics(root: Element) -> Iterator[tuple[Element, str]]:
             if element is not None:
                 yield element, f"<{tag}>{element.text}</{tag}>"
     for joint in root.all("joint"):
-        properties = joint.first("joint_properties")
-        for key, value in () if properties is None else properties.attributes.items():
-            if value.strip() not in ("0", "0.0"):
-                yield properties, f'{key}="{value}"'  # type: ignore[misc]
-        dynamics = joint.first("dynamics")
-        for key, value in () if dynamics is None else dynamics.attributes.items():
-            if key not in ("damping", "friction") and ":" not in key and value.strip() not in ("0", "0.0"):
-                yield dynamics, f'{key}="{value}"'  # type: ignore[misc]
+        for tag, read in (("joint_properties", ()), ("dynamics", ("damping", "friction"))):
+            element = joint.first(tag)
+            for key, value in () if element is None else element.attributes.items():
+                if key not in read and ":" not in key and value.strip() not in ("0", "0.0"):
+                    yield element, f'{key}="{value}"'  # type: ignore[misc]
 
 
 def _check_dynamics(joint: Element, kind: str) -> None:

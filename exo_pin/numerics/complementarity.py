@@ -82,7 +82,7 @@ def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high:
     low, high = low * unit, high * unit
     f, bounded, inner = _walk(A, c, low, high)
     w = A @ f + c
-    size = max(float(np.abs(c).max(initial=0.0)), float((np.abs(A) @ np.abs(f)).max(initial=0.0)))
+    size = _size(A, c, f)
     at_low, at_high = f == low, f == high
     wrong = np.where(at_low & at_high, 0.0, np.where(at_low, -w, np.where(at_high, w, np.abs(w))))
     residual = max(0.0, float(wrong.max(initial=0.0))) / size if size > 0.0 else 0.0

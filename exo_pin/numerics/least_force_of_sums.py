@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..core.compiled import kernel
+from .small_linear import solve_cholesky
 
 __all__ = ["REGULAR", "SUMMED", "least_sum_force", "shortest_within", "sum_rows"]
 
@@ -81,28 +82,14 @@ def _on_plane(H: Any, g: Any, a: Any, b: Any, count: int, slack: float, out: Any
 
 
 @kernel
-def _solve_three(H: Any, g: Any, out: Any) -> None:
-    """out = -H⁻¹ g for a positive definite matrix of three, by Cholesky."""
-    l00 = math.sqrt(H[0, 0])
-    l10, l20 = H[1, 0] / l00, H[2, 0] / l00
-    l11 = math.sqrt(H[1, 1] - l10 * l10)
-    l21 = (H[2, 1] - l20 * l10) / l11
-    l22 = math.sqrt(H[2, 2] - l20 * l20 - l21 * l21)
-    y0 = -g[0] / l00
-    y1 = (-g[1] - l10 * y0) / l11
-    y2 = (-g[2] - l20 * y0 - l21 * y1) / l22
-    out[2] = y2 / l22
-    out[1] = (y1 - l21 * out[2]) / l11
-    out[0] = (y0 - l10 * out[1] - l20 * out[2]) / l00
-
-
-@kernel
 def _in_space(
     H: Any, g: Any, a: Any, b: Any, count: int, slack: float, out: Any, E: Any, a2: Any, b2: Any, t2: Any, a1: Any,
     b1: Any, t1: Any,
 ) -> bool:  # fmt: skip
     """Minimise tᵀ H t/2 + gᵀ t over a_k · t >= b_k for three variables."""
-    _solve_three(H, g, out)
+    for r in range(3):
+        out[r] = -g[r]
+    solve_cholesky(H.copy(), out)
     H2, g2 = np.empty(3), np.empty(2)
     for k in range(count):
         size = math.sqrt(a[k, 0] ** 2 + a[k, 1] ** 2 + a[k, 2] ** 2)

@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.validation import FloatArray
+from .small_linear import RANK_TOLERANCE
 
 __all__ = ["KKT_TOLERANCE", "RANK_TOLERANCE", "LeastSquares", "Solution", "judged"]
 
 #: Largest violation of the optimality conditions, in a program scaled to forces of order 1, of an accepted answer.
 KKT_TOLERANCE = 1e-8
-#: Relative size of a singular value below which a direction has no effect.
-RANK_TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +100,7 @@ class Solution(NamedTuple):
 def judged(program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray) -> Solution:
     """A candidate with its violation of the optimality conditions."""
     residual = program.E @ z - program.d
-    pull = program.E.T @ residual + program.A.T @ equality + program.C.T @ inequality
-    bound = -pull
+    bound = -(program.E.T @ residual + program.A.T @ equality + program.C.T @ inequality)
     # Complementarity in the form min(multiplier, room) = 0, so that both are lengths of order 1.
     above, below = np.maximum(bound, 0.0), np.maximum(-bound, 0.0)
     room_above, room_below = np.maximum(program.high - z, 0.0), np.maximum(z - program.low, 0.0)

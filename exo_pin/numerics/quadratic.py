@@ -43,16 +43,8 @@ def solve(program: LeastSquares, shortest: bool = True) -> Solution:
         return first
     # The least residual is known now; among all z that reach it, the shortest one is unique.
     size = program.size
-    again = LeastSquares(
-        np.eye(size),
-        np.zeros(size),
-        np.vstack([program.A, program.E]),
-        np.concatenate([program.b, program.E @ first.z]),
-        program.low,
-        program.high,
-        program.C,
-        program.c,
-    )
+    A, b = np.vstack([program.A, program.E]), np.concatenate([program.b, program.E @ first.z])
+    again = replace(program, E=np.eye(size), d=np.zeros(size), A=A, b=b)
     second = judged(program, _solve(_orthonormal(again)).z, first.equality, first.inequality)
     return second._replace(unique=False) if second.kkt <= max(10.0 * first.kkt, 1e-10) else first
 
@@ -166,7 +158,7 @@ def _walk(
         z = z + _step(program, z, side == 0, rows)  # once more, for the rounding of an ill-conditioned step
         equality, inequality = _multipliers(program, z, side == 0, rows, equality, inequality)
         answer = judged(program, z, equality, inequality)
-        if best is None or (answer.kkt, answer.gap) < (best.kkt, best.gap):
+        if best is None or _quality(answer) < _quality(best):
             best = answer
         helpful = _blocks_equalities(program, z, side, fixed)
         if helpful >= 0:

@@ -19,17 +19,17 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from ...core.errors import UnknownName
 from ...core.records import Record
-from ...core.validation import FloatArray, frozen
+from ...core.validation import FloatArray, as_choice, frozen
 from ..dynamics.equations_of_motion import equations_of_motion
 from ..dynamics.inverse_dynamics import solved
 from ..dynamics.nonsmooth.joint_friction import friction_of, refuse_rest
 from ..dynamics.reactions import ClosedForces
+from ..dynamics.wrenches import own_frame, turned
 from ..kinematics.loops import closed_configuration
 from ..kinematics.reduced_kinematics import split
 from ..structure.chain_state import ChainState
-from .reaction_derivatives import closure_change, joint_change, own_axes
+from .reaction_derivatives import closure_change, joint_change
 from .state_changes import Change, OperatingPoint, change_of, force_change
 
 __all__ = ["Derivatives", "ReactionDerivatives", "inverse_dynamics_derivatives"]
@@ -105,28 +105,20 @@ class Derivatives(Record):
         InvalidInput
             If the joint's axes move in its child link, as those of Pinocchio's composite joints do.
         """
-        if in_frame not in ("world", "local"):
-            raise UnknownName("frame", in_frame, ("world", "local"))
+        as_choice("frame", in_frame, ("world", "local"))
         here = self.forces.joint_reaction(joint, in_frame=in_frame, intervals=False)
         change = np.hstack([self.multipliers_q, self.multipliers_v, self.multipliers_a])
         state = self._point.state
-        closures = [closure.name for closure in state.closures]
-        if joint in closures:
-            local, turning = closure_change(self._point, closures.index(joint), self._change, change)
+        place, joints = state.part(joint).place, state.model.njoints - 1
+        if place >= joints:
+            local, turning = closure_change(self._point, place - joints, self._change, change)
         else:
-            local, turning = joint_change(self._point, state.joint_index(joint), self._change, change)
+            local, turning = joint_change(self._point, 1 + place, self._change, change)
         if in_frame == "world":
-            axes = own_axes(self._point, joint, closures)
-            local = np.vstack([axes.T @ local[:3], axes.T @ local[3:]])
+            local = turned(local, own_frame(self._point.equations, place)[1].T)
             local[:3] += np.cross(turning, here.force[:, None], axis=0)
             local[3:] += np.cross(turning, here.moment[:, None], axis=0)
-        d = len(self.independent)
-        return ReactionDerivatives(
-            frozen(local[:, :d].copy()),
-            frozen(local[:, d : 2 * d].copy()),
-            frozen(local[:, 2 * d :].copy()),
-            here.unique,
-        )
+        return ReactionDerivatives(*_parts(local, len(self.independent)), here.unique)
 
 
 def inverse_dynamics_derivatives(
@@ -165,6 +157,7 @@ def inverse_dynamics_derivatives(
     v = np.zeros(state.model.nv) if v is None else state.tangent("v", v).copy()
     a = np.zeros(state.model.nv) if a is None else state.tangent("a", a).copy()
     equations = equations_of_motion(state, q, v, a, external)
+    rubbing = None
     if state.passive.rubs:
         rubbing = friction_of(state, v)
         refuse_rest(
@@ -172,9 +165,7 @@ def inverse_dynamics_derivatives(
         )
         equations = replace(equations, tau=equations.tau - rubbing.force)
     drive = state.drive(actuated)
-    forces = solved(equations, drive, metric="closures")
-    if state.passive.rubs:
-        forces = replace(forces, _friction=frozen(rubbing.force))
+    forces = solved(equations, drive, metric="closures", rubbing=rubbing)
     parts = split(state, q, independent)
     # Copies: reactions are computed later, when gravity and the caller's arrays may have changed.
     wrenches = {name: np.array(wrench, dtype=np.float64) for name, wrench in (external or {}).items()}
@@ -183,25 +174,9 @@ def inverse_dynamics_derivatives(
     change, rates = change_of(state, point, parts)
     tau, multipliers = force_change(point, change, rates, drive.passive)
     d = len(parts.independent)
-    tau_q, tau_v, tau_a = _parts(tau, d)
-    multipliers_q, multipliers_v, multipliers_a = _parts(multipliers, d)
-    v_q, _, _ = _parts(change.v, d)
-    a_q, a_v, _ = _parts(change.a, d)
-    return Derivatives(
-        parts.independent,
-        tau_q,
-        tau_v,
-        tau_a,
-        multipliers_q,
-        multipliers_v,
-        multipliers_a,
-        v_q,
-        a_q,
-        a_v,
-        forces,
-        point,
-        change,
-    )
+    (v_q, _, _), (a_q, a_v, _) = _parts(change.v, d), _parts(change.a, d)
+    by_state = *_parts(tau, d), *_parts(multipliers, d), v_q, a_q, a_v
+    return Derivatives(parts.independent, *by_state, forces, point, change)
 
 
 def _parts(columns: FloatArray, d: int) -> tuple[FloatArray, FloatArray, FloatArray]:

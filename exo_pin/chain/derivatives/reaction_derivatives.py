@@ -11,30 +11,17 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ..kinematics.closure_wrench_kernels import closure_wrench_rates
 from ..structure.chain_state import ChainState
+from ..structure.motion_axes import moving_coordinates
 from .state_changes import Change, OperatingPoint, open_change, rates_along
 
-__all__ = ["closure_change", "joint_change", "own_axes"]
-
-
-def own_axes(point: OperatingPoint, joint: str, closures: list[str]) -> FloatArray:
-    """Own axes of a joint or closure, as rows."""
-    if joint in closures:
-        return point.equations.closure_frame(closures.index(joint))[1]
-    return point.equations.poses[point.state.joint_index(joint), :3]
+__all__ = ["closure_change", "joint_change"]
 
 
 def _turning(point: OperatingPoint, body: int, directions: FloatArray) -> FloatArray:
     """Rotation of a body along each direction, world axes, shape (3, columns)."""
-    if body == 0:
-        return np.zeros((3, directions.shape[1]))
-    state = point.state
-    state.workspace.linearise(point.q)
-    J = state.workspace.J.T
-    moved = np.zeros(state.model.nv, dtype=bool)
-    while body:
-        moved[state.model.idx_vs[body] : state.model.idx_vs[body] + state.model.nvs[body]] = True
-        body = state.model.parents[body]
-    return np.asarray(J[3:] * moved @ directions)
+    work = point.state.workspace
+    work.linearise(point.q)
+    return np.asarray(work.J.T[3:] * moving_coordinates(point.state.model)[body] @ directions)
 
 
 def closure_change(
@@ -56,14 +43,16 @@ def joint_change(
     point: OperatingPoint, index: int, change: Change, multipliers: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Change of a tree joint's wrench in its child link's axes, and the turning of these axes."""
-    state = point.state
-    if index == 0:
-        raise InvalidInput("the world has no joint: expected the name of a joint of the tree or of a closure")
-    freed, into = _freed(state, index)
+    state, known = point.state, point.state.freed_chains
+    if index not in known:
+        known[index] = _freed(state, index)
+    freed, into = known[index]
     freed.model.gravity = point.gravity
     for body in range(1, state.model.njoints):
         freed.model.inertias[body] = state.model.inertias[body]
-    pose = _local_pose(point, index)
+    data = state.workspace.data
+    pin.forwardKinematics(state.model, data, point.q)
+    pose = pin.SE3ToXYZQUAT(state.model.jointPlacements[index].actInv(data.liMi[index]))
     q = freed.neutral()
     for joint, name in enumerate(state.model.names):
         if joint:
@@ -81,14 +70,6 @@ def joint_change(
     return found[own], _turning(point, index, change.q)
 
 
-def _local_pose(point: OperatingPoint, index: int) -> FloatArray:
-    """Configuration of the free flight that replaces a joint, shape (7,)."""
-    model, data = point.state.model, point.state.workspace.data
-    pin.forwardKinematics(model, data, point.q)
-    local = model.jointPlacements[index].actInv(data.liMi[index])
-    return pin.SE3ToXYZQUAT(local)
-
-
 def _freed(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
     """The chain with one joint replaced by a free flight, and the map of velocities to it, shape (nv', nv).
 
@@ -97,13 +78,6 @@ def _freed(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
     InvalidInput
         If the joint's axes move in its child link.
     """
-    known = state.freed_chains
-    if index not in known:
-        known[index] = _set_free(state, index)
-    return known[index]
-
-
-def _set_free(state: ChainState, index: int) -> tuple[ChainState, FloatArray]:
     model = state.model
     still = pin.neutral(model)
     moved = pin.integrate(model, still, np.linspace(0.3, 0.9, model.nv))

@@ -147,7 +147,7 @@ def force_change(
     found = np.zeros((state.row_count, change.q.shape[1]))
     if matrix.size:
         # The pseudo-inverse of a matrix of constant rank changes by itself and by how its null space turns.
-        inverse = _pseudo_inverse(state, matrix, point.equations.gap)
+        inverse = np.linalg.pinv(matrix, rank_tolerance(matrix.shape, 1.0, state.model.njoints, point.equations.gap))
         scaled = point.multipliers / top.row_scale
         found = inverse @ (column[:, None] * left[passive])
         tall = inverse.T @ scaled
@@ -158,9 +158,3 @@ def force_change(
     tau = left - point.equations.jacobian.T @ multipliers
     tau[passive] = 0.0
     return tau, multipliers
-
-
-def _pseudo_inverse(state: ChainState, matrix: FloatArray, gap: float) -> FloatArray:
-    U, values, Vt = np.linalg.svd(matrix, full_matrices=False)
-    rank = int(np.count_nonzero(values > rank_tolerance(matrix.shape, float(values[0]), state.model.njoints, gap)))
-    return np.asarray((Vt[:rank].T / values[:rank]) @ U[:, :rank].T, dtype=np.float64)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiled import kernel
-from ..kinematics.closure_kernels import jacobian_rate, residual_jacobian
+from ..kinematics.closure_kernels import add_cross, jacobian_rate, residual_jacobian
 from ..kinematics.closure_wrench_kernels import unit_wrenches
 from ..kinematics.rank import is_clearly_regular
 
@@ -39,19 +39,19 @@ def moving_loops(
     row_scale, column, _ = scales
     worst = residual_jacobian(poses, J, loops, q, gap, jacobian)
     jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
-    scaled, opening, speed, total = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(gap)):
-        along = 0.0
-        for k in range(len(v)):
-            along += jacobian[i, k] * v[k]
-        scaled, opening = max(scaled, abs(gap[i] * row_scale[i])), max(opening, abs(row_scale[i] * along))
-    for k in range(len(v)):
-        speed = max(speed, abs(v[k] / column[k]))
-        total += v[k]
-    for k in range(len(q)):
-        total += q[k]
+    scaled = _scaled(gap, row_scale)
+    _, opening, speed, finite = missed(jacobian, np.zeros(len(gap)), v, row_scale, column)
     regular = is_clearly_regular(jacobian, scales, len(poses), scaled)
-    return worst, scaled, opening, speed, regular, math.isfinite(total)
+    return worst, scaled, opening, speed, regular, finite and math.isfinite(q.sum())
+
+
+@kernel
+def _scaled(gap: Any, row_scale: Any) -> float:
+    """The largest residual, scaled."""
+    largest = 0.0
+    for i in range(len(gap)):
+        largest = max(largest, abs(gap[i] * row_scale[i]))
+    return largest
 
 
 @kernel
@@ -102,9 +102,7 @@ def _tree_wrenches(poses: Any, forces: Any, out: Any) -> None:
         for k in range(3):
             wrench[k] = forces[j, 0] * R[0, k] + forces[j, 1] * R[1, k] + forces[j, 2] * R[2, k]
             wrench[3 + k] = forces[j, 3] * R[0, k] + forces[j, 4] * R[1, k] + forces[j, 5] * R[2, k]
-        wrench[3] += p[1] * wrench[2] - p[2] * wrench[1]
-        wrench[4] += p[2] * wrench[0] - p[0] * wrench[2]
-        wrench[5] += p[0] * wrench[1] - p[1] * wrench[0]
+        add_cross(p, wrench[:3], 1.0, wrench[3:])
 
 
 @kernel
@@ -190,21 +188,10 @@ def equations(
     unit_wrenches(poses, loops, unit)
     tree = np.empty(forces.shape)
     _tree_wrenches(poses, forces, tree)
-    scaled = 0.0
-    for i in range(height):
-        scaled = max(scaled, abs(gap[i] * row_scale[i]))
-    speed, size, opening_v, opening_a = 0.0, 0.0, 0.0, 0.0
+    scaled, speed, size, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0, 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)
         jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
-        for k in range(nv):
-            speed = max(speed, abs(v[k] / column[k]))
-            size = max(size, abs(a[k] / column[k]))
-        for i in range(height):
-            along, across = 0.0, drift[i]
-            for k in range(nv):
-                along += jacobian[i, k] * v[k]
-                across += jacobian[i, k] * a[k]
-            opening_v = max(opening_v, abs(row_scale[i] * along))
-            opening_a = max(opening_a, abs(row_scale[i] * across))
+        _, opening_v, speed, _ = missed(jacobian, np.zeros(height), v, row_scale, column)
+        _, opening_a, size, _ = missed(jacobian, drift, a, row_scale, column)
     return jacobian, unit, tree, poses.copy(), worst, scaled, speed, size + speed * speed, opening_v, opening_a

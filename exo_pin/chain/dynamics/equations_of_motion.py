@@ -73,13 +73,6 @@ class EquationsOfMotion:
     tree: FloatArray
     unit: FloatArray
 
-    def closure_frame(self, index: int) -> tuple[FloatArray, FloatArray]:
-        """A closure's point p_b and the axes of frame a, as rows."""
-        top = self.state.topology
-        (joint_a, joint_b), (local_a, local_b) = top.joints[index], top.local[index]
-        point = local_b[3] @ self.poses[joint_b, :3] + self.poses[joint_b, 3]
-        return point, local_a[:3] @ self.poses[joint_a, :3]
-
     def wrenches(self, multipliers: FloatArray) -> FloatArray:
         """All joints' and closures' wrenches, each about its own point, world axes, for sets of multipliers.
 

@@ -198,15 +198,13 @@ def forward_dynamics(
         a, forces = smooth_acceleration(state, q, v, applied), None
     drift = work.drift + stabilising(state, v, stabilisation) if stabilisation else work.drift
     largest, missing, size, finite = missed.run(work.jacobian, drift, a, top.row_scale, top.column)
-    if not finite:
-        if chosen == "proximal" and method == "auto":
-            return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
-        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     size += speed * speed
+    # Pinocchio's tolerances have units, so that very small or light robots may miss them.
+    if chosen == "proximal" and method == "auto" and not (finite and missing <= _MISSED * size):
+        return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
+    if not finite:
+        raise SolverFailed("the constrained dynamics", np.inf, "the acceleration is not finite")
     if not stabilisation:
-        # Pinocchio's tolerances have units, so that very small or light robots may miss them.
-        if chosen == "proximal" and method == "auto" and missing > _MISSED * size:
-            return forward_dynamics(state, q, v, efforts, external=external, method="projected", stops=stops)
         refuse_missing(q, v, missing, size)
         if not regular:
             refuse_near_singular(state, q, work.jacobian, gap)

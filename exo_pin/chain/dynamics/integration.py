@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -26,9 +26,7 @@ from .nonsmooth.projected_motion import Applied
 __all__ = [
     "Instant",
     "Rates",
-    "efforts_at",
     "energies_of",
-    "external_at",
     "first_state",
     "instant_of",
     "kinetic_energy",
@@ -65,13 +63,13 @@ class Instant(NamedTuple):
 class Rates:
     """The right side of the differential equations: y = (ξ, v, work, dissipated), with q = base ⊕ ξ.
 
-    In a mode with friction and stops the impulses of the coordinates that it holds follow, so that the steps
-    resolve forces that change while nothing moves.
+    ``tau`` and ``external`` are given as for :meth:`ClosedChain.simulate`. In a mode with friction and stops the
+    impulses of the coordinates that it holds follow, so that the steps resolve forces that change while nothing moves.
     """
 
     state: ChainState
-    tau: object
-    external: object
+    tau: Any
+    external: Any
     method: str
     stabilisation: float
     base: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -95,8 +93,9 @@ class Rates:
 
     def applied(self, t: float, q: FloatArray, v: FloatArray) -> Applied:
         """Efforts and external wrenches at a time and state, and how the motion is computed."""
-        efforts, external = efforts_at(self.state, self.tau, t, q, v), external_at(self.external, t, q, v)
-        return Applied(efforts, external, self.method, self.stabilisation)
+        tau = self.tau(t, q.copy(), v.copy()) if callable(self.tau) else self.tau
+        external = self.external(t, q.copy(), v.copy()) if callable(self.external) else self.external
+        return Applied(efforts_of(self.state, tau), external, self.method, self.stabilisation)
 
     def _power(self, q: FloatArray, v: FloatArray, external: Mapping[str, ArrayLike] | None) -> float:
         """Of the external wrenches, W."""
@@ -109,16 +108,6 @@ class Rates:
 def _right_jacobian(model: pin.Model, q: FloatArray, shift: FloatArray) -> FloatArray:
     """Derivative of q ⊕ ξ with respect to ξ, shape (nv, nv)."""
     return np.array(np.reshape(pin.dIntegrate(model, q, shift)[1], (model.nv, model.nv)))
-
-
-def efforts_at(state: ChainState, tau: object, t: float, q: FloatArray, v: FloatArray) -> FloatArray:
-    """Efforts at a time and state, shape (nv,), N and N m, given as for :meth:`ClosedChain.simulate`."""
-    return efforts_of(state, tau(t, q.copy(), v.copy()) if callable(tau) else tau)  # type: ignore[arg-type]
-
-
-def external_at(external: object, t: float, q: FloatArray, v: FloatArray) -> Mapping[str, ArrayLike] | None:
-    """External wrenches at a time and state, given as for :meth:`ClosedChain.simulate`."""
-    return external(t, q.copy(), v.copy()) if callable(external) else external  # type: ignore[return-value]
 
 
 def first_state(instant: Instant, held: int) -> FloatArray:
@@ -176,33 +165,22 @@ def refuse_jump(
     shift: FloatArray,
     tolerances: tuple[float, float],
 ) -> None:
-    """Raise if a step changed the energy by more than its work and its tolerances explain."""
+    """Raise if a step changed the energy by more than its work, its tolerances and rounding explain."""
     (old, kinetic), (new, moving) = energies_of(state, before), energies_of(state, after)
     jump = abs(new - old - (after.work - before.work) + (after.dissipated - before.dissipated))
-    explained = _SPARE * _explained(state, after, (new, moving), shift, tolerances)
-    if jump > _JUMP * max(kinetic, moving) + explained:
+    model, data, (rtol, atol) = state.model, state.workspace.data, tolerances
+    # The residual of a closed loop may be 1e-12.
+    pull = np.abs(pin.computeGeneralizedGravity(model, data, after.q)) + np.abs(state.passive.force(after.q, None))
+    height = float(pull @ (atol + 1e-12 + rtol * np.abs(shift)))
+    stray = kinetic_energy(state, after.q, atol + rtol * np.abs(after.v))
+    speed = stray + 2.0 * np.sqrt(moving * stray)
+    exchanged = abs(after.work) + after.dissipated
+    rounding = np.finfo(float).eps * (abs(new) + exchanged)
+    explained = height + speed + 2.0 * atol + rtol * exchanged + rounding
+    if jump > _JUMP * max(kinetic, moving) + _SPARE * explained:
         raise SimulationStopped(
             time,
             before.q.copy(),
             before.v.copy(),
             f"the next step changes the energy by {jump:.3g} J beyond work and dissipation. {_SINGULAR}",
         )
-
-
-def _explained(
-    state: ChainState,
-    instant: Instant,
-    energies: tuple[float, float],
-    shift: FloatArray,
-    tolerances: tuple[float, float],
-) -> float:
-    """Error of the energy that the tolerances of a step and rounding allow, J."""
-    (rtol, atol), (total, kinetic) = tolerances, energies
-    model, data = state.model, state.workspace.data
-    # The residual of a closed loop may be 1e-12.
-    pull = np.abs(pin.computeGeneralizedGravity(model, data, instant.q)) + np.abs(state.passive.force(instant.q, None))
-    height = pull @ (atol + 1e-12 + rtol * np.abs(shift))
-    stray = kinetic_energy(state, instant.q, atol + rtol * np.abs(instant.v))
-    speed = stray + 2.0 * np.sqrt(kinetic * stray)
-    rounding = np.finfo(float).eps * (abs(total) + abs(instant.work) + instant.dissipated)
-    return float(height + speed + 2.0 * atol + rtol * (abs(instant.work) + instant.dissipated) + rounding)

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.errors import UndrivenMotion, UnknownName
-from ...core.validation import FloatArray, frozen
+from ...core.errors import UndrivenMotion
+from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ChainState, Drive
 from .equations_of_motion import EquationsOfMotion, equations_of_motion, refuse_near_singular
 from .force_distribution import METRICS, Bound, ForceDistribution, self_stress_within
@@ -170,9 +170,8 @@ def solved(
     UndrivenMotion, InfeasibleForces, SolverFailed, UnknownName
         As for :meth:`ClosedChain.inverse_dynamics`.
     """
-    if metric not in METRICS:
-        raise UnknownName("metric", metric, METRICS)
-    top = equations.state.topology
+    as_choice("metric", metric, METRICS)
+    state, top, J = equations.state, equations.state.topology, equations.jacobian
     if applied is not None:
         equations = replace(equations, tau=equations.tau - applied)
     actuators = drive
@@ -180,19 +179,12 @@ def solved(
     if rubbing is not None and rests:
         drive = bearing_drive(drive, rubbing)
     start, stresses, sharpness, missing, share_of_largest, weakest = solutions(
-        equations.jacobian,
-        equations.tau,
-        equations.tree,
-        drive.passive,
-        top.scales,
-        top.length,
-        equations.state.model.njoints,
-        equations.gap,
+        J, equations.tau, equations.tree, drive.passive, top.scales, top.length, state.model.njoints, equations.gap
     )
     if not share_of_largest <= _MISSING:
         _refuse_undriven(equations, drive.passive, missing)
     if resolved:
-        refuse_near_singular(equations.state, equations.q, equations.jacobian, equations.gap, weakest)
+        refuse_near_singular(state, equations.q, J, equations.gap, weakest)
     bounds: tuple[Bound, ...] = ()
     if effort_bounds is None and reaction_bounds is None and objective is None and not rests:
         multipliers = start
@@ -206,13 +198,13 @@ def solved(
             equations, (drive, actuators), self_stress, (effort_bounds, reaction_bounds), objective, metric, rubbing
         )
     tau, residual, unique = efforts_and_residual(
-        equations.jacobian, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
+        J, equations.tau, multipliers, stresses, drive.passive, top.per_newton, sharpness
     )
     if applied is not None:
         tau += applied
     friction, rest = None if rubbing is None else rubbing.force, None
     if rubbing is not None and rests:
-        ranges = effort_ranges(equations.state, actuators.driven, effort_bounds)
+        ranges = effort_ranges(state, actuators.driven, effort_bounds)
         rest = resting_friction(actuators, rubbing, ranges, frozen(tau), frozen(unique))
         tau, resting = rest.split()
         friction, unique = rubbing.force + resting, (unique & ~rest.actuated) | rest.alone

@@ -16,7 +16,7 @@ from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .equations_of_motion import moving_loops, refuse_opening
 from .forward_dynamics import Method, forward_dynamics, has_hinges
-from .integration import Instant, Rates, efforts_at, energies_of, external_at
+from .integration import Instant, Rates, energies_of
 from .nonsmooth.contact_forces import stops_at
 from .nonsmooth.event_integration import EventFunction, EventIntegration
 from .nonsmooth.settling import MotionEvent, StopRules
@@ -167,13 +167,14 @@ def simulate(
     if not 0.0 <= bounce <= 1.0:
         raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")
     own = _event_functions(events)
+    asked: Method = "projected" if method == "auto" and has_hinges(state) else method
+    rates, instant = Rates(state, tau, external, asked, stabilisation), Instant(start, velocity, 0.0, 0.0)
+    efforts, wrenches, _, _ = rates.applied(float(when[0]), start, velocity)
     # Checks the efforts, the external wrenches and the method, and chooses one.
-    time = float(when[0])
-    efforts, wrenches = efforts_at(state, tau, time, start, velocity), external_at(external, time, start, velocity)
     first = forward_dynamics(
-        state, start, velocity, efforts, external=wrenches, method=_method(state, method), stabilisation=stabilisation
+        state, start, velocity, efforts, external=wrenches, method=asked, stabilisation=stabilisation
     )
-    rates, instant = Rates(state, tau, external, first.method, stabilisation), Instant(start, velocity, 0.0, 0.0)
+    rates.method = first.method
     rules = StopRules(limits_of(state.model) if stops else None, bounce)
     if rules.limits is not None:
         stops_at(state, rules.limits, start)
@@ -182,11 +183,6 @@ def simulate(
     if stopped is not None:
         when = np.append(when[when < stopped], stopped)
     return replace(_simulation(state, when, states, steps), events=tuple(found), stopped=stopped is not None)
-
-
-def _method(state: ChainState, method: Method) -> Method:
-    """The method to ask forward dynamics for; see :func:`simulate`."""
-    return "projected" if method == "auto" and has_hinges(state) else method
 
 
 def _event_functions(events: EventFunction | Sequence[EventFunction]) -> tuple[EventFunction, ...]:

@@ -10,13 +10,14 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, as_finite
+from ...core.errors import InvalidInput
+from ...core.validation import FloatArray, as_choice, as_finite
 from ..kinematics.closure_wrench_kernels import closure_wrenches
 from ..structure.chain_state import ChainState
 from ..structure.couplings import coupling_forces, refuse_coupling
 from .equations_of_motion import put_on
 from .nonsmooth.joint_friction import friction_of, refuse_rest
+from .wrenches import closure_frame, shifted, turned
 
 __all__ = ["TreeForces", "rnea"]
 
@@ -61,7 +62,7 @@ class TreeForces:
             raise InvalidInput(f"{joint!r} is the world, which has no joint: expected the name of a joint of the tree")
         pose = self._poses[index]
         wrench = self._joint_wrenches[index].reshape(2, 3) @ pose[:3]  # R f, because pose[:3] is Rᵀ
-        return _expressed(wrench, pose[3], at, frame, pose)
+        return _expressed(wrench, pose[3], (pose[3], pose[:3]), at, frame)
 
     def closure_wrench(
         self, closure: str, at: Literal["origin"] | ArrayLike = "origin", frame: Literal["world", "local"] = "world"
@@ -89,38 +90,24 @@ class TreeForces:
             If the closure is a coupling, which joins no bodies.
         """
         names = [item.name for item in self._state.closures]
-        if closure not in names:
-            raise UnknownName("closure", closure, names)
-        index = names.index(closure)
+        index = names.index(as_choice("closure", closure, names))
         refuse_coupling(self._state.closures[index])
-        top = self._state.topology
-        # The closure's point is frame b's, and its axes are frame a's: a sliding closure parts the two origins.
-        carrier_a, carrier_b = self._poses[top.joints[index]]
-        pose = top.local[index, 0] @ carrier_a[:3]
-        pose[3] = top.local[index, 1, 3] @ carrier_b[:3] + carrier_b[3]
-        point = pose[3] if _is_origin(at) else at
-        return _expressed(self._closure_wrenches[index].reshape(2, 3), np.zeros(3), point, frame, pose)
-
-
-def _is_origin(at: Literal["origin"] | ArrayLike) -> bool:
-    if isinstance(at, str):
-        if at != "origin":
-            raise UnknownName("point", at, ("origin",))
-        return True
-    return False
+        own = closure_frame(self._state.topology, self._poses, index)
+        return _expressed(self._closure_wrenches[index], np.zeros(3), own, at, frame)
 
 
 def _expressed(
-    wrench: FloatArray, point: FloatArray, at: Literal["origin"] | ArrayLike, frame: str, pose: FloatArray
+    wrench: FloatArray, about: FloatArray, own: tuple[FloatArray, FloatArray], at: str | ArrayLike, frame: str
 ) -> FloatArray:
-    """A wrench (rows force, moment, world axes, about ``point``) about another point, in world or own axes."""
-    if frame not in ("world", "local"):
-        raise UnknownName("frame", frame, ("world", "local"))
-    force, moment = wrench
-    if not _is_origin(at):
-        moment = moment + np.cross(point - as_finite("at", at, (3,)), force)
-    both = np.stack([force, moment])
-    return (both @ pose[:3].T if frame == "local" else both).reshape(6)
+    """A wrench in world axes about one point, about another, by default the own one, in world or own axes."""
+    as_choice("frame", frame, ("world", "local"))
+    point, axes = own
+    if isinstance(at, str):
+        as_choice("point", at, ("origin",))
+    else:
+        point = as_finite("at", at, (3,))
+    columns = shifted(wrench.reshape(6, 1), point - about)
+    return (turned(columns, axes) if frame == "local" else columns).reshape(6)
 
 
 def rnea(
@@ -158,32 +145,15 @@ def rnea(
     UnsupportedDynamics
         If a joint with dry friction neither moves nor accelerates, so that its friction is a range.
     """
-    zero = np.zeros(state.model.nv)
-    return _rnea(
-        state,
-        state.configuration(q),
-        zero if v is None else state.tangent("v", v),
-        zero if a is None else state.tangent("a", a),
-        None if multipliers is None else state.vector("multipliers", multipliers, state.row_count),
-        external,
-    )
-
-
-def _rnea(
-    state: ChainState,
-    q: FloatArray,
-    v: FloatArray,
-    a: FloatArray,
-    multipliers: FloatArray | None,
-    external: Mapping[str, ArrayLike] | None,
-) -> TreeForces:
-    """:meth:`ClosedChain.rnea` after its checks."""
     work, top, model = state.workspace, state.topology, state.model
-    data = work.data
+    data, q = work.data, state.configuration(q)
+    v = work.still if v is None else state.tangent("v", v)
+    a = work.still if a is None else state.tangent("a", a)
     pin.forwardKinematics(model, data, q)
     work.external[:] = 0.0
     work.wrenches[:] = 0.0
     if multipliers is not None:
+        multipliers = state.vector("multipliers", multipliers, state.row_count)
         closure_wrenches(
             work.poses, multipliers, work.unit_wrenches(), top.joints, top.rows, work.wrenches, work.external
         )

@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.records import Record
 from ...core.validation import FloatArray, as_finite
+from ..structure.topology import Topology
 from .equations_of_motion import EquationsOfMotion
 
-__all__ = ["JointReaction", "axes_and_point", "own_frame", "shifted", "turned"]
+__all__ = ["JointReaction", "axes_and_point", "closure_frame", "own_frame", "shifted", "turned"]
 
 _COMPONENTS = ("F_x", "F_y", "F_z", "M_x", "M_y", "M_z")
 
@@ -83,9 +84,16 @@ def own_frame(equations: EquationsOfMotion, index: int) -> tuple[FloatArray, Flo
     """
     joints = len(equations.poses) - 1
     if index >= joints:
-        return equations.closure_frame(index - joints)
+        return closure_frame(equations.state.topology, equations.poses, index - joints)
     pose = equations.poses[1 + index]
     return pose[3], pose[:3]
+
+
+def closure_frame(top: Topology, poses: FloatArray, index: int) -> tuple[FloatArray, FloatArray]:
+    """A closure's point p_b and the axes of frame a, as rows; ``poses`` of joints as in :class:`EquationsOfMotion`."""
+    (joint_a, joint_b), (local_a, local_b) = top.joints[index], top.local[index]
+    point = local_b[3] @ poses[joint_b, :3] + poses[joint_b, 3]
+    return point, local_a[:3] @ poses[joint_a, :3]
 
 
 def shifted(wrenches: FloatArray, by: FloatArray) -> FloatArray:

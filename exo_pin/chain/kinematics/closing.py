@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import BeyondLimits, LoopNotClosed, UnknownName
-from ...core.validation import FloatArray, as_positive
+from ...core.errors import BeyondLimits, LoopNotClosed
+from ...core.validation import FloatArray, as_choice, as_positive
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import limits_of
 from .closing_steps import attempt
@@ -49,9 +49,7 @@ def reference_configuration(state: ChainState, name: str | None = None) -> Float
     known = {item.key(): item.data() for item in state.model.referenceConfigurations}
     if name is None and _AS_DRAWN not in known:
         return state.neutral()
-    chosen = _AS_DRAWN if name is None else name
-    if chosen not in known:
-        raise UnknownName("reference configuration", chosen, known)
+    chosen = as_choice("reference configuration", _AS_DRAWN if name is None else name, known)
     return np.array(known[chosen], dtype=float)
 
 
@@ -103,15 +101,8 @@ def close(
     held = state.velocity_indices(hold) if hold else _NONE
     if type(tolerance) is not float or not 0.0 < tolerance < math.inf:
         tolerance = as_positive("tolerance", tolerance)
-    return nearest_closed(
-        state,
-        state.configuration(q),
-        held,
-        tolerance,
-        max(int(max_iterations), 0),
-        respect_limits,
-        max(int(restarts), 0),
-    )[0]
+    iterations, starts = max(int(max_iterations), 0), max(int(restarts), 0)
+    return nearest_closed(state, state.configuration(q), held, tolerance, iterations, respect_limits, starts)[0]
 
 
 def beyond_limits(state: ChainState, q: ArrayLike) -> tuple[str, ...]:

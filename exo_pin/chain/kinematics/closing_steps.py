@@ -12,7 +12,6 @@ import pinocchio as pin
 from ...core.compiled import kernel
 from ...core.validation import FloatArray
 from ...numerics.small_linear import solve_cholesky
-from ..structure.blocks import Blocks
 from ..structure.chain_state import ChainState
 from ..structure.joint_limits import Limits
 
@@ -89,7 +88,7 @@ def attempt(
         damping = max(_DAMPING * factor * size, _LEAST_DAMPING)
         _step(jacobian, gap, scale, weight, damping, blocks, move)
         if limits is not None:
-            _limit_step(limits, q, jacobian, gap, scale, weight, damping, blocks, move)
+            _limit_step(state, limits, q, weight, damping)
         trial = pin.integrate(state.model, q, move)
         worst_there = work.linearise(trial)
         size_there = _scaled_norm(gap, scale)
@@ -111,19 +110,10 @@ def attempt(
     return Attempt(q.copy(), worst, count, False, False)
 
 
-def _limit_step(
-    limits: Limits,
-    q: FloatArray,
-    jacobian: FloatArray,
-    gap: FloatArray,
-    scale: FloatArray,
-    weight: FloatArray,
-    damping: float,
-    blocks: Blocks,
-    move: FloatArray,
-) -> None:
+def _limit_step(state: ChainState, limits: Limits, q: FloatArray, weight: FloatArray, damping: float) -> None:
     """Change a step to respect the limits: coordinates stop at theirs, and the others are solved again."""
-    weight = weight.copy()
+    work, top = state.workspace, state.topology
+    weight, move = weight.copy(), work.move
     stopped = np.zeros_like(move)
     for _ in range(len(limits.v_index)):
         here = q[limits.q_index] + stopped[limits.v_index]
@@ -134,7 +124,8 @@ def _limit_step(
         index = limits.v_index[over]
         stopped[index] = np.clip(there[over], limits.lower[over], limits.upper[over]) - q[limits.q_index[over]]
         weight[index] = 0.0
-        _step(jacobian, gap + jacobian @ stopped, scale, weight, damping, blocks, move)
+        gap = work.gap + work.jacobian @ stopped
+        _step(work.jacobian, gap, top.row_scale, weight, damping, top.blocks, move)
     move += stopped
 
 

@@ -51,10 +51,36 @@ def dependent_motion(
     InvalidInput
         If the given motion would open the loops.
     """
+    work, top, model = state.workspace, state.topology, state.model
     chosen = state.velocity_indices(joints)
-    v = as_finite("velocity", velocity, (len(chosen),))
-    a = np.zeros(len(chosen)) if acceleration is None else as_finite("acceleration", acceleration, v.shape)
-    return _dependent_motion(state, closed_configuration(state, q), chosen, v, a)
+    moved = as_finite("velocity", velocity, (len(chosen),))
+    v, a = np.zeros(model.nv), np.zeros(model.nv)
+    v[chosen] = moved
+    if acceleration is not None:
+        a[chosen] = as_finite("acceleration", acceleration, moved.shape)
+    q = closed_configuration(state, q)
+    if len(set(chosen.tolist())) != len(chosen):
+        raise InvalidInput("a joint is given twice: expected every joint once")
+    given = np.zeros(model.nv, dtype=bool)
+    given[chosen] = True
+    others = np.flatnonzero(~given)
+    if not top.row_count:
+        if others.size:
+            raise UndeterminedMotion(q.copy(), others.size)
+        return v, a
+    work.linearise(q)
+    # Metres are divided by the characteristic length in rows and columns; the drift's units follow the rows.
+    column_scale = top.column
+    scaled = work.jacobian * top.row_scale[:, None]
+    dependent = scaled[:, others] * column_scale[others]
+    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
+    # Size of the terms: the right sides may cancel down to rounding, as in a parallelogram.
+    moving = float(np.abs(v / column_scale).max(initial=0.0))
+    v[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ v, gap, moving)
+    drift = work.drift_of(q, v)
+    moving = float(np.abs(a / column_scale).max(initial=0.0)) + float(np.square(v / column_scale).max(initial=0.0))
+    a[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
+    return v, a
 
 
 def root_motion(
@@ -86,45 +112,30 @@ def root_motion(
     InvalidInput
         If the root is neither, or the centre of a spherical root is to move.
     """
-    return _root_motion(
-        state,
-        state.configuration(q),
-        as_finite("angular_velocity", angular_velocity, (3,)),
-        as_finite("angular_acceleration", angular_acceleration, (3,)),
-        as_finite("linear_velocity", linear_velocity, (3,)),
-        as_finite("linear_acceleration", linear_acceleration, (3,)),
-    )
-
-
-def _dependent_motion(
-    state: ChainState, q: FloatArray, chosen: np.ndarray, velocity: FloatArray, acceleration: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """:meth:`ClosedChain.dependent_motion` after its checks."""
-    work, top, model = state.workspace, state.topology, state.model
-    if len(set(chosen.tolist())) != len(chosen):
-        raise InvalidInput("a joint is given twice: expected every joint once")
-    given = np.zeros(model.nv, dtype=bool)
-    given[chosen] = True
-    others = np.flatnonzero(~given)
-    v, a = np.zeros(model.nv), np.zeros(model.nv)
-    v[chosen], a[chosen] = velocity, acceleration
-    if not top.row_count:
-        if others.size:
-            raise UndeterminedMotion(q.copy(), others.size)
+    q = state.configuration(q)
+    omega = as_finite("angular_velocity", angular_velocity, (3,))
+    eta = as_finite("angular_acceleration", angular_acceleration, (3,))
+    linear_velocity = as_finite("linear_velocity", linear_velocity, (3,))
+    linear_acceleration = as_finite("linear_acceleration", linear_acceleration, (3,))
+    model = state.model
+    kind = model.joints[1].shortname() if model.njoints > 1 else "none"
+    work = state.workspace
+    pin.forwardKinematics(model, work.data, q)
+    to_local = work.poses[1, :3].copy()
+    turned = to_local @ omega, to_local @ eta
+    if kind == "JointModelSpherical":
+        if linear_velocity.any() or linear_acceleration.any():
+            raise InvalidInput(
+                "the centre of a spherical root is fixed: expected a linear velocity and acceleration of zero"
+            )
+        # R d/dt(Rᵀ ω) = η - ω × ω.
+        return turned
+    if kind == "JointModelFreeFlyer":
+        v = np.concatenate([to_local @ linear_velocity, turned[0]])
+        # d/dt (Rᵀ v_O) = Rᵀ (a_O - ω × v_O).
+        a = np.concatenate([to_local @ (linear_acceleration - np.cross(omega, linear_velocity)), turned[1]])
         return v, a
-    work.linearise(q)
-    # Metres are divided by the characteristic length in rows and columns; the drift's units follow the rows.
-    column_scale = top.column
-    scaled = work.jacobian * top.row_scale[:, None]
-    dependent = scaled[:, others] * column_scale[others]
-    gap = float(np.abs(work.gap * top.row_scale).max(initial=0.0))
-    # Size of the terms: the right sides may cancel down to rounding, as in a parallelogram.
-    moving = float(np.abs(velocity / column_scale[chosen]).max(initial=0.0))
-    v[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ v, gap, moving)
-    drift = work.drift_of(q, v)
-    moving = float(np.abs(a / column_scale).max(initial=0.0)) + float(np.square(v / column_scale).max(initial=0.0))
-    a[others] = column_scale[others] * _solve(state, q, dependent, -scaled @ a - top.row_scale * drift, gap, moving)
-    return v, a
+    raise InvalidInput(f"expected a spherical or free-flyer root, got {kind}: use dependent_motion with the root joint")
 
 
 def _solve(
@@ -152,33 +163,3 @@ def _solve(
     if not np.abs(left).max(initial=0.0) <= 1e-6 * size + 1e-9 * moving:
         raise InvalidInput("the given motion opens the loops: give the motion of fewer joints, of independent ones")
     return solution
-
-
-def _root_motion(
-    state: ChainState,
-    q: FloatArray,
-    omega: FloatArray,
-    eta: FloatArray,
-    linear_velocity: FloatArray,
-    linear_acceleration: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """:meth:`ClosedChain.root_motion` after its checks."""
-    model = state.model
-    kind = model.joints[1].shortname() if model.njoints > 1 else "none"
-    work = state.workspace
-    pin.forwardKinematics(model, work.data, q)
-    to_local = work.poses[1, :3].copy()
-    turned = to_local @ omega, to_local @ eta
-    if kind == "JointModelSpherical":
-        if linear_velocity.any() or linear_acceleration.any():
-            raise InvalidInput(
-                "the centre of a spherical root is fixed: expected a linear velocity and acceleration of zero"
-            )
-        # R d/dt(Rᵀ ω) = η - ω × ω.
-        return turned
-    if kind == "JointModelFreeFlyer":
-        v = np.concatenate([to_local @ linear_velocity, turned[0]])
-        # d/dt (Rᵀ v_O) = Rᵀ (a_O - ω × v_O).
-        a = np.concatenate([to_local @ (linear_acceleration - np.cross(omega, linear_velocity)), turned[1]])
-        return v, a
-    raise InvalidInput(f"expected a spherical or free-flyer root, got {kind}: use dependent_motion with the root joint")

@@ -11,6 +11,7 @@ import numpy as np
 from ...core.records import Record
 from ...core.validation import FloatArray
 from ..structure.chain_state import ChainState
+from ..structure.motion_axes import carried_joints
 from .loops import tree_frame_jacobian
 
 __all__ = ["PARTS_OF_POSE", "Margins", "Output", "margins"]
@@ -120,22 +121,19 @@ def margins(
     slides = top.metres[driven]
     # The output's motion per actuator motion; efforts per load are its transpose, by virtual work.
     gain = out @ _inverse(drive, dof - output_lost - idle) / scale[driven]
-    weights = np.array([top.length] * 3 + [1.0] * 3)
-    back = scale[driven, None] * (drive @ _inverse(out / weights[:, None], dof - input_lost - idle)) / weights
-    held_out = _moved(out / weights[:, None], drive, dof - output_lost - idle) if output_lost else (False, False)
-    free_in = (
-        _moved(drive, out / weights[:, None], dof - input_lost - idle, np.flatnonzero(slides))
-        if input_lost
-        else (False, False)
-    )
-    effort: dict[str, float] = {}
-    travel: dict[str, float] = {}
+    weights = np.repeat([top.length, 1.0], 3)
+    seen = out / weights[:, None]
+    back = scale[driven, None] * (drive @ _inverse(seen, dof - input_lost - idle)) / weights
+    held_out = free_in = False, False
+    if output_lost:
+        held_out = _moved(seen, drive, dof - output_lost - idle, np.arange(6) < 3)
+    if input_lost:
+        free_in = _moved(drive, seen, dof - input_lost - idle, slides)
+    effort, travel = dict[str, float](), dict[str, float]()
     for which, force, length, loose in ((slides, "N", "m", free_in[0]), (~slides, "N m", "rad", free_in[1])):
-        if which.any():
-            parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))
-            for part, load, travelled, unheld in (
-                each for each in parts if counted.start <= each[0].start < counted.stop
-            ):
+        parts = ((slice(0, 3), "N", "m", held_out[0]), (slice(3, 6), "N m", "rad", held_out[1]))
+        for part, load, travelled, unheld in parts:
+            if which.any() and counted.start <= part.start < counted.stop:
                 effort[f"{force} per {load}"] = np.inf if unheld else _norm(gain[part][:, which])
                 travel[f"{length} per {travelled}"] = np.inf if loose else _norm(back[which][:, part])
     worst, turn, loosest = _clearance(state, q, locked, locked.shape[1] - output_lost - idle, tree, output)
@@ -160,13 +158,11 @@ def _inverse(matrix: FloatArray, rank: int) -> FloatArray:
     return np.asarray((Vt[:rank].T / significant) @ U[:, :rank].T)
 
 
-def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray | None = None) -> tuple[bool, bool]:
-    """Whether motions that leave ``still`` at rest move the first and the second part of ``moving``."""
+def _moved(moving: FloatArray, still: FloatArray, rank: int, first: np.ndarray) -> tuple[bool, bool]:
+    """Whether motions that leave ``still`` at rest move the first and the other rows of ``moving``."""
     _, _, Vt = np.linalg.svd(still)
     left = moving @ Vt[rank:].T
-    rows = np.zeros(len(moving), dtype=bool)
-    rows[np.arange(3) if first is None else first] = True
-    return _norm(left[rows]) > _ROUNDING, _norm(left[~rows]) > _ROUNDING
+    return _norm(left[first]) > _ROUNDING, _norm(left[~first]) > _ROUNDING
 
 
 def _clearance(
@@ -187,9 +183,8 @@ def _clearance(
     stress, inverse = np.linalg.svd(locked)[0][:, rank:], _inverse(locked, rank)
     frame, counted = output
     carrier = model.frames[state.frames[frame]].parentJoint
-    above = _ancestors(model, carrier)
     worst, turn, loosest, most_turning = 0.0, 0.0, "none", "none"
-    for name, gap, direct in _plays(state, opened, above):
+    for name, gap, direct in _plays(state, opened, carrier):
         right = np.zeros((len(locked), 3))
         right[: top.row_count] = top.row_scale[:, None] * gap
         _, opposed, axes = np.linalg.svd(stress.T @ right) if stress.size else (None, np.zeros(0), np.eye(3))
@@ -208,31 +203,13 @@ def _clearance(
     return worst, turn, loosest if worst > 0.0 else most_turning
 
 
-def _plays(state: ChainState, opened: FloatArray, above: set[int]) -> list[tuple[str, FloatArray, float]]:
+def _plays(state: ChainState, opened: FloatArray, carrier: int) -> list[tuple[str, FloatArray, float]]:
     """Of every joint and closure: name, rows that a shift of its child opens, and whether that carries the output."""
     top, model = state.topology, state.model
-    moved = [_ancestors(model, joint) for joint in range(model.njoints)]
-    found = []
-    for joint in range(1, model.njoints):
-        gap = np.zeros_like(opened)
-        for c, (a, b) in enumerate(top.joints):
-            side = float(joint in moved[a]) - float(joint in moved[b])
-            rows = slice(top.rows[c], top.rows[c + 1])
-            # The other joints have to close what the shift opens.
-            gap[rows] = -side * opened[rows]
-        found.append((model.names[joint], gap, float(joint in above)))
-    for c, closure in enumerate(state.closures):
-        gap = np.zeros_like(opened)
-        rows = slice(top.rows[c], top.rows[c + 1])
-        gap[rows] = opened[rows]
-        found.append((closure.name, gap, 0.0))
-    return found
-
-
-def _ancestors(model: object, joint: int) -> set[int]:
-    """A joint and those that carry it, without the world."""
-    found = set()
-    while joint:
-        found.add(int(joint))
-        joint = model.parents[joint]  # type: ignore[attr-defined]
-    return found
+    closure_of_row = np.repeat(np.arange(len(top.kinds)), np.diff(top.rows))
+    # The other joints have to close what the shift opens.
+    shifts = -top.carried[:, closure_of_row, None] * opened
+    outward = carried_joints(model)[:, carrier]
+    joints = [(model.names[joint], shifts[joint], float(outward[joint])) for joint in range(1, model.njoints)]
+    own = [np.where((closure_of_row == c)[:, None], opened, 0.0) for c in range(len(top.kinds))]
+    return joints + [(closure.name, gap, 0.0) for closure, gap in zip(state.closures, own, strict=True)]

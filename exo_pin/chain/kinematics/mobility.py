@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from ...core.errors import InvalidInput, LoopNotClosed, UnknownName
+from ...core.errors import InvalidInput, LoopNotClosed
 from ...core.records import Record
-from ...core.validation import FloatArray, frozen
+from ...core.validation import FloatArray, as_choice, frozen
 from ..structure.chain_state import ChainState
 from .closing import nearest_closed
 from .loops import closed_configuration, tree_frame_jacobian
@@ -154,46 +154,30 @@ def mobility(
         If a locked joint is an actuated one.
     """
     q = closed_configuration(state, q).copy()
-    if part not in PARTS_OF_POSE:
-        raise UnknownName("part of the output", part, PARTS_OF_POSE)
+    rows = PARTS_OF_POSE[as_choice("part of the output", part, PARTS_OF_POSE)]
     held = state.velocity_indices(locked)
-    names = state.roles.actuated if actuated is None else tuple(actuated)
-    driven = state.velocity_indices(names)
+    driven = state.velocity_indices(state.roles.actuated if actuated is None else actuated)
     if np.intersect1d(held, driven).size and actuated is not None:
         raise InvalidInput("expected locked joints that are not actuated: name each joint in one of the two")
     driven = np.setdiff1d(driven, held)
     name = frame if frame is not None else state.roles.arm
-    output = None if name is None else (name, PARTS_OF_POSE[part])
+    output = None if name is None else (name, rows)
     here = _analysed(state, q, held, driven, output)
-    kinds: list[str] = []
-    if driven.size or state.row_count:
-        regular = _neighbourhood(state, q, here, held, driven, output)
-        pairs = (("constraint", regular.rank - here.rank), ("output", here.output_lost - regular.output_lost))
-        kinds = [kind for kind, worse in (*pairs, ("input", here.input_lost - regular.input_lost)) if worse > 0]
-    margin = None
-    if driven.size and output is not None:
-        margin = margins(
-            state,
-            q,
-            here.null_space,
-            here.locked_matrix,
-            driven,
-            output,
-            (here.output_lost, here.input_lost, here.idle),
-        )
-    return Mobility(
-        here.matrix.shape[0],
-        state.model.nv,
-        here.rank,
-        frozen(here.values),
-        here.tolerance,
-        state.topology.length,
-        MappingProxyType(_redundant(state, here.matrix, here.rank)),
-        tuple(kinds),
-        _with_locked(state, here) if driven.size else None,
-        here.idle if driven.size and output is not None else None,
-        margin,
-    )
+    near = _neighbours(state, q, here, held, driven, output) if driven.size or state.row_count else []
+    singular = {
+        "constraint": any(other.free.rank > here.free.rank for other in near),
+        "output": any(other.output_lost < here.output_lost for other in near),
+        "input": any(other.input_lost < here.input_lost for other in near),
+    }
+    found = replace(_constrained(state, here.free), kinds=tuple(kind for kind, so in singular.items() if so))
+    if not driven.size:
+        return found
+    found = replace(found, locked=_constrained(state, here.locked))
+    if output is None:
+        return found
+    lost = here.output_lost, here.input_lost, here.idle
+    margin = margins(state, q, here.free.null_space, here.locked.matrix, driven, output, lost)
+    return replace(found, idle=here.idle, margins=margin)
 
 
 def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.ndarray, output: Output | None) -> _Ranks:
@@ -201,56 +185,47 @@ def _analysed(state: ChainState, q: FloatArray, held: np.ndarray, driven: np.nda
     J, _ = scaled_jacobian(state, q)
     top, nv = state.topology, state.model.nv
     gap = float(np.abs(state.workspace.gap * top.row_scale).max(initial=0.0))
-    columns = top.column
     error = self_consistent_error(J, state.model.njoints, gap)
     unit = np.eye(nv)
     free = np.concatenate([J, unit[held]])
     locked = np.concatenate([free, unit[driven]])
 
-    def ranked(matrix: FloatArray) -> tuple[int, FloatArray, float, FloatArray]:
+    def ranked(matrix: FloatArray) -> _Ranked:
         if not matrix.size:
-            return 0, np.zeros(0), 0.0, np.eye(nv)
+            return _Ranked(matrix, 0, np.zeros(0), 0.0, np.eye(nv))
         _, values, Vt = np.linalg.svd(matrix)
         tolerance = rank_tolerance(matrix.shape, float(values[0]), state.model.njoints, gap)
         tolerance = max(tolerance, error * float(values[0]))
         rank = int(np.count_nonzero(values > tolerance))
-        return rank, values, tolerance, Vt[rank:].T
+        return _Ranked(matrix, rank, values, tolerance, Vt[rank:].T)
 
-    rank, values, tolerance, null_space = ranked(free)
-    of_locked = ranked(locked)[:3]
-    left, here = nv - of_locked[0], (free, rank, values, tolerance, null_space, locked, of_locked)
+    of_free, of_locked = ranked(free), ranked(locked)
+    left = nv - of_locked.rank
     if output is None:
-        return _Ranks(*here, left, 0, 0)
-    motion = tree_frame_jacobian(state, q, output[0]) * columns
+        return _Ranks(of_free, of_locked, left, 0, 0)
+    motion = tree_frame_jacobian(state, q, output[0]) * top.column
     motion[:3] /= top.length
     motion = motion[output[1]]
-    still = np.concatenate([free, motion])
-    idle = nv - ranked(np.concatenate([locked, motion]))[0]
-    input_lost = nv - ranked(still)[0] - idle
-    return _Ranks(*here, left - idle, input_lost, idle)
+    idle = nv - ranked(np.concatenate([locked, motion])).rank
+    input_lost = nv - ranked(np.concatenate([free, motion])).rank - idle
+    return _Ranks(of_free, of_locked, left - idle, input_lost, idle)
 
 
-def _neighbourhood(
+def _neighbours(
     state: ChainState, q: FloatArray, here: _Ranks, held: np.ndarray, driven: np.ndarray, output: Output | None
-) -> _Ranks:
-    """The highest ranks of the pose and some neighbours."""
+) -> list[_Ranks]:
+    """The same of some neighbouring poses."""
     rng = np.random.default_rng(0)
-    columns = state.topology.column
-    regular = here
-    for _ in range(_NEIGHBOURS if here.null_space.shape[1] else 0):
-        away = here.null_space @ rng.normal(size=here.null_space.shape[1])
-        start = pin.integrate(state.model, q, columns * away * (_NEAR / np.abs(away).max()))
+    null_space, found = here.free.null_space, []
+    for _ in range(_NEIGHBOURS if null_space.shape[1] else 0):
+        away = null_space @ rng.normal(size=null_space.shape[1])
+        start = pin.integrate(state.model, q, state.topology.column * away * (_NEAR / np.abs(away).max()))
         try:
             there = nearest_closed(state, start, held, 1e-12, 30)[0]
         except LoopNotClosed:
             continue
-        other = _analysed(state, there, held, driven, output)
-        regular = regular._replace(
-            rank=max(regular.rank, other.rank),
-            output_lost=min(regular.output_lost, other.output_lost),
-            input_lost=min(regular.input_lost, other.input_lost),
-        )
-    return regular
+        found.append(_analysed(state, there, held, driven, output))
+    return found
 
 
 def _redundant(state: ChainState, matrix: FloatArray, rank: int) -> dict[str, int]:
@@ -271,22 +246,28 @@ def _redundant(state: ChainState, matrix: FloatArray, rank: int) -> dict[str, in
     return found
 
 
-def _with_locked(state: ChainState, here: _Ranks) -> Mobility:
-    matrix, (rank, values, tolerance) = here.locked_matrix, here.of_locked
+def _constrained(state: ChainState, here: _Ranked) -> Mobility:
+    """Freedoms and redundancy alone."""
+    matrix, rank, values, tolerance, _ = here
     redundant = MappingProxyType(_redundant(state, matrix, rank))
-    return Mobility(matrix.shape[0], state.nv, rank, frozen(values.copy()), tolerance, state.topology.length, redundant)
+    return Mobility(len(matrix), state.nv, rank, frozen(values.copy()), tolerance, state.topology.length, redundant)
 
 
-class _Ranks(NamedTuple):
-    """Constraints of a pose: matrices and null space scaled, and how many motions actuators and output lose."""
+class _Ranked(NamedTuple):
+    """Scaled constraints with their rank, singular values and the tolerance of these, and the motions they leave."""
 
     matrix: FloatArray
     rank: int
     values: FloatArray
     tolerance: float
     null_space: FloatArray
-    locked_matrix: FloatArray
-    of_locked: tuple[int, FloatArray, float]  # rank, singular values and their tolerance
+
+
+class _Ranks(NamedTuple):
+    """Constraints of a pose, those with locked actuators, and how many motions actuators and output lose."""
+
+    free: _Ranked
+    locked: _Ranked
     output_lost: int
     input_lost: int
     idle: int

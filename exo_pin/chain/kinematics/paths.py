@@ -67,8 +67,7 @@ def forward_kinematics(
     goal[index] = as_finite("positions", positions, (len(index),))
     goal = state.configuration(goal)
     whole = pin.difference(state.model, start, goal)
-    scale = np.where(state.topology.metres, 1.0 / state.topology.length, 1.0)
-    reach = float(np.abs(whole[held] * scale[held]).max(initial=0.0))
+    reach = float(np.abs(whole / state.topology.column)[held].max(initial=0.0))
 
     def at(fraction: float, q: FloatArray) -> FloatArray:
         """q with its given joints at a fraction of their path."""
@@ -157,7 +156,7 @@ def _follow(
     """
     step = 1.0 / max(1, int(np.ceil(reach / _PATH_STEP)))
     smallest = step / 2**_HALVINGS
-    scale = np.where(state.topology.metres, 1.0 / state.topology.length, 1.0)
+    column = state.topology.column
     fraction, q = 0.0, start
     rate = np.zeros(state.model.nv)
     while fraction < 1.0:
@@ -166,8 +165,7 @@ def _follow(
         try:
             found = correct(target, guess)
             moved = pin.difference(state.model, q, found)
-            jumped = bool(np.abs(scale * pin.difference(state.model, guess, found)).max(initial=0.0) > _JUMP)
-            if jumped:
+            if np.abs(pin.difference(state.model, guess, found) / column).max(initial=0.0) > _JUMP:
                 raise LoopNotClosed(guess, state.workspace.residual(guess), _STEPS)
         except LoopNotClosed:
             if step <= smallest:

@@ -41,7 +41,8 @@ __all__ = ["CODES", "COUPLED_ANGLE", "COUPLED_LENGTH", "compose", "project", "pr
 
 
 _RIGID, _SPHERICAL, _REVOLUTE, _UNIVERSAL, _PRISMATIC, _CYLINDRICAL, _DISTANCE = 0, 1, 2, 3, 4, 5, 6
-_COUPLED_ANGLE, _COUPLED_LENGTH = 7, 8
+#: The codes of couplings, by the unit of their row; no other code is as large.
+COUPLED_ANGLE, COUPLED_LENGTH = 7, 8
 
 #: Number by which the compiled functions know a closure type.
 CODES = {
@@ -52,10 +53,8 @@ CODES = {
     "prismatic": _PRISMATIC,
     "cylindrical": _CYLINDRICAL,
     "distance": _DISTANCE,
-    "coupling": _COUPLED_ANGLE,
+    "coupling": COUPLED_ANGLE,
 }
-#: The codes of couplings, by the unit of their row; no other code is as large.
-COUPLED_ANGLE, COUPLED_LENGTH = _COUPLED_ANGLE, _COUPLED_LENGTH
 
 #: Below this distance the line between two points has no direction, m.
 _NO_DIRECTION = 1e-12
@@ -133,10 +132,10 @@ def project(kind: int, d: Any, Q: Any, length: float, out: Any, S: Any) -> None:
     """Residual rows of one closure and the projection S, shape (rows, 6), that its Jacobian takes of the twist."""
     S[:] = 0.0
     count = out.shape[0]
-    if kind >= _COUPLED_ANGLE:
+    if kind >= COUPLED_ANGLE:
         # The wrench of a multiplier of one, on no body: it gives the multiplier its size among the forces.
         out[0] = 0.0
-        S[0, 2 if kind == _COUPLED_LENGTH else 5] = 1.0
+        S[0, 2 if kind == COUPLED_LENGTH else 5] = 1.0
         return
     if kind == _DISTANCE:
         size = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])

@@ -68,17 +68,15 @@ def split(state: ChainState, q: ArrayLike, independent: Iterable[str] | None = N
         If they are not independent of each other.
     """
     J, tolerance = scaled_jacobian(state, closed_configuration(state, q))
-    nv = J.shape[1]
+    nv, rank = J.shape[1], _rank(J, tolerance)
     if independent is not None:
         chosen = state.velocity_indices(independent)
         dependent = np.setdiff1d(np.arange(nv), chosen)
-        rank = _rank(J, tolerance)
-        if _rank(J[:, dependent], tolerance) < len(dependent):
-            raise UndeterminedMotion(np.array(q), len(dependent) - _rank(J[:, dependent], tolerance))
-        if len(dependent) > rank or len(chosen) > nv - rank:
+        if missing := len(dependent) - _rank(J[:, dependent], tolerance):
+            raise UndeterminedMotion(np.array(q), missing)
+        if len(chosen) > nv - rank:
             raise InvalidInput(f"expected {nv - rank} independent coordinates, got {len(chosen)}: give fewer joints")
     else:
-        rank = _rank(J, tolerance)
         pivots = np.asarray(qr(J, mode="r", pivoting=True)[1]) if J.size else np.arange(nv)
         dependent, chosen = np.sort(pivots[:rank]), np.sort(pivots[rank:])
     values = np.linalg.svd(J[:, dependent], compute_uv=False) if len(dependent) else np.ones(1)

@@ -63,9 +63,6 @@ class Contacts(NamedTuple):
     high: FloatArray
     side: NDArray[np.int64]
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
-
     @property
     def pairs(self) -> set[tuple[int, int]]:
         """Place and side of each."""

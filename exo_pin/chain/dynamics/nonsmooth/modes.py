@@ -64,12 +64,10 @@ class Mode(Record):
     def margin(self, q: FloatArray, v: FloatArray, applied: Applied) -> float:
         """How far the forces of the held coordinates are within their ranges, below zero if they cannot be.
 
-        As a share of half the range of friction, or of the largest force for stops. Redundant forces are
-        those with the largest margin, by a linear program.
+        At least one must be held. As a share of half the range of friction, or of the largest force for stops.
+        Redundant forces are those with the largest margin, by a linear program.
         """
         held = self.held
-        if not len(held.place):
-            return np.inf
         _, force, rows, moved = self._solved(q, v, applied)
         if moved:
             return -1.0

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.records import Record, reduced_tuple
+from ....core.records import Record
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
 from ...structure.inertia import inertia_matrix
@@ -37,9 +37,6 @@ class Impacts(NamedTuple):
 
     time: float
     times: int
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return reduced_tuple(self)
 
 
 _NEVER = Impacts(-np.inf, 0)

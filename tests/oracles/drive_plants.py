@@ -38,7 +38,7 @@ def integrated(plant, start, forces, times):
     Twelve numbers of the arm (rotation matrix and angular velocity) and two a drive, by SciPy. Returns rotations.
     """
     arm, geometry, n = plant.mechanism.arm, plant.mechanism.geometry, plant.count
-    mass = np.array([drive.mass for drive in plant.drives])
+    mass = np.array([drive.parameters.mass for drive in plant.drives])
     stiffness = np.array([drive.stiffness for drive in plant.drives])
     pushes = np.array([drive.pushes for drive in plant.drives])
     c, g = arm.centre_of_mass, plant.mechanism.gravity

@@ -16,30 +16,6 @@ from .options import PlantOptions
 
 __all__ = ["Assumption", "assumptions_of"]
 
-#: Units of the parameters of motor drives, and what each is an estimate for.
-_MOTOR = {
-    "rotor_inertia": ("kg m²", "a brushless motor of about 100 W"),
-    "no_load_speed": ("m/s", "the same motor at 7,000 to 8,000 turns a minute"),
-    "stall_ratio": ("", "such motors stall far above the torque that they can give for long"),
-    "viscous": ("N s/m", "drag of bearings and grease: 6 to 9 N at 0.3 m/s"),
-    "coulomb": ("N", "two to four per cent of the force limit"),
-    "load_friction": ("", "efficiency of about 0.9 of planetary gear and pulleys, or of a ball screw"),
-    "presliding": ("m", "below a tenth of a turn of the motor"),
-    "damping_time": ("s", "some per cent of critical damping where arm and drive vibrate"),
-    "brake_force": ("N", "a brake on the motor's shaft, somewhat above the force limit"),
-    "stop_stiffness": ("N/m", "a rubber buffer: 4 mm at the force limit"),
-    "stop_damping": ("N s/m", "the same buffer, well damped"),
-    "least_tension": ("N", "that of the search which found the designs"),
-    "drum_radius": ("m", "a drum of 27 diameters of the cable"),
-    "gear_ratio": ("", "400 N from a motor of that size, 0.31 N m for a short time"),
-    "drum_inertia": ("kg m²", "an aluminium disc of 20 mm in radius and width"),
-    "axial_stiffness": ("N", "wire rope of 1.5 mm, 55 % metal, modulus 60 GPa"),
-    "routing_length": ("m", "motors on the back plate or behind the wearer"),
-    "lead": ("m", "a small ball screw, driven without a gear"),
-    "screw_inertia": ("kg m²", "a steel screw of 10 mm in diameter and 0.3 m in length"),
-    "stiffness": ("N/m", "screw, rod ends and mounts in series; 0.4 mm at the force limit"),
-}
-
 
 @dataclass(frozen=True)
 class Assumption:
@@ -153,8 +129,8 @@ def _motor(name: str, options: PlantOptions) -> list[Assumption]:
     """The parameters of winches or linear actuators, each with what it is an estimate for."""
     given = getattr(options, name)
     return [
-        Assumption(f"{name}.{item.name}", f"{getattr(given, item.name):g} {_MOTOR[item.name][0]}".rstrip(),
-                   f"estimate: {_MOTOR[item.name][1]}")
+        Assumption(f"{name}.{item.name}", f"{getattr(given, item.name):g} {item.metadata['unit']}".rstrip(),
+                   f"estimate: {item.metadata['basis']}")
         for item in fields(given)
     ]  # fmt: skip
 

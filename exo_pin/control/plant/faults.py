@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from ...core.errors import InvalidInput
 from ...core.validation import as_choice, as_finite, as_positive, as_real
 from ...muscle.valve.flow import Valve
+from ..arguments import require_type, set_positive
 
 __all__ = ["FAULTS", "Fault", "as_faults"]
 
 FaultKind = Literal["leak", "burst", "torn", "stuck valve", "no current", "slipping brake"]
 
 #: Kinds of faults.
-FAULTS = ("leak", "burst", "torn", "stuck valve", "no current", "slipping brake")
+FAULTS = get_args(FaultKind)
 #: Those of muscles and valves, and those of motors; "torn" is of any limb.
 _OF_MUSCLES, _OF_MOTORS = ("leak", "burst", "stuck valve"), ("no current", "slipping brake")
 #: A hole of 4 mm: C = 0.8 · 0.685 A/(ρ_0 sqrt(R T_0)), the choked flow of a nozzle with a discharge coefficient of 0.8.
@@ -72,7 +73,7 @@ class Fault:
         if (self.kind == "slipping brake") != (self.brake_force is not None):
             raise InvalidInput('expected brake_force with kind "slipping brake", and with no other kind')
         if self.brake_force is not None:
-            object.__setattr__(self, "brake_force", as_positive("brake_force", self.brake_force, zero=True))
+            set_positive(self, "brake_force", zero=True)
         if not -1.0 <= float(as_finite("command", self.command, ())) <= 1.0:
             raise InvalidInput(f"expected command from -1 to 1, got {self.command!r}")
 
@@ -94,12 +95,10 @@ def as_faults(faults: Fault | Sequence[Fault], motors: Sequence[bool]) -> tuple[
     InvalidInput
         If something is no fault, of a limb that is not there, or one that its drive cannot have.
     """
-    if not isinstance(faults, Fault | Iterable):
-        raise InvalidInput(f"expected faults as Fault records, got {type(faults).__name__}")
+    require_type("faults", faults, Fault | Iterable, "Fault records")
     every = (faults,) if isinstance(faults, Fault) else tuple(faults)
     for fault in every:
-        if not isinstance(fault, Fault):
-            raise InvalidInput(f"expected faults as Fault records, got {type(fault).__name__}")
+        require_type("faults", fault, Fault, "Fault records")
         if fault.limb >= len(motors):
             raise InvalidInput(f"expected a fault of limb 0 to {len(motors) - 1}, got limb {fault.limb}")
         if fault.kind in (_OF_MUSCLES if motors[fault.limb] else _OF_MOTORS):

@@ -172,9 +172,8 @@ class Run(ReadOnly):
 
     def load(self) -> Load:
         """Load on the arm besides weight and limbs: the given force, and the moments of friction and stops."""
-        given = self.plant.load
-        force, at = (np.zeros(3), np.zeros(3)) if given is None else (np.asarray(given.force), np.asarray(given.at))
-        return Load(force, self.friction_moment + self.stop_moment, at)
+        tables = self.plant.tables
+        return Load(tables.force, self.friction_moment + self.stop_moment, tables.point)
 
     def reaction(self, split: str = "spherical", **options: Any) -> Reaction:
         """The reaction query along the run: what limbs and shoulder carry in this motion, at every instant.

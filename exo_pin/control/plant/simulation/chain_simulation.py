@@ -13,8 +13,8 @@ from ....numerics.vectors import matrix
 from ..equations.stop_kernels import stop_moment
 from ..run import Run
 from .chain_motion import ChainMotion, Piece
-from .drive_schedule import DriveSchedule
-from .scenario import SAME, Loop, Scenario, first_state
+from .drive_schedule import SAME, DriveSchedule
+from .scenario import Loop, Scenario, first_state
 
 __all__ = ["simulate_chain"]
 

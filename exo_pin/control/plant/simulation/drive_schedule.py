@@ -14,10 +14,10 @@ from ..drives.motor_drive import MotorDrive
 from ..equations.drive_kernels import FLOWS
 from ..faults import Fault
 
-__all__ = ["DriveSchedule"]
+__all__ = ["SAME", "DriveSchedule"]
 
 #: Two instants nearer than this, s, are one.
-_SAME = 1e-9
+SAME = 1e-9
 _INTACT, _EFFORT, _POWERED, _BRAKE = (FLOWS.index(name) for name in ("intact", "effort", "powered", "brake"))
 
 
@@ -47,19 +47,18 @@ class DriveSchedule(Record):
     def _valves(self) -> Iterator[tuple[int, ValveUnit]]:
         return ((i, unit) for i, unit in enumerate(self.units) if isinstance(unit, ValveUnit))
 
-    def _command(self, i: int, time: float) -> float:
-        for fault in self.faults:
-            if fault.limb == i and fault.kind == "stuck valve" and fault.acts(time + _SAME):
-                return fault.command
-        return float(self.commands[i])
+    def _stuck(self, i: int, time: float) -> Fault | None:
+        """What keeps the valve of a limb from obeying, if something does."""
+        stuck = (fault for fault in self.faults if fault.limb == i and fault.kind == "stuck valve")
+        return next((fault for fault in stuck if fault.acts(time + SAME)), None)
 
     def start(self, time: float) -> None:
         """Take over the commands where a period of the pulses begins at ``time``, or pulses do not matter."""
         for i, unit in self._valves():
-            period = int(np.floor((time + _SAME) * unit.frequency))
-            stuck = any(f.limb == i and f.kind == "stuck valve" and f.acts(time + _SAME) for f in self.faults)
-            if unit.modulation == "averaged" or period != self._period[i] or stuck:
-                self._shares[i] = unit.shares(self._command(i, time))
+            period = int(np.floor((time + SAME) * unit.frequency))
+            stuck = self._stuck(i, time)
+            if unit.modulation == "averaged" or period != self._period[i] or stuck is not None:
+                self._shares[i] = unit.shares(float(self.commands[i]) if stuck is None else stuck.command)
             self._period[i] = period
 
     def next_switch(self, time: float) -> float:
@@ -71,7 +70,7 @@ class DriveSchedule(Record):
             begin = self._period[i] / unit.frequency
             for place in (self._switch(i), 1.0):
                 instant = begin + place / unit.frequency
-                if instant > time + _SAME:
+                if instant > time + SAME:
                     following = min(following, instant)
                     break
         return following
@@ -93,7 +92,7 @@ class DriveSchedule(Record):
             table[i, :4] = fill.conductance, fill.critical_ratio, vent.conductance, vent.critical_ratio
             table[i, [0, 2]] *= self._open(i, unit, time)
         for fault in self.faults:
-            if fault.acts(time + _SAME):
+            if fault.acts(time + SAME):
                 self._spoil(table[fault.limb], fault)
         return table
 
@@ -113,7 +112,7 @@ class DriveSchedule(Record):
         fill, vent = self._shares[i]
         if unit.modulation == "averaged":
             return float(fill), float(vent)
-        place = (time + _SAME) * unit.frequency - self._period[i]
+        place = (time + SAME) * unit.frequency - self._period[i]
         before = place < self._switch(i)
         if unit.layout == "3/2":
             filling = fill > 0.0 and (before or fill >= 1.0)

@@ -12,8 +12,8 @@ from ....core.validation import FloatArray
 from ..equations.integrator import DONE, TOO_SMALL, advance
 from ..equations.plant_kernels import Tables
 from ..run import Run
-from .drive_schedule import DriveSchedule
-from .scenario import SAME, Instant, Loop, Scenario, first_state
+from .drive_schedule import SAME, DriveSchedule
+from .scenario import Instant, Loop, Scenario, first_state
 
 __all__ = ["simulate_minimal"]
 

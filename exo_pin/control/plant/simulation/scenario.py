@@ -16,15 +16,13 @@ from ..equations.plant_kernels import state_size
 from ..faults import Fault
 from ..run import Run, recorded
 from ..state import Controller, Measurement, PlantState, Sensor
-from .drive_schedule import DriveSchedule
+from .drive_schedule import SAME, DriveSchedule
 
 if TYPE_CHECKING:
     from ..plant import Plant
 
-__all__ = ["SAME", "Clock", "Instant", "Loop", "Scenario", "as_tolerance", "first_state"]
+__all__ = ["Clock", "Instant", "Loop", "Scenario", "as_tolerance", "first_state"]
 
-#: Two instants nearer than this, s, are one.
-SAME = 1e-9
 #: A run with more instants than this is a slip in duration or rate.
 _MOST_INSTANTS = 10_000_000
 #: Beyond this tolerance a run would end with a motion that is off by degrees, and not say so.

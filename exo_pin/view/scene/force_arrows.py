@@ -215,13 +215,11 @@ class ForcePicture(OneProcess):
         if forces is not None and self._exo.arm is not None:
             R = orientation.as_matrix()
             centre = R @ self._exo.arm.centre_of_mass
-            size = float(np.linalg.norm(self._weight))
-            self._draw(shown, "weight", centre, self._weight, f"weight {size:.0f} N", GREEN)
-            size = float(np.linalg.norm(forces.shoulder))
-            self._draw(shown, "shoulder", np.zeros(3), forces.shoulder, f"shoulder {size:.0f} N", RED)
+            bodily = [("weight", centre, self._weight, GREEN), ("shoulder", np.zeros(3), forces.shoulder, RED)]
             if forces.contact is not None:
-                size = float(np.linalg.norm(forces.contact.force))
-                self._draw(shown, "contact", np.zeros(3), forces.contact.force, f"contact {size:.0f} N", BLACK)
+                bodily.append(("contact", np.zeros(3), forces.contact.force, BLACK))
+            for name, start, force, colour in bodily:
+                self._draw(shown, name, start, force, f"{name} {float(np.linalg.norm(force)):.0f} N", colour)
             state = inverse_kinematics(geometry, orientation)
             if geometry is self._exo.geometry:
                 sides = -forces.side_forces[:, None] * state.normals

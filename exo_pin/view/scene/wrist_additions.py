@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from ...core.validation import as_positive, as_rotation
 from ...reaction import GlenoidCone
 from ..colours import SKY
 from .additions import Additions
+from .force_arrows import ForcePicture
 from .mechanism_picture import MechanismPicture
 from .shapes import flat_material, frustum, placement
 
@@ -29,6 +29,8 @@ _CONE = "additions/glenoid cone"
 class WristAdditions(Additions):
     """Ghost and socket of a wrist's scene; base of :class:`Scene`."""
 
+    _exo: ShoulderExo
+    _arrows: ForcePicture
     _orientation: Rotation
     _ghost: MechanismPicture | None = None
     _cone: tuple[GlenoidCone, float]
@@ -44,7 +46,7 @@ class WristAdditions(Additions):
             Its design; the one of the scene if left out.
         """
         pose = self._orientation if orientation is None else single_pose(orientation)
-        design = self.exo if exo is None else exo
+        design = self._exo if exo is None else exo
         with self._stage.update():
             if self._ghost is None or self._ghost.mechanism is not design.mechanism:
                 self._ghost = MechanismPicture(self._stage, design.mechanism, "ghost", _GHOST)
@@ -85,20 +87,10 @@ class WristAdditions(Additions):
         if "glenoid cone" not in self._items:
             return
         socket, long = self._cone
-        outward, superior, anterior = socket.axes(self.exo.side)
+        outward, superior, anterior = socket.axes(self._exo.side)
         sides = long * np.column_stack([socket.anterior * anterior, socket.superior * superior, outward])
-        apex = -self.metres_per_newton * socket.muscle_compression * outward
+        apex = -self._arrows.scale * socket.muscle_compression * outward
         self._stage.set_transform(f"/meshcat/{_CONE}", placement(sides, apex))
-
-    @property
-    @abstractmethod
-    def exo(self) -> ShoulderExo:
-        """The design that is drawn."""
-
-    @property
-    @abstractmethod
-    def metres_per_newton(self) -> float:
-        """Scale of the arrows, m/N."""
 
 
 def single_pose(orientation: Rotation) -> Rotation:

@@ -42,8 +42,8 @@ from .simulation.pressure import PressureStep as PressureStep
 from .simulation.pressure import PressureTrace as PressureTrace
 from .simulation.response import Mode as Mode
 from .simulation.response import StepResponse as StepResponse
-from .simulation.settling import SettlingCurve as SettlingCurve
-from .simulation.settling import settling_against_lag as settling_against_lag
+from .simulation.step_response import SettlingCurve as SettlingCurve
+from .simulation.step_response import settling_against_lag as settling_against_lag
 from .simulation.step_response import simulate as simulate
 from .valve.flow import Valve as Valve
 from .valve.supply import Supply as Supply

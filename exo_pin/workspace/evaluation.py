@@ -205,7 +205,7 @@ def _forces(
         query = as_query(Rotation.from_matrix(matrices), None, load)
         limbs = _weight_of_limbs(mechanism, query, offsets)
         force, moment = query.force + limbs[:, :3], query.moment + limbs[:, 3:]
-    margin, tensions, shoulder = np.empty(count), np.empty((count, n)), np.empty((count, 3))
+    margin, tensions, shoulder = np.full(count, np.nan), np.full((count, n), np.nan), np.full((count, 3), np.nan)
     (three_limb_stack if n == 3 else holding_stack)(
         matrices, mechanism.geometry.base_points, mechanism.geometry.platform_points, offsets.base, offsets.cuff,
         np.array([arm.mass, *arm.centre_of_mass]), np.array(mechanism.gravity), force, moment, low, high,

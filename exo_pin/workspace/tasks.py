@@ -106,12 +106,13 @@ def _rates(mechanism: Mechanism, movement: Movement) -> FloatArray:
 def _fast_enough(mechanism: Mechanism, rates: FloatArray, power: FloatArray) -> float:
     """Share of the samples within speed and power of the actuators; NaN if neither is known of some limb."""
     actuators = [limb.actuator for limb in mechanism.limbs]
-    if any(a is None or (a.speed_limit is None and a.power_limit is None) for a in actuators):
+    limits = [(None, None) if a is None else (a.speed_limit, a.power_limit) for a in actuators]
+    if (None, None) in limits:
         return float("nan")
-    speed = np.array([np.inf if a is None or a.speed_limit is None else a.speed_limit for a in actuators])
-    watts = np.array([np.inf if a is None or a.power_limit is None else a.power_limit for a in actuators])
-    fits = (np.abs(rates) <= speed).all(axis=1) & ~(power > watts).any(axis=1)
-    return float(fits.mean())
+    # A limit that is not given is NaN, and nothing exceeds it.
+    speed, watts = np.array(limits, dtype=np.float64).T
+    too_fast = (np.abs(rates) > speed) | (power > watts)
+    return float((~too_fast.any(axis=1)).mean())
 
 
 def _row(name: str, data: str, found: Workspace, fastest: float, power: float, enough: float) -> dict[str, Any]:

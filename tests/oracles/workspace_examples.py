@@ -1,6 +1,5 @@
 """Designs at random, and examples of the public classes of workspaces and searches."""
 
-import functools
 from importlib.util import find_spec
 
 import numpy as np
@@ -14,7 +13,6 @@ from exo_pin.workspace.optimisation.contact_objective import ContactObjective
 from exo_pin.workspace.optimisation.descent import Descent
 from exo_pin.workspace.optimisation.design_variables import DesignVariables
 from exo_pin.workspace.optimisation.merit import Merit
-from exo_pin.workspace.optimisation.optimise import _least_contact
 from exo_pin.workspace.optimisation.optimised import Candidate, Optimised
 from exo_pin.workspace.optimisation.stored_study import Run, StoredStudy
 from exo_pin.workspace.optimisation.stroke_fitting import FitOptions
@@ -67,5 +65,4 @@ def workspace_examples():
 def _contact_objective(exo, criteria):
     """One of two poses, of a person whose muscles are known."""
     person = ep.Person(1.75, 75.0, "male")
-    contact = functools.partial(_least_contact, type(exo))
-    return ContactObjective(person, lifting_poses(counts=(1, 1, 1), highest_deg=30.0), contact, criteria)
+    return ContactObjective(person, lifting_poses(counts=(1, 1, 1), highest_deg=30.0), type(exo), criteria)

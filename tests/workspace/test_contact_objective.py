@@ -23,16 +23,9 @@ def start():
     return starting_design(ep.Actuator("cable", pull_limit=400.0), PERSON.arm, 4)
 
 
-def contact(mechanism, poses, person, bounds, offset):
-    """The magnitudes as the search computes them."""
-    exo = ep.ShoulderExo.from_mechanism(mechanism)
-    options = {"actuator_bounds": bounds, "centre_offset": offset, "outside": "mark"}
-    return exo.joint_contact(poses, person, "least_contact", **options).magnitude
-
-
 @pytest.fixture(scope="module")
 def objective():
-    return ContactObjective(PERSON, POSES, contact, LIMITS)
+    return ContactObjective(PERSON, POSES, ep.ShoulderExo, LIMITS)
 
 
 def designs(count):
@@ -62,7 +55,7 @@ def test_contact_force_of_a_device_that_the_torso_holds():
     """The shoulder moves and the centre of the device does not: other limb forces, and another contact force."""
     path = PERSON.centre_path()
     exo = ep.load("four-cables").worn_by(PERSON)
-    moving = ContactObjective(PERSON, POSES.at_centres((path,)), contact, LIMITS)
+    moving = ContactObjective(PERSON, POSES.at_centres((path,)), ep.ShoulderExo, LIMITS)
     bounds = (np.full(4, 5.0), np.full(4, 400.0))
     answer = exo.joint_contact(
         moving.orientations, PERSON, "least_contact", actuator_bounds=bounds, centre_offset=path, outside="mark"
@@ -70,7 +63,7 @@ def test_contact_force_of_a_device_that_the_torso_holds():
     assert moving.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
     found = exo.workspace(moving.orientations, Criteria(names=("forces",), least_tension=5.0), centre_offset=path)
     assert moving.surrogate(exo.mechanism) == pytest.approx(np.fmin(found.magnitude, moving.bare).mean(), rel=1e-9)
-    still = ContactObjective(PERSON, POSES, contact, LIMITS)
+    still = ContactObjective(PERSON, POSES, ep.ShoulderExo, LIMITS)
     assert abs(still.exact(exo.mechanism) / moving.exact(exo.mechanism) - 1.0) > 0.02
 
 
@@ -103,7 +96,7 @@ def test_search_for_little_contact_force():
     assert len(found.runs) == 2
     for candidate in found.front:
         force = candidate.run.objectives["contact_force"]
-        objective = ContactObjective(PERSON, POSES, contact, LIMITS)
+        objective = ContactObjective(PERSON, POSES, ep.ShoulderExo, LIMITS)
         assert force == pytest.approx(objective.exact(candidate.design.mechanism), rel=0.05)
 
 

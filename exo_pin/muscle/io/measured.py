@@ -140,9 +140,7 @@ def table(name: str) -> Table:
     facts = {k: v for k, v in head if k != "note"}
     return Table(
         name=key,
-        title=facts["title"],
-        source=facts["source"],
-        units=facts["units"],
+        **facts,
         notes=tuple(v for k, v in head if k == "note"),
         rows=tuple(row[0] for row in cells.rows),
         columns=cells.columns[1:],

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import scipy
@@ -73,6 +74,10 @@ def _fit_polynomial(powers: Powers, x: FloatArray, p: FloatArray, f: FloatArray,
     return identify_static(x, p, f, length, powers).model
 
 
+def _common(name: str, x: FloatArray, p: FloatArray, length: float) -> dict[str, Any]:
+    return {"name": f"fitted-{name}", "reference_length": length, "validity": hull(x, p, length)}
+
+
 def _fit_chou_hannaford(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
     # F = P (A L² - B) with A = 3/(4 pi n²), B = b²/(4 pi n²).
     bar = p / BAR
@@ -81,9 +86,7 @@ def _fit_chou_hannaford(x: FloatArray, p: FloatArray, f: FloatArray, length: flo
     if a <= 0 or b <= 0:
         raise NotIdentifiable("these data give a Chou-Hannaford braid that cannot exist", ("braid_length", "turns"))
     return ChouHannaford(
-        name="fitted-chou-hannaford",
-        reference_length=length,
-        validity=hull(x, p, length),
+        **_common("chou-hannaford", x, p, length),
         braid_length=sqrt(3 * b / a),
         turns=sqrt(3 / (4 * pi * a)),
     )
@@ -99,10 +102,7 @@ def _fit_tondu_lopez(x: FloatArray, p: FloatArray, f: FloatArray, length: float)
     a, b = np.linalg.lstsq(matrix, f, rcond=None)[0]
     if a <= 0 or b <= 0:
         raise NotIdentifiable("these data give a Tondu-Lopez muscle that cannot exist", ("a", "b"))
-    validity = hull(x, p, length)
-    return TonduLopez(
-        name="fitted-tondu-lopez", reference_length=length, validity=validity, radius=RADIUS, a=float(a), b=float(b)
-    )
+    return TonduLopez(**_common("tondu-lopez", x, p, length), radius=RADIUS, a=float(a), b=float(b))
 
 
 def _fit_colbrunn(x: FloatArray, p: FloatArray, f: FloatArray, length: float) -> StaticModel:
@@ -119,9 +119,7 @@ def _fit_colbrunn(x: FloatArray, p: FloatArray, f: FloatArray, length: float) ->
     if a <= 0 or b <= 0:
         raise NotIdentifiable("these data give a Colbrunn braid that cannot exist", ("braid_length", "turns"))
     return Colbrunn(
-        name="fitted-colbrunn",
-        reference_length=length,
-        validity=hull(x, p, length),
+        **_common("colbrunn", x, p, length),
         braid_length=sqrt(3 * b / a),
         turns=sqrt(3 * BAR / (4 * pi * a)),
         efficiency=(1.0, float(e) / BAR),
@@ -145,9 +143,7 @@ def _fit_wickramatunge(x: FloatArray, p: FloatArray, f: FloatArray, length: floa
     )
     a = solve(float(best.x[0]))[0]
     return Wickramatunge(
-        name="fitted-wickramatunge",
-        reference_length=length,
-        validity=hull(x, p, length),
+        **_common("wickramatunge", x, p, length),
         rest_length=float(best.x[0]),
         a_0=float(a[0]) / BAR**2,
         a_1=float(a[1]) / BAR,

@@ -133,12 +133,8 @@ def _found(pose: MusclePose) -> tuple[Chosen, NDArray[np.bool_]]:
     else:
         towards = pose.pull * pose.unit / _FORCE
         P[:size, :size], q[:size] = towards.T @ towards, towards.T @ pose.rest / _FORCE
-    program = ConicProgram(P, q)
     effort = _scaled(pose)
-    outside = np.zeros((5, extra))
-    _add_balance(program, effort, outside)
-    _add_bounds(program, effort, extra)
-    _add_socket(program, effort, extra)
+    program = _constrained(P, q, effort, np.zeros((5, extra)))
     for muscle in range(extra):
         cube = np.zeros((3, size + extra))
         cube[0, size + muscle] = cube[2, muscle] = -1.0
@@ -198,15 +194,10 @@ def least_missing(pose: MusclePose, in_socket: bool) -> tuple[FloatArray, bool]:
     size = len(pose.low)
     P = np.zeros((size + 5, size + 5))
     P[size:, size:] = np.eye(5)
-    program = ConicProgram(P, np.zeros(size + 5))
     effort = _scaled(pose)
     # A moment far above what muscles can make is measured in a unit of its own.
     unit = max(_MOMENT, float(np.linalg.norm(pose.rest)) * _LEVER)
-    _add_balance(program, effort, _outside(pose) * unit / _MOMENT)
-    _add_bounds(program, effort, 5)
-    if in_socket:
-        _add_socket(program, effort, 5)
-    answer = program.solve()
+    answer = _constrained(P, np.zeros(size + 5), effort, _outside(pose) * unit / _MOMENT, in_socket).solve()
     if answer.is_infeasible:
         return np.full(5, np.nan), True
     return answer.x[size:] * unit, answer.is_optimal
@@ -219,27 +210,21 @@ def _outside(pose: MusclePose) -> FloatArray:
     return np.eye(5)[[*np.flatnonzero(np.arange(5) != _ELBOW), _ELBOW]]
 
 
-def _add_balance(program: ConicProgram, effort: EffortProgram, outside: FloatArray) -> None:
-    """Moment balance; ``outside``, shape (5, extra), is the part of further variables in it."""
-    count = len(effort.b)
+def _constrained(
+    P: FloatArray, q: FloatArray, effort: EffortProgram, outside: FloatArray, in_socket: bool = True
+) -> ConicProgram:
+    """A program with the constraints of an effort; ``outside``, shape (5, extra), is further variables' moment."""
+    program, count, extra = ConicProgram(P, q), len(effort.b), outside.shape[1]
     program.add("zero", np.hstack([effort.A, outside[:count]]), effort.b)
     if len(effort.c):
         program.add("positive", np.hstack([effort.C, outside[count:]]), effort.c)
-
-
-def _add_bounds(program: ConicProgram, effort: EffortProgram, extra: int) -> None:
     below, above = np.isfinite(effort.low), np.isfinite(effort.high)
     one = np.eye(len(effort.low), len(effort.low) + extra)
-    program.add(
-        "positive",
-        np.vstack([-one[below], one[above]]),
-        np.concatenate([-effort.low[below], effort.high[above]]),
-    )
-
-
-def _add_socket(program: ConicProgram, effort: EffortProgram, extra: int) -> None:
-    if len(effort.d):
+    room = np.concatenate([-effort.low[below], effort.high[above]])
+    program.add("positive", np.vstack([-one[below], one[above]]), room)
+    if in_socket and len(effort.d):
         program.add("second_order", -np.hstack([effort.B, np.zeros((3, extra))]), effort.d)
+    return program
 
 
 def _by_quadratic(pose: MusclePose) -> Chosen:

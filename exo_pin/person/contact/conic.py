@@ -100,12 +100,8 @@ class ConicProgram(OneProcess):
 
     def solve(self) -> ConicAnswer:
         """Solve it. An infeasible program gives an answer whose ``is_optimal`` is False."""
-        answers = []
-        for aim in _AIMS:
-            answers.append(self._solve(aim))
-            if answers[-1].is_optimal or answers[-1].is_infeasible:
-                break
-        return answers[-1]
+        answer = self._solve(_AIMS[0])
+        return answer if answer.is_optimal or answer.is_infeasible else self._solve(_AIMS[1])
 
     def _solve(self, aim: tuple[float, float, float]) -> ConicAnswer:
         A = np.vstack([block.A for block in self._blocks])

@@ -19,7 +19,8 @@ from ...reaction.answer import STANDARD_GRAVITY
 from ..limb.limb_state import LimbState, limb_lengths, limb_state
 from ..limb.muscle_curves import MuscleState, muscle_state
 from ..limb.muscle_table import MUSCLES
-from ..limb.posture import LIMIT_NAMES, beyond
+from ..limb.myoarm import myoarm
+from ..limb.posture import LIMIT_NAMES
 from .activation import BALANCED, MusclePose, least_effort, least_missing
 from .balance import Balance, about_shifted_centre, balance_of, external_loads
 from .contact_options import ContactOptions
@@ -120,11 +121,9 @@ def _refuse(limb: LimbState, shape: tuple[int, ...]) -> None:
     rows = np.flatnonzero(limb.outside.any(axis=1))
     if not rows.size:
         return
-    from ..limb.myoarm import myoarm
-
     row = int(rows[0])
     which = int(np.argmax(limb.outside[row]))
-    low, high = np.degrees(beyond(myoarm(), limb.angles[row : row + 1])[1][which])
+    low, high = np.degrees(myoarm().limits[which])
     reason = (
         f"{LIMIT_NAMES[which]} of {np.degrees(limb.angles[row, which]):.1f}°, where the model goes from "
         f"{low:.0f} to {high:.0f}°"

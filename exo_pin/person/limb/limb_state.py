@@ -87,7 +87,7 @@ def limb_state(
     limb = myoarm()
     right = MIRROR @ matrices @ MIRROR if left else matrices
     angles = angles_of(limb, right)
-    outside, _ = beyond(limb, angles)
+    outside = beyond(limb, angles)
     state = _nothing(angles, outside)
     rest = _evaluate(limb, np.zeros(3), 0.0, 0.0)[0]
     to_base = thorax_to_base(limb)

@@ -80,7 +80,7 @@ def angles_of(limb: MyoArm, matrices: FloatArray) -> FloatArray:
     return np.stack([plane, elevation, rotation], axis=1)
 
 
-def beyond(limb: MyoArm, angles: FloatArray) -> tuple[NDArray[np.bool_], FloatArray]:
+def beyond(limb: MyoArm, angles: FloatArray) -> NDArray[np.bool_]:
     """Which poses lie outside the model's range of motion.
 
     Parameters
@@ -94,10 +94,8 @@ def beyond(limb: MyoArm, angles: FloatArray) -> tuple[NDArray[np.bool_], FloatAr
     -------
     ndarray of bool
         Shape (N, 3): which angle is outside.
-    ndarray
-        Limits, shape (3, 2), rad.
     """
     limits = limb.limits[:3]
     outside: Any = (angles < limits[:, 0] - _ROUNDING) | (angles > limits[:, 1] + _ROUNDING)
     outside[:, 0] &= angles[:, 1] > _HANGING
-    return outside, limits
+    return outside

@@ -11,7 +11,7 @@ from ...muscle.io.dynamic_files import dynamic_model
 from ...muscle.io.measured import SteadyStates, steady_states, table
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR
-from ...muscle.simulation.settling import settling_against_lag
+from ...muscle.simulation.step_response import settling_against_lag
 from ..rows import INPUT_NOT_PRINTED, Row, Verdict, compare
 
 __all__ = ["dynamic_rows"]

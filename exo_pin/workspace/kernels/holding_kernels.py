@@ -58,7 +58,6 @@ def three_limb_stack(
         volume = abs(triple(X1, X2, X3))
         weakest = min(h1, min(h2, h3)) / radius
         if folded1 | folded2 | folded3 or volume * weakest < SINGULAR_MARGIN:
-            margin[k], f[k, :], shoulder[k, :] = np.nan, np.nan, np.nan
             continue
         y = along_normals((Mx, My, Mz), X1, X2, X3)
         f1, f2, f3 = y[0] / h1, y[1] / h2, y[2] / h3
@@ -71,8 +70,6 @@ def three_limb_stack(
             f[k, 0], f[k, 1], f[k, 2] = f1, f2, f3
             for j in range(3):
                 shoulder[k, j] = f1 * s1[j] + f2 * s2[j] + f3 * s3[j] - F[load, j] - W[j]
-        else:
-            f[k, :], shoulder[k, :] = np.nan, np.nan
 
 
 @kernel(stack=True)
@@ -98,9 +95,9 @@ def holding_stack(
     low, high : ndarray
         Limits of the tensions, N, shape (N, n), or (1, n) for all poses.
     margin, f, shoulder : ndarray
-        Written: (N,), N m, the largest disturbing moment of any direction that is held besides, negative where the arm
-        is not held, NaN in a singular pose; (N, n), N, and (N, 3), N, NaN where no tensions within the limits hold the
-        arm.
+        Full of NaN; written: (N,), N m, the largest disturbing moment of any direction that is held besides, negative
+        where the arm is not held, NaN in a singular pose; (N, n), N, and (N, 3), N, NaN where no tensions within the
+        limits hold the arm.
     """
     n = base.shape[0]
     m = n - 3
@@ -121,7 +118,6 @@ def holding_stack(
         limb_vectors(R[k], A, B, b, s, X, length, reach)
         status, size = pose_status(X, reach, none, radius)
         if status >= SINGULAR or size < SINGULAR_MARGIN:
-            margin[k], f[k, :], shoulder[k, :] = np.nan, np.nan, np.nan
             continue
         _, W, weight_moment = weight_load(matrix(R[k]), arm[0], centre, g)
         for j in range(3):

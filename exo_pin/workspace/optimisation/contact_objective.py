@@ -14,11 +14,9 @@ device, shifted by what it misses on average in the better designs.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ...core.errors import MissingData
 from ...core.records import Record
@@ -32,6 +30,7 @@ from ..evaluation import evaluate_poses, tension_limits
 from .search_poses import SearchPoses
 
 if TYPE_CHECKING:
+    from ...exo.shoulder_exo import ShoulderExo
     from ...person import Person
 
 __all__ = ["ContactObjective"]
@@ -49,9 +48,8 @@ class ContactObjective(Record):
         The wearer, on the side of the design.
     poses : SearchPoses
         Of the search; those that the person can take and hold without the device count.
-    contact : callable
-        Of a mechanism, poses, the person, limits of the limb forces (low, high) and the offset of the device's centre:
-        the magnitudes of the contact force, N, NaN where there is none.
+    kind : type of ShoulderExo
+        What a mechanism is made, to be asked for the contact force.
     criteria : Criteria
         Whose ``least_tension`` the limbs have.
 
@@ -67,12 +65,10 @@ class ContactObjective(Record):
         self,
         person: Person,
         poses: SearchPoses,
-        contact: Callable[
-            [Mechanism, Rotation, Person, tuple[FloatArray, FloatArray], CentreOffset | None], FloatArray
-        ],
+        kind: type[ShoulderExo],
         criteria: Criteria,
     ) -> None:
-        self._person, self._contact = person, contact
+        self._person, self._kind = person, kind
         self._criteria = criteria.replace(names=("forces",))
         bare = np.full(len(poses.weights), np.nan)
         allowed = np.flatnonzero(person.allows(poses.orientations))
@@ -99,7 +95,10 @@ class ContactObjective(Record):
         lengths = limb_lengths(mechanism, self._matrices, offsets)
         bounds = tension_limits(mechanism, lengths, self._criteria.least_tension)
         moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
-        found = self._contact(mechanism, self.orientations, self._person, bounds, moved)
+        design, wearer = self._kind.from_mechanism(mechanism), self._person
+        found = design.joint_contact(
+            self.orientations, wearer, "least_contact", actuator_bounds=bounds, centre_offset=moved, outside="mark"
+        ).magnitude
         return float(np.where(np.isfinite(found), found, self.bare).mean())
 
     def description(self) -> Any:

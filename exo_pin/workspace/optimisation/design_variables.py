@@ -94,13 +94,8 @@ def starting_design(
     angles = 2.0 * np.pi * np.arange(len(each)) / len(each) + 0.3
     base = np.stack([0.15 * np.cos(angles), 0.15 * np.sin(angles), np.full(len(each), 0.1)], axis=-1)
     platform = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles), np.full(len(each), -0.2)], axis=-1)
-    return Mechanism(
-        WristGeometry(base, platform),
-        arm=arm,
-        limbs=tuple(Limb("SPS", actuator=actuator) for actuator in each),
-        side=as_side(side),
-        name=name,
-    )
+    limbs = tuple(Limb("SPS", actuator=actuator) for actuator in each)
+    return Mechanism(WristGeometry(base, platform), arm=arm, limbs=limbs, side=as_side(side), name=name)
 
 
 class DesignVariables(Record):
@@ -262,11 +257,8 @@ def _of_joint(point: FloatArray, end: str) -> dict[str, float]:
     """Variables of a joint centre of the base or the platform, in the order of ``_JOINTS``."""
     level, azimuth = float(np.hypot(point[0], point[1])), float(np.arctan2(point[1], point[0]))
     if end == "A":
-        return {
-            "radius": float(np.linalg.norm(point)),
-            "azimuth": azimuth,
-            "elevation": float(np.arctan2(point[2], level)),
-        }
+        elevation = float(np.arctan2(point[2], level))
+        return {"radius": float(np.linalg.norm(point)), "azimuth": azimuth, "elevation": elevation}
     return {"radius": level, "azimuth": azimuth, "drop": -float(point[2])}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
@@ -16,7 +15,6 @@ from ...core.errors import InvalidInput, MissingData
 from ...core.progress import track
 from ...core.validation import FloatArray, require_method
 from ...design import Mechanism
-from ...load_case import CentreOffset
 from ...load_case.pose_stacks import pose_matrices, require_massless
 from ...reaction.splits.split import limb_lengths
 from ..criteria import Criteria
@@ -159,23 +157,7 @@ def _contact(exo: ShoulderExo, person: Person | None, poses: SearchPoses, criter
     if person is None:
         raise MissingData(["person (who wears the design)"], "the objective 'contact_force'", exo.name)
     require_massless(exo.mechanism)
-    return ContactObjective(person, poses, functools.partial(_least_contact, type(exo)), criteria)
-
-
-def _least_contact(
-    kind: type[ShoulderExo],
-    mechanism: Mechanism,
-    orientations: Rotation,
-    wearer: Person,
-    bounds: tuple[FloatArray, FloatArray],
-    offset: CentreOffset | None,
-) -> FloatArray:
-    """Magnitudes of the contact force, shape (N,), N, as :class:`ContactObjective` wants them."""
-    design = kind.from_mechanism(mechanism)
-    found = design.joint_contact(
-        orientations, wearer, "least_contact", actuator_bounds=bounds, centre_offset=offset, outside="mark"
-    )
-    return np.asarray(found.magnitude)
+    return ContactObjective(person, poses, type(exo), criteria)
 
 
 def _made_runs(

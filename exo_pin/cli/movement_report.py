@@ -10,7 +10,7 @@ from ..core.files import is_stream
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import read_movement
 from ..reaction import ConstraintBounds, MovementReaction
-from ..reaction.along_files import write_movement_reaction
+from ..reaction.along import write_movement_reaction
 from .options.query_options import limits, pose_angles
 from .reaction_report import moving_mass
 

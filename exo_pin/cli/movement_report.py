@@ -8,8 +8,7 @@ import math
 from ..core.errors import InvalidInput
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case import read_movement
-from ..reaction import ConstraintBounds, MovementReaction
-from ..reaction.along_files import write_movement_reaction
+from ..reaction import ConstraintBounds, MovementReaction, write_movement_reaction
 from .options.option_values import require_ending
 from .options.query_options import limits, pose_angles
 from .reaction_report import moving_mass

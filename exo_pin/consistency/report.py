@@ -13,7 +13,7 @@ from ..chain import ClosedChain
 from ..core.notebook_tables import html_table
 from ..core.validation import FloatArray
 
-__all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Outcome", "Report", "closure_jacobian"]
+__all__ = ["CLOSED", "JACOBIAN", "POSES", "STEP", "Finding", "Report", "closure_jacobian"]
 
 Outcome = Literal["pass", "note", "fail"]
 
@@ -35,6 +35,11 @@ class Finding:
     outcome: Outcome
     detail: str
 
+    @classmethod
+    def of(cls, name: str, passed: bool, detail: str) -> Finding:
+        """A check that passed, or failed."""
+        return cls(name, "pass" if passed else "fail", detail)
+
 
 @dataclass(frozen=True)
 class Report:
@@ -48,17 +53,18 @@ class Report:
         """Whether nothing failed."""
         return all(finding.outcome != "fail" for finding in self.findings)
 
+    def _head(self) -> str:
+        return f"{self.mechanism}: {'consistent' if self.passed else 'NOT CONSISTENT'}"
+
     def __str__(self) -> str:
         width = max(len(finding.name) for finding in self.findings)
-        lines = [f"{self.mechanism}: {'consistent' if self.passed else 'NOT CONSISTENT'}"]
-        lines += [f"  {item.outcome:4}  {item.name:{width}}  {item.detail}" for item in self.findings]
-        return "\n".join(lines)
+        lines = [f"  {item.outcome:4}  {item.name:{width}}  {item.detail}" for item in self.findings]
+        return "\n".join([self._head(), *lines])
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
-        head = f"{self.mechanism}: {'consistent' if self.passed else 'NOT CONSISTENT'}"
         rows = [(item.name, item.outcome, item.detail) for item in self.findings]
-        return html_table(("check", "outcome", "evidence"), rows, [head], numbers=False)
+        return html_table(("check", "outcome", "evidence"), rows, [self._head()], numbers=False)
 
 
 def closure_jacobian(chain: ClosedChain, configurations: Iterable[FloatArray]) -> Finding:
@@ -66,7 +72,7 @@ def closure_jacobian(chain: ClosedChain, configurations: Iterable[FloatArray]) -
     if not chain.closures:
         return Finding("closure Jacobian", "note", "the chain has no loops")
     worst = max(_jacobian_error(chain, q) for q in configurations)
-    return Finding("closure Jacobian", "pass" if worst <= JACOBIAN else "fail", f"differences deviate by {worst:.1e}")
+    return Finding.of("closure Jacobian", worst <= JACOBIAN, f"differences deviate by {worst:.1e}")
 
 
 def _jacobian_error(chain: ClosedChain, q: FloatArray) -> float:

@@ -39,7 +39,7 @@ def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
     text = f"residual at most {worst:.1e} m, rad over {len(found)} configurations"
     if lost:
         return Finding("loops", "note", f"{text}; {lost} of {POSES} near the first did not close"), found
-    return Finding("loops", "pass" if worst <= CLOSED else "fail", text), found
+    return Finding.of("loops", worst <= CLOSED, text), found
 
 
 def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
@@ -53,11 +53,9 @@ def _chain_mobility(chain: ClosedChain, found: list[FloatArray]) -> Finding:
     if usual.locked is None:
         return Finding("mobility", "note", f"{text}; the roles name no actuated joints")
     text += f"; {usual.locked.degrees_of_freedom} with the actuators locked"
-    if answers[0].kinds:
-        return Finding(
-            "mobility", "note", f"{text}; the first configuration is singular: {', '.join(answers[0].kinds)}"
-        )
-    return Finding("mobility", "note" if usual.locked.degrees_of_freedom else "pass", text)
+    kinds = answers[0].kinds
+    text += f"; the first configuration is singular: {', '.join(kinds)}" if kinds else ""
+    return Finding("mobility", "note" if kinds or usual.locked.degrees_of_freedom else "pass", text)
 
 
 def _chain_limits(chain: ClosedChain, found: list[FloatArray]) -> Finding:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 
 import numpy as np
 import pinocchio as pin
@@ -12,9 +12,10 @@ from ..chain import ClosedChain
 from ..core.errors import ExoPinError
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
+from ..reaction.holding.actuator_limits import length_limits
 from ..wrist import inverse_kinematics, limb_jacobian, singularity
 from ..wrist_chain import EquilibriumModel, mechanism_urdf
-from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Outcome, Report, closure_jacobian
+from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Report, closure_jacobian
 
 __all__ = ["CHECKS", "check", "run_check"]
 
@@ -37,9 +38,11 @@ class _Subject:
         around = Rotation.from_rotvec(np.vstack([np.zeros(3), axes]))
         self.poses = self.geometry.neutral * around
 
-    def configurations(self) -> Iterator[tuple[Rotation, FloatArray]]:
-        for pose in self.poses:
-            yield pose, self.model.configuration(pose.as_matrix(), pose.as_quat())
+    def configuration(self, pose: Rotation) -> FloatArray:
+        return self.model.configuration(pose.as_matrix(), pose.as_quat())
+
+    def configurations(self) -> list[FloatArray]:
+        return [self.configuration(pose) for pose in self.poses]
 
 
 def _loops(subject: _Subject) -> Finding:
@@ -47,40 +50,33 @@ def _loops(subject: _Subject) -> Finding:
     chain = subject.model.chain
     if not chain.closures:
         return Finding("loops", "note", "the chain has no loops")
-    worst = max(float(np.abs(chain.residual(q)).max()) for _, q in subject.configurations())
-    outcome: Outcome = "pass" if worst <= CLOSED else "fail"
-    return Finding("loops", outcome, f"residual at most {worst:.1e} m, rad over {len(subject.poses)} poses")
+    worst = max(float(np.abs(chain.residual(q)).max()) for q in subject.configurations())
+    return Finding.of("loops", worst <= CLOSED, f"residual at most {worst:.1e} m, rad over {len(subject.poses)} poses")
 
 
 def _lengths(subject: _Subject) -> Finding:
     """The chain's slides have the lengths of the closed form."""
-    chain, worst = subject.model.chain, 0.0
+    model = subject.model.chain.model
     neutral = inverse_kinematics(subject.geometry, subject.geometry.neutral).lengths
-    slides = [chain.model.joints[chain.model.getJointId(f"limb_{i + 1}_slide")].idx_q for i in range(len(neutral))]
-    for pose, q in subject.configurations():
-        lengths = inverse_kinematics(subject.geometry, pose).lengths
-        worst = max(worst, float(np.abs(q[slides] + neutral - lengths).max()))
-    return Finding(
-        "limb lengths", "pass" if worst <= 1e-12 else "fail", f"chain and closed form differ by {worst:.1e} m"
-    )
+    slides = [model.joints[model.getJointId(f"limb_{i + 1}_slide")].idx_q for i in range(len(neutral))]
+    of_chain = np.array(subject.configurations())[:, slides] + neutral
+    worst = np.abs(of_chain - inverse_kinematics(subject.geometry, subject.poses).lengths).max()
+    return Finding.of("limb lengths", worst <= 1e-12, f"chain and closed form differ by {worst:.1e} m")
 
 
 def _limb_jacobian(subject: _Subject) -> Finding:
     """d(lengths)/dt = J ω against central differences on the rotation group."""
-    worst = 0.0
-    for pose in subject.poses:
-        J = limb_jacobian(subject.geometry, pose)
-        for axis in range(3):
-            turn = Rotation.from_rotvec(STEP * np.eye(3)[axis])
-            ahead, behind = (inverse_kinematics(subject.geometry, p).lengths for p in (turn * pose, turn.inv() * pose))
-            worst = max(worst, float(np.abs(J[:, axis] - (ahead - behind) / (2 * STEP)).max()))
-    return Finding(
-        "limb Jacobian", "pass" if worst <= JACOBIAN else "fail", f"differences deviate by {worst:.1e} m/rad"
-    )
+    geometry, poses, worst = subject.geometry, subject.poses, 0.0
+    J = limb_jacobian(geometry, poses)
+    for axis in range(3):
+        turn = Rotation.from_rotvec(STEP * np.eye(3)[axis])
+        ahead, behind = (inverse_kinematics(geometry, moved).lengths for moved in (turn * poses, turn.inv() * poses))
+        worst = max(worst, float(np.abs(J[..., axis] - (ahead - behind) / (2 * STEP)).max()))
+    return Finding.of("limb Jacobian", worst <= JACOBIAN, f"differences deviate by {worst:.1e} m/rad")
 
 
 def _closure_jacobian(subject: _Subject) -> Finding:
-    return closure_jacobian(subject.model.chain, (q for _, q in subject.configurations()))
+    return closure_jacobian(subject.model.chain, subject.configurations())
 
 
 def _wrist_conditions(subject: _Subject) -> Finding:
@@ -90,7 +86,7 @@ def _wrist_conditions(subject: _Subject) -> Finding:
         return Finding("wrist conditions", "note", "no UPU limbs, so none are needed")
     model, worst = subject.model.chain.model, 0.0
     data = model.createData()
-    for _, q in subject.configurations():
+    for q in subject.configurations():
         J = pin.computeJointJacobians(model, data, q)
 
         def axis(name: str, J: FloatArray = J) -> FloatArray:
@@ -102,38 +98,27 @@ def _wrist_conditions(subject: _Subject) -> Finding:
             through = [np.linalg.norm(axis(limb + name)[:3]) for name in ("platform_y", "base_y")]
             parallel = np.linalg.norm(np.cross(axis(limb + "platform_x")[3:], axis(limb + "base_x")[3:]))
             worst = max(worst, float(max(*through, parallel)))
-    return Finding(
-        "wrist conditions",
-        "pass" if worst <= 1e-12 else "fail",
-        f"axes miss O or each other's direction by at most {worst:.1e} m, rad",
-    )
+    text = f"axes miss O or each other's direction by at most {worst:.1e} m, rad"
+    return Finding.of("wrist conditions", worst <= 1e-12, text)
 
 
 def _mobility(subject: _Subject) -> Finding:
     """Three freedoms, with the ball joint and, where three UPU limbs or more can do it, without."""
     mechanism = subject.mechanism
     upu = int(mechanism.is_upu.sum())
-    pose = _most_regular(subject)
-    whole = subject.model.chain.mobility(subject.model.configuration(pose.as_matrix(), pose.as_quat()))
+    most_regular = int(np.argmax(singularity(subject.geometry, subject.poses).smallest_singular_value))
+    q = subject.configuration(subject.poses[most_regular])
+    whole = subject.model.chain.mobility(q)
     text = f"{whole.degrees_of_freedom} degrees of freedom, closures of rank {whole.rank} of {whole.rows}"
     good = whole.degrees_of_freedom == 3 and whole.rows - whole.rank == upu
     if upu >= 3:
         alone = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
-        freedom = alone.mobility(alone.close(_freed(subject, alone, pose))).degrees_of_freedom
+        # The arm flies freely, with its origin at O.
+        freed = np.concatenate([np.zeros(alone.model.nq - len(q)), q])
+        freedom = alone.mobility(alone.close(freed)).degrees_of_freedom
         text += f"; without the ball joint {freedom}"
         good = good and freedom == 3
-    return Finding("mobility", "pass" if good else "fail", text)
-
-
-def _most_regular(subject: _Subject) -> Rotation:
-    """The pose farthest from singularity."""
-    return subject.poses[int(np.argmax(singularity(subject.geometry, subject.poses).smallest_singular_value))]
-
-
-def _freed(subject: _Subject, chain: ClosedChain, pose: Rotation) -> FloatArray:
-    """The configuration with a free-flying arm whose origin is at O."""
-    q = subject.model.configuration(pose.as_matrix(), pose.as_quat())
-    return np.concatenate([np.zeros(chain.model.nq - len(q)), q])
+    return Finding.of("mobility", good, text)
 
 
 def _inertia(subject: _Subject) -> Finding:
@@ -147,7 +132,7 @@ def _inertia(subject: _Subject) -> Finding:
     shown = ", ".join(f"{value:.3g}" for value in principal)
     slack = 1e-9 * principal[2]
     possible = principal[0] >= -slack and principal[2] <= principal[0] + principal[1] + slack
-    return Finding("inertia", "pass" if possible else "fail", f"{arm.mass:.4g} kg, principal moments {shown} kg m²")
+    return Finding.of("inertia", possible, f"{arm.mass:.4g} kg, principal moments {shown} kg m²")
 
 
 def _neutral_pose(subject: _Subject) -> Finding:
@@ -160,17 +145,11 @@ def _neutral_pose(subject: _Subject) -> Finding:
         return Finding("neutral pose", "fail", text)
     if margin.kind != "regular":
         return Finding("neutral pose", "note", f"{text}: choose another neutral pose, or another geometry")
-    beyond = [
-        f"limb {i + 1}"
-        for i, limb in enumerate(subject.mechanism.limbs)
-        if limb.stroke is not None
-        and limb.stroke.end_fitting is not None
-        and not limb.stroke.shortest
-        <= (state.lengths[i] - limb.stroke.end_fitting) / limb.stroke.nominal_length
-        <= limb.stroke.longest
-    ]
-    if beyond:
-        return Finding("neutral pose", "note", f"{text}; outside the stroke of {', '.join(beyond)}")
+    shortest, longest = length_limits(subject.mechanism)
+    beyond = np.flatnonzero((state.lengths < shortest) | (state.lengths > longest)) + 1
+    if beyond.size:
+        limbs = ", ".join(f"limb {number}" for number in beyond)
+        return Finding("neutral pose", "note", f"{text}; outside the stroke of {limbs}")
     return Finding("neutral pose", "pass", text)
 
 
@@ -200,20 +179,20 @@ def check(mechanism: Mechanism) -> Report:
     Report
         A check that cannot run because of the mechanism itself counts as failed, with the error as its evidence.
     """
-    try:
-        subject = _Subject(mechanism)
-    except ExoPinError as error:
-        return Report(mechanism.name, tuple(Finding(name, "fail", str(error)) for name in CHECKS))
-    return Report(mechanism.name, tuple(_run(name, subject) for name in CHECKS))
+    return Report(mechanism.name, _findings(mechanism, CHECKS))
 
 
 def run_check(name: str, mechanism: Mechanism) -> Finding:
     """Run one check of :data:`CHECKS`."""
+    return _findings(mechanism, [name])[0]
+
+
+def _findings(mechanism: Mechanism, names: Iterable[str]) -> tuple[Finding, ...]:
     try:
         subject = _Subject(mechanism)
     except ExoPinError as error:
-        return Finding(name, "fail", str(error))
-    return _run(name, subject)
+        return tuple(Finding(name, "fail", str(error)) for name in names)
+    return tuple(_run(name, subject) for name in names)
 
 
 def _run(name: str, subject: _Subject) -> Finding:

@@ -54,11 +54,11 @@ class ModelMethods(Subject):
             The URDF that it was read from, or its XML, for its looks, which a chain does not have.
         """
         exo = cls.__new__(cls)
-        exo._mechanism, exo._given_chain, exo._given_side, exo.urdf = None, chain, as_side(side), urdf
+        exo._given_chain, exo._given_side, exo.urdf = chain, as_side(side), urdf
         try:
-            exo._recognised, exo._why_not = wrist_of(chain, as_side(side)), ""
+            exo._recognised = wrist_of(chain, as_side(side))
         except NotAWrist as error:
-            exo._recognised, exo._why_not = None, error.reason
+            exo._why_not = error.reason
         if exo._recognised is not None and not exo._recognised.beyond_record:
             exo._mechanism = exo._recognised.mechanism
         return exo

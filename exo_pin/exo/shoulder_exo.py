@@ -16,12 +16,11 @@ from ..core.errors import InvalidInput, NotAWrist, UnknownName
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
-from .kinematic_methods import KinematicQuestions
+from .kinematic_methods import KinematicQuestions, WorkspaceQuestions
 from .model_methods import ModelMethods
 from .movement_and_map_methods import MovementAndMapQuestions
 from .person_methods import PersonQuestions
 from .uncertainty_methods import UncertaintyQuestions
-from .workspace_methods import WorkspaceQuestions
 
 if TYPE_CHECKING:
     from ..person import Person
@@ -111,10 +110,16 @@ class ShoulderExo(
         NotAWrist
             If it is none.
         """
-        known = self._recognised.mechanism if self._mechanism is None and self._recognised is not None else None
-        mechanism = known or self.mechanism
-        bare = mechanism.replace(arm=None, limbs=[Limb(limb.kind) for limb in mechanism.limbs])
+        known = self._known
+        bare = known.replace(arm=None, limbs=[Limb(limb.kind) for limb in known.limbs])
         return ShoulderExo.from_mechanism(bare)
+
+    @property
+    def _known(self) -> Mechanism:
+        """The mechanism, or what was recognised of one whose masses its record cannot hold."""
+        if self._mechanism is None and self._recognised is not None:
+            return self._recognised.mechanism
+        return self.mechanism
 
     @property
     def name(self) -> str:
@@ -124,8 +129,7 @@ class ShoulderExo(
     @property
     def geometry(self) -> WristGeometry:
         """Joint centres and frames."""
-        known = self._recognised.mechanism if self._mechanism is None and self._recognised is not None else None
-        return (known or self.mechanism).geometry
+        return self._known.geometry
 
     @property
     def arm(self) -> Arm | None:

@@ -1,6 +1,6 @@
 from .along import MovementReaction as MovementReaction
 from .along import movement_reaction as movement_reaction
-from .along_files import write_movement_reaction as write_movement_reaction
+from .along import write_movement_reaction as write_movement_reaction
 from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map

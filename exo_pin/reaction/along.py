@@ -1,28 +1,41 @@
-"""Reactions along movements."""
+"""Reactions along movements: histories, peaks, tables and files."""
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
-from typing import Any
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import shoulder_angles
 from ..core.errors import InvalidInput
+from ..core.files import is_stream, write_bytes, write_text
+from ..core.files.csv_tables import csv_text
+from ..core.pictures import drawn
 from ..core.validation import FloatArray
 from ..load_case import Load, Motion
 from ..load_case.trajectories import Movement
 from ..wrist_chain.equilibrium import EquilibriumModel
-from .columns import ShownMovement
+from .columns import force_columns, frame_of, vector_columns
 from .movement_noise import force_noise, is_stacked, warn_of_noise
 from .query import reaction
 from .result import Reaction
 
-__all__ = ["MovementReaction", "movement_reaction"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["MovementReaction", "movement_reaction", "write_movement_reaction"]
+
+_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 
 
 @dataclass(frozen=True, eq=False)
-class MovementReaction(ShownMovement):
+class MovementReaction:
     """Reactions along a movement.
 
     Attributes
@@ -49,8 +62,7 @@ class MovementReaction(ShownMovement):
     @property
     def peak(self) -> float:
         """Largest |F_s| of all samples with an answer, N; NaN if there is none."""
-        held = self.reaction.has_answer
-        return float(self.reaction.magnitude[held].max()) if held.any() else float("nan")
+        return self.reaction.peak
 
     @property
     def peak_time(self) -> float:
@@ -112,6 +124,52 @@ class MovementReaction(ShownMovement):
         share = "" if weight is None else f", {100.0 * self.peak / weight:.1f} % of body weight"
         return [f"Largest force of the shoulder on the arm: {self.peak:.1f} N{share}, at {self.peak_time:.3g} s."]
 
+    def to_dataframe(self, side: str = "left") -> Any:
+        """A pandas DataFrame, one row a sample: time, angles, motion, forces, det X and status.
+
+        Parameters
+        ----------
+        side : {"left", "right"}
+            Side of the body that the clinical angles are of.
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        more = {"det_X": self.reaction.determinant, "status": self.reaction.status.astype(object)}
+        return frame_of(movement_columns(self, side) | more)
+
+    def plot(
+        self,
+        against: str = "time",
+        side: str = "left",
+        limits: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> Figure:
+        """Draw shoulder force and limb forces along the movement.
+
+        Parameters
+        ----------
+        against : {"time", "flexion", "abduction", "internal_rotation"}
+            Quantity of the horizontal axis.
+        side : {"left", "right"}
+            Side of the body that the angles are of.
+        limits : (lower, upper), optional
+            N, tension positive, each broadcasting to (N, n): what the actuators can give.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        UnknownName
+            If ``against`` is another name.
+        MissingExtra
+            If matplotlib is not installed.
+        """
+        return drawn("movement_figure", self, against, side, limits)
+
     def __str__(self) -> str:
         lines = [f"{key.replace('_', ' '):24} {value:.4g}" for key, value in self.summary().items()]
         counts = {name: int((self.reaction.status == name).sum()) for name in np.unique(self.reaction.status)}
@@ -144,3 +202,85 @@ def movement_reaction(
     noise = force_noise(movement, answer.shoulder_force, forces_at, static, stacked)
     warn_of_noise(movement, answer.shoulder_force, noise)
     return MovementReaction(movement, answer, noise)
+
+
+def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArray]:
+    """Time, clinical angles of a side of the body, velocity, acceleration and forces, shape (N,) each."""
+    movement = answer.movement
+    angles = shoulder_angles(movement.orientations, side, degrees=True)
+    return (
+        {"time_s": movement.times}
+        | vector_columns("{}", angles, _ANGLES)
+        | vector_columns("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
+        | vector_columns("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
+        | force_columns(answer.reaction)
+    )
+
+
+def write_movement_reaction(
+    answer: MovementReaction, path: str | PathLike[str], side: str = "left", name: str = ""
+) -> None:
+    """Write full histories; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    answer : MovementReaction
+        What to write.
+    path : path-like
+        ``.csv``: a table with units in its header, one line a sample, empty cells where there is no answer.
+        ``.npz``: all arrays of the answer, among them every wrench, for :func:`numpy.load`.
+        A pipe or a device gets the table.
+    side : {"left", "right"}
+        Side of the body that the clinical angles in the CSV are of.
+    name : str
+        Of the design, for the comment in the first line of the CSV.
+
+    Raises
+    ------
+    InvalidInput
+        If the ending is another.
+    """
+    ending = Path(fspath(path)).suffix.lower()
+    if ending == ".csv" or (ending != ".npz" and is_stream(path)):
+        write_text(path, _as_csv(answer, side, name))
+    elif ending == ".npz":
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **_as_arrays(answer))
+        write_bytes(path, buffer.getvalue())
+    else:
+        raise InvalidInput(f"expected a file that ends in .csv or .npz, got {fspath(path)!r}")
+
+
+def _as_arrays(answer: MovementReaction) -> dict[str, Any]:
+    fields = {
+        key: np.asarray("" if value is None else value)
+        for key, value in answer.reaction.as_dict().items()
+        if key not in ("body_weight", "percent_body_weight")
+    }
+    return {
+        "times": answer.movement.times,
+        "quaternions_xyzw": answer.movement.orientations.as_quat(),
+        "angular_velocity": answer.movement.motion.angular_velocity,
+        "angular_acceleration": answer.movement.motion.angular_acceleration,
+        "movement_noise_covariance": answer.movement.noise.covariance,
+        "end_effects": answer.movement.noise.end_effects,
+        "force_noise": answer.force_noise,
+        **fields,
+    }
+
+
+def _as_csv(answer: MovementReaction, side: str, name: str) -> str:
+    reaction, movement = answer.reaction, answer.movement
+    columns = movement_columns(answer, side)
+    columns["F_s_noise_N"] = answer.force_noise
+    columns["end_effects"] = movement.noise.end_effects.astype(float)
+    table = np.column_stack(list(columns.values()))
+    rows = (
+        [*("" if np.isnan(cell) else repr(cell) for cell in row.tolist()), str(status)]
+        for row, status in zip(table, reaction.status, strict=True)
+    )
+    comments = [
+        f"{name or 'exo_pin'}: {side} shoulder, split {reaction.split}; F_s is the shoulder's force on the arm",
+        f"movement {movement.noise}",
+    ]
+    return csv_text([*columns, "status"], rows, comments)

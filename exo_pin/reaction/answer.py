@@ -57,7 +57,11 @@ def answer(
     progress : bool
         Whether to show a progress bar.
     """
-    chosen, missing = _distribute(split, poses, progress)
+    chosen, rows = Chosen(poses.status, poses.mechanism.limb_count), answered(poses.status)
+    if poses.limits is not None and poses.socket is None:
+        rows = split.choose_within(poses, rows, chosen)
+    missing = _choose(split, poses, rows, chosen, progress) if rows.size else {}
+    _mark_non_finite(chosen)
     f, g, state, status, owner = chosen.f, chosen.g, poses.state, poses.status, poses.mechanism.arm
     closure = state.closures(f, g)
     shoulder, on_arm = state.shoulder_force(f, g), closure - state.limb_share
@@ -108,16 +112,6 @@ def _balance_residual(shoulder: Any, on_arm: Any, force: Any, moment: Any, radiu
             # A sum that is NaN makes the residual NaN, which max() would drop.
             miss = miss + np.nan if total + turning != total + turning else max(miss, abs(total), abs(turning) / radius)
         residual[k] = miss / largest if largest > 0.0 else miss
-
-
-def _distribute(split: Split, poses: PoseStack, progress: bool) -> tuple[Chosen, dict[int, Shortfall]]:
-    """Forces of all poses, and what is missing in the rows that cannot be held."""
-    chosen, rows = Chosen(poses.status, poses.tensions.f.shape[1]), answered(poses.status)
-    if poses.limits is not None and poses.socket is None:
-        rows = split.choose_within(poses, rows, chosen)
-    missing = _choose(split, poses, rows, chosen, progress) if rows.size else {}
-    _mark_non_finite(chosen)
-    return chosen, missing
 
 
 def _choose(

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.conventions import shoulder_angles
 from ..core.errors import MissingExtra
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
@@ -18,20 +17,18 @@ from ..core.validation import FloatArray
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .along import MovementReaction
     from .batch.reaction_maps import ReactionMap
     from .result import Reaction
 
-__all__ = ["ShownMovement", "ShownReaction", "force_columns", "frame_of", "movement_columns", "peak_of"]
+__all__ = ["ShownReaction", "force_columns", "frame_of", "peak_of", "vector_columns"]
 
-_ANGLES = ("flexion_deg", "abduction_deg", "internal_rotation_deg")
 #: What an answer as plain data has besides its fields: properties, evidence of infeasibility, parts of the certificate.
 _DERIVED = ("verdict", "magnitude", "percent_body_weight", "harness_wrench", "ratio", "can_hold", "unknown", "status")
 _EVIDENCE = ("closest_actuator_forces", "missing_wrench", "blocking", "relief", "extra_muscle_force")
 _DETERMINED = ("actuator_forces", "constraint_forces", "shoulder_force", "torso_wrench")
 
 
-def _vector(label: str, values: FloatArray | None, names: Any) -> dict[str, FloatArray]:
+def vector_columns(label: str, values: FloatArray | None, names: Any) -> dict[str, FloatArray]:
     """Columns of the last axis of an array, none for None; ``label`` has a place for the name."""
     return {} if values is None else {label.format(name): values[..., k] for k, name in enumerate(names)}
 
@@ -40,23 +37,10 @@ def force_columns(answer: Reaction | ReactionMap) -> dict[str, FloatArray]:
     """F_s, |F_s|, f, g and the margin, N and 1, each of the stack's shape; without what a map left out."""
     f, g = answer.actuator_forces, answer.constraint_forces
     limbs = range(1, 1 + (f if f is not None else g if g is not None else np.empty((0,))).shape[-1])
-    columns = _vector("F_s_{}_N", answer.shoulder_force, "xyz")
+    columns = vector_columns("F_s_{}_N", answer.shoulder_force, "xyz")
     columns |= {} if answer.magnitude is None else {"F_s_N": answer.magnitude}
-    columns |= _vector("f_{}_N", f, limbs) | _vector("g_{}_N", g, limbs)
+    columns |= vector_columns("f_{}_N", f, limbs) | vector_columns("g_{}_N", g, limbs)
     return columns | ({} if answer.margin is None else {"margin": answer.margin})
-
-
-def movement_columns(answer: MovementReaction, side: str) -> dict[str, FloatArray]:
-    """Time, clinical angles of a side of the body, velocity, acceleration and forces, shape (N,) each."""
-    movement = answer.movement
-    angles = shoulder_angles(movement.orientations, side, degrees=True)
-    return (
-        {"time_s": movement.times}
-        | _vector("{}", angles, _ANGLES)
-        | _vector("omega_{}_rad_s", movement.motion.angular_velocity, "xyz")
-        | _vector("eta_{}_rad_s2", movement.motion.angular_acceleration, "xyz")
-        | force_columns(answer.reaction)
-    )
 
 
 def frame_of(columns: dict[str, Any]) -> Any:
@@ -155,53 +139,3 @@ class ShownReaction:
             return None if isinstance(value, float) and not np.isfinite(value) else value
 
         return json.dumps({key: plain(value) for key, value in self.as_dict().items()}, indent=indent)
-
-
-class ShownMovement:
-    """Table and picture of a :class:`MovementReaction`."""
-
-    def to_dataframe(self: MovementReaction, side: str = "left") -> Any:  # type: ignore[misc]
-        """A pandas DataFrame, one row a sample: time, angles, motion, forces, det X and status.
-
-        Parameters
-        ----------
-        side : {"left", "right"}
-            Side of the body that the clinical angles are of.
-
-        Raises
-        ------
-        MissingExtra
-            If pandas is not installed.
-        """
-        more = {"det_X": self.reaction.determinant, "status": self.reaction.status.astype(object)}
-        return frame_of(movement_columns(self, side) | more)
-
-    def plot(  # type: ignore[misc]
-        self: MovementReaction,
-        against: str = "time",
-        side: str = "left",
-        limits: tuple[ArrayLike, ArrayLike] | None = None,
-    ) -> Figure:
-        """Draw shoulder force and limb forces along the movement.
-
-        Parameters
-        ----------
-        against : {"time", "flexion", "abduction", "internal_rotation"}
-            Quantity of the horizontal axis.
-        side : {"left", "right"}
-            Side of the body that the angles are of.
-        limits : (lower, upper), optional
-            N, tension positive, each broadcasting to (N, n): what the actuators can give.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        UnknownName
-            If ``against`` is another name.
-        MissingExtra
-            If matplotlib is not installed.
-        """
-        return drawn("movement_figure", self, against, side, limits)

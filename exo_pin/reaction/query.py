@@ -21,7 +21,7 @@ from ..wrist_chain.equilibrium import EquilibriumModel
 from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, as_force_limits
-from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
+from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
 from .holding.actuator_limits import ForceLimits
 from .result import Reaction
@@ -71,10 +71,8 @@ def reaction(
     if actuator_bounds is not None:
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
         limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
-    bounds = UNBOUNDED
-    if constraint_bounds is not None:
-        one_signed = limits is not None and limits.one_signed
-        bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
+    one_signed = constraint_bounds is not None and limits is not None and limits.one_signed
+    bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
     loads = arm_loads(model.arm, mechanism.gravity, query) if device is None else device.loads
     if device is not None:

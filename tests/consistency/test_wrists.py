@@ -73,7 +73,7 @@ def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
 def test_wrong_limb_lengths_are_found(monkeypatch):
     class Longer:
         def __init__(self, state):
-            self.lengths = state.lengths + 1e-9 * (np.ndim(state.lengths) == 1) * np.arange(3)
+            self.lengths = state.lengths + 1e-9 * np.arange(3)
             self.reach = state.reach
 
     calls = []

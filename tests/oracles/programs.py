@@ -66,7 +66,7 @@ def random_pose(rng, kind, n=None, faces=None, reachable=None):
     state = AffineState.of_closures(none, of_f, of_g, none, np.concatenate([shoulder, moment]))
     radius = float(np.linalg.norm(b, axis=1).max())
     return Pose(
-        state, radius, f_low, f_high, g_low, g_high, upu, kind == "by_tension", socket, goal, tension, kind == "alone"
+        state, radius, f_low, f_high, socket, g_low, g_high, upu, kind == "by_tension", goal, tension, kind == "alone"
     )
 
 

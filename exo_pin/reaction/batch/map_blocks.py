@@ -18,8 +18,6 @@ ROWS = 22
 # Where the rows begin. Unsigned numbers spare the compiler the case of an index that counts from the end, without
 # which it does not work on several poses at once.
 FX, FY, FZ, MX, MY, MZ = (np.uint64(row * LANES) for row in range(6))
-F1, F2, F3, G1, G2, G3, SX, SY, SZ = (np.uint64(row * LANES) for row in range(6, 15))
-STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))
 QX, QY, QZ, QW = (np.uint64(row * LANES) for row in range(18, 22))
 X, Y, Z, W = (np.uint64(column) for column in range(4))
 

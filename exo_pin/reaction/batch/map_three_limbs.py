@@ -13,38 +13,13 @@ import numpy as np
 from ...core.compiled import kernel
 from ...numerics.vectors import SINGULAR, along_normals, gram, limb, root, second_invariant, status_code, triple, vector
 from ...wrist.limbs import largest_radius
-from .map_blocks import (
-    F1,
-    F2,
-    F3,
-    FX,
-    FY,
-    FZ,
-    G1,
-    G2,
-    G3,
-    LANES,
-    MARGIN,
-    MX,
-    MY,
-    MZ,
-    ROWS,
-    SIZE,
-    STATUS,
-    SX,
-    SY,
-    SZ,
-    Device,
-    Outputs,
-    Terms,
-    X,
-    Y,
-    Z,
-    fill_block,
-    pose,
-)
+from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, X, Y, Z, fill_block, pose
 
 __all__ = ["map_three"]
+
+# Where the rows of the results begin in a block.
+F1, F2, F3, G1, G2, G3, SX, SY, SZ = (np.uint64(row * LANES) for row in range(6, 15))
+STATUS, MARGIN, SIZE = (np.uint64(row * LANES) for row in range(15, 18))
 
 
 @kernel

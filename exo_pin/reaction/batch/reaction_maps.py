@@ -6,14 +6,15 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, UnknownName
+from ...core.errors import InvalidInput
 from ...core.progress import track
-from ...core.validation import FloatArray, ReadOnly, as_rotation
+from ...core.validation import FloatArray, ReadOnly, as_choice, as_rotation
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
@@ -45,8 +46,10 @@ _CODES = {
 }
 #: Poses in a block: enough to make the cost of starting one small, few enough for the caches.
 CHUNK = 32768
-#: Quantities that a map can return.
+#: Quantities that a map can return, in the order of the kernels' outputs.
 _KEEP = ("shoulder_force", "actuator_forces", "constraint_forces", "status", "margin", "magnitude")
+#: Vectors of motion and load, in the order of the last fields of :class:`Terms`.
+_VECTORS = {"motion": ("angular_velocity", "angular_acceleration"), "load": ("force", "moment", "at")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +124,7 @@ def reaction_map(
     progress: bool = False,
 ) -> ReactionMap:
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
-    if split not in _CODES:
-        raise UnknownName("split", split, _CODES)
-    law = as_split(split)
+    law = as_split(as_choice("split", split, _CODES))
     if constraint_bounds is not None:
         check_option(law, "constraint_bounds")
     if elasticity is not None and not law.determines_sides:
@@ -154,22 +155,14 @@ def reaction_map(
     starts = range(0, poses.count, chunk)
     for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
         pass
-    filled = {
+    filled: dict[str, Any] = {
         name: array.reshape((*poses.shape, *array.shape[1:])) if name in selected else None
         for name, array in zip(_KEEP, outputs, strict=True)
     }
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
     trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
-    return ReactionMap(
-        shoulder_force=filled["shoulder_force"],
-        actuator_forces=filled["actuator_forces"],
-        constraint_forces=filled["constraint_forces"],
-        status_codes=filled["status"],
-        margin=filled["margin"],
-        magnitude=filled["magnitude"],
-        split=ElasticLinear.name if law.determines_sides else law.name,
-        trivial=bool(trivial),
-    )
+    name = ElasticLinear.name if law.determines_sides else law.name
+    return ReactionMap(status_codes=filled.pop("status"), **filled, split=name, trivial=bool(trivial))
 
 
 def _run(compute: Callable[[int], None], starts: range, threads: int) -> Iterator[None]:
@@ -215,11 +208,14 @@ class _TermRows:
     """Arm, motion and load, block by block."""
 
     def __init__(self, mechanism: Mechanism, motion: Motion | None, load: Load | None, shape: tuple[int, ...]) -> None:
+        self._rows: list[Rows] = []
         for name, value, kind in (("motion", motion, Motion), ("load", load, Load)):
             if value is not None and not isinstance(value, kind):
                 raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
+            for field in _VECTORS[name]:
+                vectors = np.zeros(3) if value is None else np.asarray(getattr(value, field))
+                self._rows.append(Rows(f"{name}.{field}", vectors, shape))
         arm = mechanism.require_arm("weight" if motion is None else "motion", inertia=motion is not None)
-        nothing = np.zeros(3)
         self._fixed = (
             arm.mass,
             np.array(arm.centre_of_mass).reshape(1, 3),
@@ -230,16 +226,6 @@ class _TermRows:
             load is not None,
             load is not None and load.frame == "arm",
         )
-        self._rows = [
-            Rows(name, nothing if owner is None else np.asarray(getattr(owner, name.split(".")[1])), shape)
-            for name, owner in (
-                ("motion.angular_velocity", motion),
-                ("motion.angular_acceleration", motion),
-                ("load.force", load),
-                ("load.moment", load),
-                ("load.at", load),
-            )
-        ]
 
     def block(self, start: int, stop: int) -> Terms:
         return Terms(*self._fixed, *(rows.block(start, stop) for rows in self._rows))
@@ -252,23 +238,19 @@ def _device(mechanism: Mechanism, upu: NDArray[np.intp], code: int, elasticity: 
     if code == map_kernels.ELASTIC:
         if elasticity is None:
             elasticity = Elasticity.of_mechanism(mechanism)
-        for name, array, shape in (("guides", elasticity.guides, (n, 4)), ("shoulder", elasticity.shoulder, (3, 3))):
+        for name, array, shape in zip(elasticity._fields, elasticity, ((n, 4), (3, 3)), strict=True):
             if np.shape(array) != shape:
                 raise InvalidInput(f"expected the elasticity's {name} to have shape {shape}, got {np.shape(array)}")
-        guides, shoulder = np.array(elasticity.guides, order="C"), np.array(elasticity.shoulder, order="C")
+        guides, shoulder = elasticity
     geometry = mechanism.geometry
-    base, platform = (np.array(points, order="C") for points in (geometry.base_points, geometry.platform_points))
-    return Device(base, platform, upu, guides, shoulder)
+    arrays = (geometry.base_points, geometry.platform_points, upu, guides, shoulder)
+    return Device(*(np.array(array, order="C") for array in arrays))
 
 
 def _selected(keep: Iterable[str] | None) -> set[str]:
     if keep is None:
         return set(_KEEP)
-    selected = {keep} if isinstance(keep, str) else set(keep)
-    for name in selected:
-        if name not in _KEEP:
-            raise UnknownName("quantity to keep", name, _KEEP)
-    return selected
+    return {as_choice("quantity to keep", name, _KEEP) for name in ([keep] if isinstance(keep, str) else keep)}
 
 
 def _outputs(count: int, limb_count: int, selected: set[str]) -> Outputs:

@@ -11,7 +11,7 @@ from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, Unkno
 from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "two_ends"]
+__all__ = ["ConstraintBounds", "SideForceBounds", "two_ends"]
 
 #: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
@@ -80,7 +80,7 @@ class SideForceBounds:
             self.by_actuator = not self.by_tension
             return
         lower, upper = _pair(as_pair("constraint_bounds", bounds))
-        stacked = (
+        self._pair = (
             Rows("constraint_bounds", lower, shape, limb_count),
             Rows("constraint_bounds", upper, shape, limb_count),
         )
@@ -89,7 +89,6 @@ class SideForceBounds:
         crossed = np.flatnonzero(wrong.any(axis=0))
         if crossed.size:
             raise InfeasibleBounds(crossed)
-        self._pair = stacked
         self.is_free = bool(np.isinf(lower).all() and np.isinf(upper).all())
 
     def at(self, row: int, actuator_forces: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -97,11 +96,8 @@ class SideForceBounds:
         if self.by_actuator:
             size = np.abs(actuator_forces)
             return -size, size
-        if self._pair is not None:
-            lower, upper = self.block(row, row + 1)
-            return lower[0], upper[0]
-        infinite = np.full(len(actuator_forces), np.inf)
-        return -infinite, infinite
+        lower, upper = self.block(row, row + 1)
+        return lower[0], upper[0]
 
     def block(self, start: int, stop: int) -> tuple[FloatArray, FloatArray]:
         """Bounds of the poses from ``start`` to ``stop``, shape (stop - start, n) each, or (1, n) if all are alike, N.
@@ -112,10 +108,6 @@ class SideForceBounds:
             return self._pair[0].block(start, stop), self._pair[1].block(start, stop)
         infinite = np.full((1, self._limb_count), np.inf)
         return -infinite, infinite
-
-
-#: No bounds, for single poses.
-UNBOUNDED = SideForceBounds(None, (), 0)
 
 
 def two_ends(bounds: Any, expected: str) -> tuple[Any, Any]:

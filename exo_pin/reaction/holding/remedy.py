@@ -1,25 +1,70 @@
-"""Remedies for a pose that cannot be held: a pose nearby that can, and the moment that is missing."""
+"""Remedies for a pose that cannot be held: a pose nearby that can, and the moment that is missing.
+
+The search for a pose tries turns of growing angle (rings) about axes spread evenly over the sphere; larger rings have
+more axes. Around the first poses that can be held a direct search then shortens the turn. All poses of a ring or of a
+step are one stack. The result is a pose that was checked. A nearer one between two axes may have been missed.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import ReadOnly
+from ...core.progress import track
+from ...core.validation import FloatArray, ReadOnly
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..indeterminacy.infeasibility import Infeasibility
 from ..query import as_split, reaction
 from .actuator_limits import DesignActuators
-from .nearest_pose import NearestPose, nearest_held_pose
+from .hold_check import HoldCheck
+from .verdict import angle_words
 
-__all__ = ["Remedy", "at_rest", "remedy"]
+__all__ = ["NearestPose", "Remedy", "at_rest", "nearest_held_pose", "remedy", "spread_directions"]
 
 #: Largest turn of the search for a pose that can be held, rad.
 _REACH = float(np.radians(60.0))
+#: Directions in a ring at 60°, fewest directions in any, the distance between rings, rad, and rings in one stack.
+_DIRECTIONS, _FEWEST = 96, 32
+_STEP = np.radians(2.0)
+_RINGS = 5
+#: Number of poses that are refined, the distance of their directions that counts in full, and the number of step
+#: lengths, each a quarter of the one before, down to 0.03°.
+_REFINED = 2
+_APART = 1.0
+_SCALES = 4
+
+
+class NearestPose(NamedTuple):
+    """A pose that can be held.
+
+    Attributes
+    ----------
+    pose : Rotation
+        Single.
+    distance : float
+        Angle by which the arm must turn, rad; 0 if the given pose can be held.
+    check : HoldCheck
+        Of that pose.
+    """
+
+    pose: Rotation
+    distance: float
+    check: HoldCheck
+
+    def sentence(self, side: str) -> str:
+        """Where it is, in words; ``side`` of the body for the angles."""
+        if not self.distance:
+            return "The pose itself can be held."
+        return (
+            f"The nearest pose found that can be held is {np.degrees(self.distance):.0f}° away: "
+            f"{angle_words(self.pose, side)}."
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,3 +134,103 @@ def at_rest(options: dict[str, Any]) -> None:
     """Raise InvalidInput if the options of a query have a motion, for what compares poses at rest."""
     if options.get("motion") is not None:
         raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
+
+
+def nearest_held_pose(
+    check: Callable[[Rotation], HoldCheck],
+    orientation: Rotation,
+    reach: float = _REACH,
+    progress: bool = False,
+) -> NearestPose | None:
+    """The nearest pose in which no limit is violated.
+
+    Parameters
+    ----------
+    check : callable
+        Returns the :class:`HoldCheck` of a stack of poses.
+    orientation : Rotation
+        Single.
+    reach : float
+        Largest turn, rad.
+    progress : bool
+        Whether to show a bar on standard error.
+
+    Returns
+    -------
+    NearestPose or None
+        The given pose itself, at distance 0, if it can be held; None if the search found no such pose.
+    """
+
+    def held(turns: FloatArray) -> NDArray[np.bool_]:
+        return _meets_limits(check(Rotation.from_rotvec(turns) * orientation))
+
+    own = check(orientation)
+    if _meets_limits(own):
+        return NearestPose(orientation, 0.0, own)
+    angles = np.arange(_STEP, reach + 0.5 * _STEP, _STEP)
+    for block in track(np.split(angles, range(_RINGS, len(angles), _RINGS)), "nearest pose", progress):
+        turns = np.concatenate([angle * spread_directions(_count(angle)) for angle in block])
+        turns = turns[held(turns)]
+        if len(turns):
+            best = _shortest(held, _spread(turns))
+            pose = Rotation.from_rotvec(best) * orientation
+            return NearestPose(pose, float(np.linalg.norm(best)), check(pose))
+    return None
+
+
+def _meets_limits(answer: HoldCheck) -> NDArray[np.bool_]:
+    """Poses that can be held as far as the limits are known."""
+    return np.asarray(~answer.violated & (answer.can_hold | answer.unknown))
+
+
+def _count(angle: float) -> int:
+    """Number of directions in a ring, as far apart as at 60°."""
+    share = np.sin(0.5 * angle) ** 2 / np.sin(np.radians(30.0)) ** 2
+    return max(_FEWEST, round(_DIRECTIONS * share))
+
+
+def _spread(turns: FloatArray) -> FloatArray:
+    """The shortest turn, and others that are nearly as short in other directions."""
+    size = np.linalg.norm(turns, axis=1)
+    units, chosen = turns / size[:, None], [int(size.argmin())]
+    while len(chosen) < min(_REFINED, len(turns)):
+        apart = np.linalg.norm(units[:, None] - units[chosen], axis=-1).min(axis=1)
+        chosen.append(int((size - _STEP * np.minimum(apart / _APART, 1.0) * _RINGS).argmin()))
+    return turns[chosen]
+
+
+def _shortest(held: Callable[[FloatArray], NDArray[np.bool_]], turns: FloatArray) -> FloatArray:
+    """The shortest rotation vector to a pose that can be held, by direct search from several at once, shape (k, 3)."""
+    # Long and short steps in one stack: for an elastic device, a large stack takes little longer than a small one.
+    steps = _STEP * 4.0 ** -np.arange(_SCALES)
+    before = np.inf
+    while np.linalg.norm(turns, axis=-1).min() < before - steps[-1]:
+        before = float(np.linalg.norm(turns, axis=-1).min())
+        tries = np.stack([np.concatenate([turn[None], *(_shorter(turn, step) for step in steps)]) for turn in turns])
+        length = np.linalg.norm(tries, axis=-1)
+        length[:, 1:][~held(tries[:, 1:].reshape(-1, 3)).reshape(len(turns), -1)] = np.inf
+        turns = tries[np.arange(len(turns)), length.argmin(axis=1)]
+    return np.asarray(turns[np.linalg.norm(turns, axis=-1).argmin()])
+
+
+def _shorter(turn: FloatArray, step: float) -> FloatArray:
+    """Turns shorter by a step, in the same direction, and by less to six sides, shape (13, 3)."""
+    size = float(np.linalg.norm(turn))
+    unit = turn / size
+    beside = np.cross(unit, np.eye(3)[np.abs(unit).argmin()])
+    beside /= np.linalg.norm(beside)
+    azimuth = np.pi / 3.0 * np.arange(6)[:, None]
+    around = np.cos(azimuth) * beside + np.sin(azimuth) * np.cross(unit, beside)
+    tries = [max(size - step, 0.5 * size) * unit[None]]
+    for aside, less in ((1.0, 0.5), (2.0, 0.1)):
+        sides = unit + min(1.0, aside * step / size) * around
+        tries.append(max(size - less * step, 0.5 * size) * sides / np.linalg.norm(sides, axis=-1, keepdims=True))
+    return np.concatenate(tries)
+
+
+def spread_directions(count: int) -> FloatArray:
+    """Unit vectors spread evenly over the sphere (a Fibonacci lattice), shape (count, 3)."""
+    k = np.arange(count) + 0.5
+    z, azimuth = 1.0 - 2.0 * k / count, np.pi * (1.0 + np.sqrt(5.0)) * k
+    radius = np.sqrt(1.0 - z**2)
+    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)

@@ -23,8 +23,7 @@ from ...wrist_chain.equilibrium import EquilibriumModel
 from ..columns import force_columns, frame_of
 from ..query import reaction
 from ..result import Reaction
-from .nearest_pose import NearestPose, nearest_held_pose, spread_directions
-from .remedy import at_rest
+from .remedy import NearestPose, at_rest, nearest_held_pose, spread_directions
 from .verdict import angle_words, describe_axis
 
 if TYPE_CHECKING:

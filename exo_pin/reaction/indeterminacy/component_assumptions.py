@@ -8,9 +8,10 @@ interval is a linear program.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy
@@ -21,12 +22,11 @@ from ...core.validation import FloatArray, ReadOnly
 from ...wrist.forces.wrench_feasibility import force_bounds
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds, two_ends
 from .certificate import Components, component_names, is_determined
-from .freedom import Freedom
 
 if TYPE_CHECKING:
     from ..splits.split import PoseStack, Split
 
-__all__ = ["ComponentSource", "TensionBounds"]
+__all__ = ["ComponentSource", "Freedom", "TensionBounds"]
 
 #: None, "pull" (no limb pushes), or a pair (lower, upper) of numbers or arrays in N.
 TensionBounds = str | tuple[ArrayLike, ArrayLike] | None
@@ -35,6 +35,52 @@ TensionBounds = str | tuple[ArrayLike, ArrayLike] | None
 _NO_EFFECT = 1e-9
 #: Width of an interval, relative to the largest force, below which it is a point.
 _POINT = 1e-6
+
+
+class Freedom(NamedTuple):
+    """Forces that balance themselves in one pose, and their effects.
+
+    Attributes
+    ----------
+    own : int
+        Number of tensions among them; side forces follow.
+    of_f, of_g, of_shoulder : ndarray
+        Effects on f, g and F_s, shapes (n, m), (n, m) and (3, m).
+    elastic : callable
+        Takes effects of tensions on F_s, shape (3, k), and returns the changes of f, g and F_s that follow from the
+        displacement of limbs and shoulder, shape (2 n + 3, k), beside the change of f itself.
+    fixed : callable
+        Takes directions within the freedom, shape (m, k), and returns which of f, g and F_s are the same for all of
+        them within the bounds, shape (2 n + 3,).
+    """
+
+    own: int
+    of_f: FloatArray
+    of_g: FloatArray
+    of_shoulder: FloatArray
+    elastic: Callable[[FloatArray], FloatArray]
+    fixed: Callable[[FloatArray], NDArray[np.bool_]]
+
+    @property
+    def all(self) -> FloatArray:
+        """Effects on f, g and F_s one below the other, shape (2 n + 3, m)."""
+        return np.concatenate([self.of_f, self.of_g, self.of_shoulder])
+
+    @property
+    def of_tensions(self) -> FloatArray:
+        """Effects of the tensions that balance themselves, shape (2 n + 3, own)."""
+        return self.all[:, : self.own]
+
+    def without_shoulder(self) -> FloatArray:
+        """Directions that leave F_s as it is, shape (m, k)."""
+        if self.of_shoulder.shape[1] == 0:
+            return np.zeros((0, 0))
+        _, values, Vt = np.linalg.svd(self.of_shoulder)
+        return Vt[int((values > _NO_EFFECT * values[0]).sum()) :].T
+
+    def is_fixed(self, effect: FloatArray) -> NDArray[np.bool_]:
+        """Whether each row of an effect is zero."""
+        return is_determined(effect)
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,11 +137,9 @@ class Infeasibility(ReadOnly):
         for i in np.flatnonzero(self.blocking[index]):
             which = "cannot go below" if self.blocking[index][i] < 0 else "cannot go above"
             limit = round(float(self.closest_actuator_forces[index][i]), 1) + 0.0  # no "-0.0"
-            relief, more = self.relief[index][i], ""
-            if np.isfinite(relief):
-                more = f" ({relief:.1f} N more would make the pose feasible)"
-            else:
-                alone += 1
+            relief = self.relief[index][i]
+            alone += not np.isfinite(relief)
+            more = f" ({relief:.1f} N more would make the pose feasible)" if np.isfinite(relief) else ""
             parts.append(f"Limb {i + 1} {which} {limit:.1f} N{more}.")
         if alone:
             one = "one of these limits" if alone == len(parts) else "one of the others"

@@ -109,12 +109,9 @@ def _closest(pose: Pose, scale: float, bound: bool) -> tuple[LeastSquares, Float
         target = np.concatenate([target, pose.state.shoulder / scale])
     if bound and not pose.alone:
         assert pose.socket is not None
-        faces = len(pose.socket.N)
-        T = np.hstack([T, np.vstack([np.zeros((3, 3)), np.eye(3)])])
-        C = np.block([[C, np.zeros((len(C), 3))], [np.zeros((faces, C.shape[1])), pose.socket.N]])
-        c = np.concatenate([c, pose.socket.h / scale])
-        low = np.concatenate([low, np.full(3, -np.inf)])
-        high = np.concatenate([high, np.full(3, np.inf)])
+        T = np.hstack([T, np.eye(6, 3, -3)])
+        C, c = scipy.linalg.block_diag(C, pose.socket.N), np.concatenate([c, pose.socket.h / scale])
+        low, high = np.pad(low, (0, 3), constant_values=-np.inf), np.pad(high, (0, 3), constant_values=np.inf)
     return LeastSquares(T, target, np.zeros((0, T.shape[1])), np.zeros(0), low, high, C, c), target
 
 
@@ -146,19 +143,16 @@ def _relief(program: LeastSquares, target: FloatArray, limb: int, blocking: int)
     if blocking == 0:
         return np.inf
     m = program.size
-    low, high = program.low.copy(), program.high.copy()
-    row = np.zeros((1, m + 1))
-    if blocking < 0:
-        low[limb], row[0, limb], row[0, m], side = -np.inf, -1.0, -1.0, -program.low[limb]
-    else:
-        high[limb], row[0, limb], row[0, m], side = np.inf, 1.0, -1.0, program.high[limb]
-    cost = np.zeros(m + 1)
-    cost[m] = 1.0
+    low, high, cost = program.low.copy(), program.high.copy(), np.eye(m + 1)[m]
+    # The last variable is the relaxation: the limit may be passed by that much.
+    row = float(blocking) * np.eye(m + 1)[limb] - cost
+    relaxed, side = (low, -low[limb]) if blocking < 0 else (high, high[limb])
+    relaxed[limb] = blocking * np.inf
     answer = scipy.optimize.linprog(
         cost,
-        A_ub=np.vstack([np.hstack([program.C, np.zeros((len(program.C), 1))]), row]),
+        A_ub=np.vstack([np.pad(program.C, ((0, 0), (0, 1))), row]),
         b_ub=np.append(program.c, side),
-        A_eq=np.hstack([program.E, np.zeros((len(target), 1))]),
+        A_eq=np.pad(program.E, ((0, 0), (0, 1))),
         b_eq=target,
         bounds=[*zip(low, high, strict=True), (0.0, None)],
         method="highs",

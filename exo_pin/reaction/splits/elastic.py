@@ -28,7 +28,7 @@ from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...wrist.limbs import STATUS
 from ..answer import QUERY_STATUS
-from ..indeterminacy.freedom import Freedom
+from ..indeterminacy.component_assumptions import Freedom
 from .elastic_linear import ElasticLinear
 from .split import Chosen, PoseStack
 

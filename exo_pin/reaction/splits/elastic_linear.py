@@ -34,7 +34,7 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...wrist.forces.affine_state import LOOSE, BalancedTensions
 from ...wrist.limbs import STATUS
-from ..indeterminacy.freedom import Freedom
+from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
@@ -15,6 +16,9 @@ from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
 
 __all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
+
+
+_NONE = np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -75,14 +79,14 @@ class Pose(NamedTuple):
         Largest |B_i|, m, by which moments are divided.
     f_low, f_high : ndarray
         Limits of f, shape (n,), N.
+    socket : Socket or None
+        The glenoid cone.
     g_low, g_high : ndarray
         Limits of the side forces that are chosen with f, shape (u,), N.
     upu : ndarray of int
         Indices of their limbs, shape (u,).
     by_actuator : bool
         Whether |g_i| <= |f_i| besides, for f of one sign.
-    socket : Socket or None
-        The glenoid cone.
     goal : ndarray or None
         Square root of the cost of F_s, shape (3, 3); None for the forces of least norm.
     tension : float
@@ -99,14 +103,14 @@ class Pose(NamedTuple):
     radius: float
     f_low: FloatArray
     f_high: FloatArray
-    g_low: FloatArray
-    g_high: FloatArray
-    upu: NDArray[np.int64]
-    by_actuator: bool
     socket: Socket | None
-    goal: FloatArray | None
-    tension: float
-    alone: bool
+    g_low: FloatArray = _NONE
+    g_high: FloatArray = _NONE
+    upu: NDArray[np.int64] = _NONE.astype(np.intp)
+    by_actuator: bool = False
+    goal: FloatArray | None = None
+    tension: float = 0.0
+    alone: bool = False
     metric: FloatArray | None = None
     follower: Follower | None = None
 
@@ -221,12 +225,11 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
     state, S, n = pose.state, pose.shoulder_effect, len(pose.f_low)
     count = S.shape[1]
     constant = state.shoulder / scale
-    slack = 0 if pose.socket is None or pose.socket.is_hard else 3
     # Minimised are weighted F_s and tension, or all forces; and the distance from a soft cone.
     if pose.goal is None:
         E = np.eye(count)
         if pose.metric is not None:
-            E = np.vstack([np.hstack([pose.metric, np.zeros((len(pose.metric), count - n))]), E[n:]])
+            E = np.vstack([np.pad(pose.metric, ((0, 0), (0, count - n))), E[n:]])
         d = np.zeros(len(E))
     else:
         tension = np.sqrt(pose.tension) * np.eye(n, count)[: n if pose.tension else 0]
@@ -235,18 +238,16 @@ def _program(pose: Pose, scale: float) -> tuple[LeastSquares, int, float]:
     A, b = pose.moment_effect, state.moment / (pose.radius * scale)
     if pose.alone:
         A, b = np.vstack([A, S]), np.concatenate([b, -constant])
-    C, c = pose.side_rows(), np.zeros(2 * pose.upu.size if pose.by_actuator else 0)
-    low, high = pose.low / scale, pose.high / scale
+    C, low, high = pose.side_rows(), pose.low / scale, pose.high / scale
+    c = np.zeros(len(C))
     if pose.socket is not None:
         N, h = pose.socket.N, pose.socket.h / scale
         C, c = np.vstack([C, N @ S]), np.concatenate([c, h - N @ constant])
         if pose.socket.penalty is not None:
-            price = np.sqrt(pose.socket.penalty)
-            E = np.block([[E, np.zeros((len(E), slack))], [np.zeros((slack, count)), price * np.eye(slack)]])
-            d = np.concatenate([d, np.zeros(slack)])
-            A = np.hstack([A, np.zeros((len(A), slack))])
-            C = np.hstack([C, np.vstack([np.zeros((len(C) - len(N), slack)), -N])])
-            low = np.concatenate([low, np.full(slack, -np.inf)])
-            high = np.concatenate([high, np.full(slack, np.inf)])
+            E = scipy.linalg.block_diag(E, np.sqrt(pose.socket.penalty) * np.eye(3))
+            A, C = (np.pad(rows, ((0, 0), (0, 3))) for rows in (A, C))
+            C[-len(N) :, count:] = -N
+            d = np.pad(d, (0, 3))
+            low, high = np.pad(low, (0, 3), constant_values=-np.inf), np.pad(high, (0, 3), constant_values=np.inf)
     root = 1.0 / float(np.linalg.norm(E, axis=0).max())
     return LeastSquares(root * E, root * d, A, b, low, high, C, c), count, root

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
-from ..indeterminacy.freedom import Freedom
+from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split
 

@@ -9,7 +9,7 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.least_force_of_sums import SUMMED, shortest_within
 from ...numerics.optimality import LeastSquares, judged
-from ..indeterminacy.freedom import Freedom
+from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .split import Chosen, PoseStack, Split
 

@@ -18,7 +18,7 @@ from ...wrist.forces.moved_device import Movement
 from ...wrist.limbs import STATUS
 from ..constraints.side_force_bounds import SideForceBounds
 from ..holding.actuator_limits import ForceLimits
-from ..indeterminacy.freedom import Freedom
+from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose, Socket, Weights
 
 __all__ = ["Chosen", "PoseStack", "Split", "limb_lengths"]
@@ -133,27 +133,12 @@ class PoseStack(NamedTuple):
 
     def program(self, row: int, **choices: Any) -> Pose:
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
-        none, n = np.empty(0), len(self.tensions.f[row])
-        fields: dict[str, Any] = {
-            "state": self.state.row(row),
-            "g_low": none,
-            "g_high": none,
-            "upu": np.empty(0, dtype=np.intp),
-            "by_actuator": False,
-            "goal": None,
-            "tension": 0.0,
-            "alone": False,
-        }
+        state, free = self.state.row(row), np.full(len(self.tensions.f[row]), np.inf)
+        low, high = (-free, free) if self.limits is None else (self.limits.lower[row], self.limits.upper[row])
         # Where side forces load the tensions, those of least norm have the least part that balances itself.
-        metric = self.tensions.self_stress[row].T if fields["state"].moment_of_g.any() else None
-        return Pose(
-            **(fields | choices),
-            radius=self.radius,
-            f_low=np.full(n, -np.inf) if self.limits is None else self.limits.lower[row],
-            f_high=np.full(n, np.inf) if self.limits is None else self.limits.upper[row],
-            socket=self.socket,
-            metric=metric if metric is not None and len(metric) else None,
-        )
+        metric = self.tensions.self_stress[row].T
+        loaded = len(metric) > 0 and state.moment_of_g.any()
+        return Pose(state, self.radius, low, high, self.socket, metric=metric if loaded else None, **choices)
 
 
 def limb_lengths(

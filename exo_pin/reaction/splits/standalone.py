@@ -12,7 +12,7 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.vectors import NEAR_MARGIN, SINGULAR_MARGIN
 from ...wrist.limbs import STATUS
-from ..indeterminacy.freedom import Freedom
+from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Pose
 from .split import Chosen, PoseStack, Split
 

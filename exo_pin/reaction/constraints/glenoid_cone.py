@@ -9,7 +9,7 @@ import numpy as np
 from ...core.conventions import MIRROR, as_side
 from ...core.errors import InvalidInput
 from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive
 
 __all__ = ["GlenoidCone"]
 
@@ -80,7 +80,9 @@ class GlenoidCone:
             if abs(angle) > np.pi / 2:
                 raise InvalidInput(f"expected {name} in rad within ±π/2, got {angle:g} (degrees?)")
             set_fields(self, **{name: angle})
-        if not _FEWEST_FACES <= as_count("faces", self.faces) <= _MOST_FACES:
+        if isinstance(self.faces, bool) or not isinstance(self.faces, (int, np.integer)):
+            raise InvalidInput(f"expected faces to be an integer, got {self.faces!r:.80}")
+        if not _FEWEST_FACES <= self.faces <= _MOST_FACES:
             raise InvalidInput(f"expected {_FEWEST_FACES} to {_MOST_FACES} faces, got {self.faces}")
         as_choice("approximation", self.approximation, ("inner", "outer"))
         set_positive(self, "muscle_compression", zero=True)

@@ -1,11 +1,11 @@
 from .actuator import ACTUATOR_FAMILIES as ACTUATOR_FAMILIES
 from .actuator import Actuator as Actuator
+from .actuator import Tackle as Tackle
 from .actuator_families import fitting_stroke as fitting_stroke
 from .actuator_families import stroke_margin as stroke_margin
 from .arm import Arm as Arm
 from .geometry import CircleDimensions as CircleDimensions
 from .geometry import WristGeometry as WristGeometry
-from .guide import LimbGuide as LimbGuide
 from .interface import Interface as Interface
 from .interface import Interfaces as Interfaces
 from .io.mechanism_files import preset as preset
@@ -15,7 +15,7 @@ from .io.mechanism_files import read_mechanism as read_mechanism
 from .io.mechanism_files import write_mechanism as write_mechanism
 from .limb import Limb as Limb
 from .limb import LimbBody as LimbBody
+from .limb import LimbGuide as LimbGuide
 from .limb import Stroke as Stroke
 from .mechanism import Mechanism as Mechanism
 from .shoulder import Shoulder as Shoulder
-from .tackle import Tackle as Tackle

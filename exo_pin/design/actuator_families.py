@@ -35,6 +35,8 @@ CONTRACTION = 0.25
 #: What a limb has at least besides its actuator's stroke, m: end fittings of a muscle, free length of a cable, dead
 #: length of a linear actuator. Assumed.
 LEAST_LENGTH = {"pneumatic muscle": 0.040, "cable": 0.030, "linear": 0.100}
+#: The shortest length of an actuator without these as a share of its longest.
+_SHARES = {"pneumatic muscle": 1.0 - CONTRACTION, "cable": 0.0, "linear": 0.5}
 
 
 class FamilyLimits(NamedTuple):
@@ -67,13 +69,9 @@ def family_limits(family: str, least_length: float | None = None) -> FamilyLimit
     UnknownName
         If there is no such family.
     """
-    as_choice("actuator family", family, ACTUATOR_FAMILIES)
+    share = _SHARES[as_choice("actuator family", family, ACTUATOR_FAMILIES)]
     least = LEAST_LENGTH[family] if least_length is None else as_positive("least_length", least_length, zero=True)
-    if family == "pneumatic muscle":
-        return FamilyLimits(1.0 - CONTRACTION, CONTRACTION * least)
-    if family == "cable":
-        return FamilyLimits(0.0, least)
-    return FamilyLimits(0.5, 0.5 * least)
+    return FamilyLimits(share, (1.0 - share) * least)
 
 
 def stroke_margin(family: str, shortest: float, longest: float, least_length: float | None = None) -> float:

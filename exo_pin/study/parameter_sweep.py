@@ -20,6 +20,7 @@ from ..core.progress import track
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..load_case import Load
 from ..reaction import reaction_map
+from ..reaction.holding.actuator_limits import length_limits
 from .design_parameters import changed, labelled, parameter_values
 from .study_table import StudyTable
 
@@ -118,15 +119,11 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
 
 
 def _reach(exo: ShoulderExo, poses: Rotation) -> float:
-    strokes = [limb.stroke for limb in exo.limbs]
+    low, high = length_limits(exo.mechanism)
+    if np.isnan(low).any():
+        return float("nan")
     lengths = exo.inverse_kinematics(poses).lengths
-    within = np.ones(lengths.shape[:-1], dtype=bool)
-    for i, stroke in enumerate(strokes):
-        if stroke is None or stroke.end_fitting is None:
-            return float("nan")
-        share = (lengths[..., i] - stroke.end_fitting) / stroke.nominal_length
-        within &= (share >= stroke.shortest) & (share <= stroke.longest)
-    return float(within.mean())
+    return float(((low <= lengths) & (lengths <= high)).all(axis=-1).mean())
 
 
 def compare(exo: ShoulderExo, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:

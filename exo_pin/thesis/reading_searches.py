@@ -32,11 +32,21 @@ from ..muscle.laws.static import BAR
 from .appendix_d import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
 from .readings import Match, best_reading
 from .rig import RIG_RADIUS, STATIC_ANGLES, STATIC_LENGTHS
-from .scenario_one_readings import scenario_one_readings
+from .scenario_one import PRINTED_MATRICES
 
 __all__ = ["searches"]
 
 Readings = Iterator[tuple[str, ArrayLike]]
+
+#: The example of Scenario One, Section 4.2.2: joint centres, mm, as printed.
+_A_1, _A_3 = (0.0, -29.825, 51.658), (44.7371, -29.825, -25.83)
+_A_2 = [(-44.7371, y, z) for y in (-29.825, -25.829) for z in (-25.83, 86.43, -86.43, 51.658)]
+_B_1 = [(0.0, y, -86.43) for y in (94.9, 51.658)]
+_B_2 = [(x, -25.829, -86.43) for x in (-44.7371, 44.7371)]
+_B_3 = (44.7371, -25.829, -86.43)
+#: Entries of the third matrix that lost their signs, in both states.
+_SIGNS = tuple(product((1.0, -1.0), repeat=2))
+_LENGTHS = [(159.5270, 41.6830, 108.7461), (159.5270, 41.6830, 108.741)]
 
 
 def searches(rig: bool = True) -> list[Match]:
@@ -56,9 +66,7 @@ def searches(rig: bool = True) -> list[Match]:
         ),
         *_table_a_2(),
         *_section_a_3(),
-        best_reading(
-            "Section 4.2.2", "orientation (degrees)", [-3.4815, 47.4355, 44.3940], 5e-3, scenario_one_readings()
-        ),
+        best_reading("Section 4.2.2", "orientation (degrees)", [-3.4815, 47.4355, 44.3940], 5e-3, _scenario_one()),
         *_section_5_2_3(),
     ]
     if rig:
@@ -150,6 +158,56 @@ def _section_a_3() -> Iterator[Match]:
     yield best_reading("Section A.3", "error (%)", 1.5, 0.05, readings)
     others = ((f"{of} {name}", measure(f)) for name, f in forces.items() for of, measure in spreads.items())
     yield best_reading("Section A.3", "standard deviation (N)", 1.42, 0.005, others)
+
+
+def _arctan(R: FloatArray) -> list[float]:
+    """(4-22) as printed."""
+    return [np.arctan(-R[1, 2] / R[2, 2]), np.arcsin(np.clip(R[0, 2], -1, 1)), np.arctan(-R[0, 1] / R[0, 0])]
+
+
+def _arctan2(R: FloatArray, cosine: float) -> list[float]:
+    """In the right quadrants, with cos θy."""
+    return [np.arctan2(-R[1, 2], R[2, 2]), np.arctan2(R[0, 2], cosine), np.arctan2(-R[0, 1], R[0, 0])]
+
+
+def _by_row(R: FloatArray) -> list[float]:
+    return _arctan2(R, np.hypot(R[0, 0], R[0, 1]))
+
+
+def _by_column(R: FloatArray) -> list[float]:
+    return _arctan2(R, np.hypot(R[1, 2], R[2, 2]))
+
+
+def _nearest(R: FloatArray) -> list[float]:
+    """Of the nearest rotation."""
+    U, _, V = np.linalg.svd(R)
+    return _arctan(U @ np.diag([1.0, 1.0, np.linalg.det(U @ V)]) @ V)
+
+
+_EXTRACTIONS: dict[str, Callable[[FloatArray], list[float]]] = {
+    "(4-22)": _arctan, "by the first row": _by_row, "by the last column": _by_column, "nearest rotation": _nearest,
+}  # fmt: skip
+
+
+def _scenario_one() -> Readings:
+    """Name and (θx, θy, θz), degrees, of each reading."""
+    points = product(_A_2, _B_1, _B_2, _LENGTHS, _SIGNS, (2, 1, 0), (None, 2), (1.0, -1.0))
+    for A_2, B_1, B_2, lengths, signs, column, decimals, sign in points:
+        A, B = np.array([_A_1, A_2, _A_3]), np.array([B_1, B_2, _B_3])
+        if abs(np.linalg.det(B)) < 1e-6:
+            continue
+        matrices = PRINTED_MATRICES.copy()
+        matrices[2, 0, 1] *= signs[0]
+        matrices[2, 2, 2] *= signs[1]
+        directions = matrices[:, :, column] if decimals is None else matrices[:, :, column].round(decimals)
+        R = np.linalg.solve(B, A + sign * np.array(lengths)[:, None] * directions).T
+        name = (
+            f"A_2 {A_2}, B_1 {B_1}, B_2 {B_2}, l_3 {lengths[2]}, signs {signs}, column {column + 1}, "
+            f"{'all' if decimals is None else decimals} decimals, sign {sign:+.0f}"
+        )
+        for turned, matrix in (("R", R), ("R transposed", R.T)):
+            for how, angles in _EXTRACTIONS.items():
+                yield f"{name}, {turned}, {how}", np.degrees(angles(matrix))
 
 
 def _section_5_2_3() -> Iterator[Match]:

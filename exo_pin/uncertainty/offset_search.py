@@ -97,9 +97,7 @@ class OffsetSearch(Record):
             beyond = np.array([x for x in (self._descend(self.x[k]) for k in lowest) if x is not None])
         crossings = []
         for x in sorted(beyond, key=np.linalg.norm)[:_STARTS]:
-            t = scipy.optimize.brentq(
-                lambda t, x=x: self._evaluate(t * x[None])[1][0] / self.unit, 0.0, 1.0, xtol=1e-15
-            )
+            t = scipy.optimize.brentq(lambda t, x=x: self._relative(t * x), 0.0, 1.0, xtol=1e-15)
             nearest = self._nearest(t * x)
             crossings += [p for p in (nearest, t * x) if self._diverges(p)]
         return min(crossings, key=lambda p: float(np.linalg.norm(p))) if crossings else None
@@ -107,7 +105,7 @@ class OffsetSearch(Record):
     def _descend(self, start: FloatArray) -> FloatArray | None:
         """A point of the ball beyond the singular surface, by lowering the determinant."""
         answer = scipy.optimize.minimize(
-            lambda x: self._slope(x, lambda f, sign: sign / self.unit),
+            self._slope_of_sign,
             start,
             jac=True,
             method="SLSQP",
@@ -115,22 +113,29 @@ class OffsetSearch(Record):
             options={"maxiter": 40, "ftol": 1e-9},
         )
         x = _into_ball(answer.x)
-        return x if self._evaluate(x[None])[1][0] / self.unit <= 0.0 else None
+        return x if self._relative(x) <= 0.0 else None
 
     def _nearest(self, start: FloatArray) -> FloatArray:
         """The singular point nearest to the centre, searched from another one."""
         on_surface = {
             "type": "eq",
-            "fun": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[0],
-            "jac": lambda x: self._slope(x, lambda f, sign: sign / self.unit)[1],
+            "fun": lambda x: self._slope_of_sign(x)[0],
+            "jac": lambda x: self._slope_of_sign(x)[1],
         }
         answer = scipy.optimize.minimize(
             lambda x: (x @ x, 2.0 * x), start, jac=True, method="SLSQP", constraints=[on_surface],
             options={"maxiter": 40, "ftol": 1e-12},
         )  # fmt: skip
         x = np.asarray(answer.x)
-        near = abs(self._evaluate(x[None])[1][0] / self.unit) < 1e-8 and x @ x <= start @ start
+        near = abs(self._relative(x)) < 1e-8 and x @ x <= start @ start
         return x if near and np.linalg.norm(x) <= 1.0 else start
+
+    def _relative(self, x: FloatArray) -> float:
+        """The determinant at one point, relative to that of the centre."""
+        return float(self._evaluate(x[None])[1][0] / self.unit)
+
+    def _slope_of_sign(self, x: FloatArray) -> tuple[float, FloatArray]:
+        return self._slope(x, lambda f, sign: sign / self.unit)
 
     def _diverges(self, point: FloatArray) -> bool:
         """Whether |F_s| grows towards a point: without a moment in the lost direction it does not."""

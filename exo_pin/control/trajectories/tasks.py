@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import as_side
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive
+from ...core.validation import FloatArray, as_choice, as_count, as_finite, as_positive
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from .angle_path import AnglePath
 from .point_to_point import Turn
@@ -122,12 +122,10 @@ def daily_task(
     """
     box = DAILY_TASKS[as_choice("daily task", name, DAILY_TASKS)]
     low, high = np.radians(np.array(box.intervals)).T
-    if seed is not None and (isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0):
-        raise InvalidInput(f"expected seed as a whole number of zero or more, or None, got {seed!r:.40}")
     if seed is None:
         waypoints = np.stack([low, high, low])
     else:
-        waypoints = np.random.default_rng(seed).uniform(low, high, (_WAYPOINTS, 3))
+        waypoints = np.random.default_rng(as_count("seed", seed)).uniform(low, high, (_WAYPOINTS, 3))
     if from_rest:
         waypoints = np.concatenate([np.zeros((1, 3)), waypoints, np.zeros((1, 3))])
     times = np.linspace(0.0, as_positive("duration", duration), len(waypoints))

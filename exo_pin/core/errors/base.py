@@ -6,8 +6,6 @@ from typing import Any
 
 from ..records import freeze, read_only_arrays
 
-__all__ = ["ExoPinError"]
-
 
 class ExoPinError(Exception):
     """Base of every error that exo_pin raises on purpose.

@@ -7,19 +7,10 @@ from typing import Any
 
 from .base import ExoPinError
 
-__all__ = [
-    "BeyondLimits",
-    "InfeasibleForces",
-    "LoopNotClosed",
-    "MasslessMotion",
-    "MotionBlocked",
-    "NearSingularConfiguration",
-    "SimulationStopped",
-    "SingularConfiguration",
-    "UndeterminedMotion",
-    "UndrivenMotion",
-    "UnsupportedDynamics",
-]
+
+def _few(joints: tuple[str, ...]) -> str:
+    """The first joints of a list, for a message."""
+    return ", ".join(joints[:4]) + (", ..." if len(joints) > 4 else "")
 
 
 class LoopNotClosed(ExoPinError, RuntimeError):
@@ -110,7 +101,7 @@ class UndrivenMotion(ExoPinError, RuntimeError):
         self.joints = tuple(joints)
         super().__init__(
             f"no actuator makes this motion: a generalised force of {float(abs(missing).max()):.3g} (N, N m) is "
-            f"missing in {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''}; name more actuators, "
+            f"missing in {_few(self.joints)}; name more actuators, "
             "or compute the motion of the chain by forward_dynamics"
         )
 
@@ -147,7 +138,7 @@ class MasslessMotion(ExoPinError, ValueError):
     def __init__(self, joints: Iterable[str]) -> None:
         self.joints = tuple(joints)
         super().__init__(
-            f"moving {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} moves no mass, so forces "
+            f"moving {_few(self.joints)} moves no mass, so forces "
             "do not determine the acceleration: give the links mass (of a wrist's limbs, as Limb.base_body and "
             "Limb.platform_body), or take these joints out"
         )
@@ -168,7 +159,7 @@ class MotionBlocked(ExoPinError, RuntimeError):
     def __init__(self, joints: Iterable[str]) -> None:
         self.joints = tuple(joints)
         super().__init__(
-            f"the loops move {', '.join(self.joints[:4])}{', ...' if len(self.joints) > 4 else ''} into the stop at "
+            f"the loops move {_few(self.joints)} into the stop at "
             "this velocity, whatever forces act, so that no motion is possible: expected limits that the chain can "
             "reach and leave, or another velocity"
         )
@@ -252,8 +243,7 @@ class UnsupportedDynamics(ExoPinError, ValueError):
     def __init__(self, effect: str, joints: Iterable[str], advice: str) -> None:
         self.effect = effect
         self.joints = tuple(joints)
-        more = ", ..." if len(self.joints) > 4 else ""
         super().__init__(
-            f"{effect} in {', '.join(self.joints[:4])}{more} is not part of this function, and forces would be wrong "
+            f"{effect} in {_few(self.joints)} is not part of this function, and forces would be wrong "
             f"without it: {advice}"
         )

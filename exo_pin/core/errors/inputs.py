@@ -9,18 +9,6 @@ from os import PathLike, fspath
 
 from .base import ExoPinError
 
-__all__ = [
-    "FileFormatError",
-    "FileNotWritten",
-    "InfeasibleBounds",
-    "InvalidInput",
-    "MissingData",
-    "MissingExtra",
-    "NonConvexBound",
-    "NotAWrist",
-    "UnknownName",
-]
-
 #: What to do about the reasons for which a file is not written.
 _ADVICE = {
     errno.ENOENT: "; make its folder first",
@@ -31,6 +19,12 @@ _ADVICE = {
     errno.EROFS: "; choose another disk",
     errno.EPIPE: "; the program that reads the pipe has ended",
 }
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """The known name that may be meant, for a message; empty if none is near."""
+    near = get_close_matches(name, known, n=1)
+    return f" (did you mean {near[0]!r}?)" if near else ""
 
 
 class InvalidInput(ExoPinError, ValueError):
@@ -54,11 +48,9 @@ class UnknownName(InvalidInput):
         self.kind = kind
         self.name = str(name)
         self.available = tuple(sorted(available))
-        near = get_close_matches(self.name, self.available, n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
         place = f" in {where}" if where else ""
-        there = ", ".join(self.available) if self.available else "none"
-        super().__init__(f"unknown {kind} {self.name!r}{place}{hint}; there are: {there}")
+        there = ", ".join(self.available) or "none"
+        super().__init__(f"unknown {kind} {self.name!r}{place}{hint(self.name, self.available)}; there are: {there}")
 
 
 class MissingData(ExoPinError, ValueError):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from .base import ExoPinError
 from .inputs import InvalidInput
 
-__all__ = ["NotIdentifiable", "OutsideRangeOfMotion", "OutsideValidity"]
-
 
 class OutsideValidity(InvalidInput):
     """A state lies outside the range in which a muscle model was identified.

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 
 from .base import ExoPinError
 
-__all__ = ["BrowserFailed", "BrowserNotFound", "SolverFailed"]
-
 
 class BrowserNotFound(ExoPinError, RuntimeError):
     """A still picture needs a browser that draws without a screen, and there is none.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["ExoPinWarning", "NoisyMovement", "OutsideHumanRange", "SuspectMeasurements"]
-
 
 class ExoPinWarning(UserWarning):
     """Base of the warnings about results that are computed as requested, and may mislead."""

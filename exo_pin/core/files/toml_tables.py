@@ -18,6 +18,7 @@ import numpy as np
 import tomli_w
 
 from ..errors import ExoPinError, FileFormatError, UnknownName
+from ..errors.inputs import hint
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
@@ -188,7 +189,7 @@ class Table:
         """A string, from ``choices`` if they are given; None if absent and not required."""
         value = self._typed(key, str, required)
         if value is not None and choices is not None and value not in (names := tuple(choices)):
-            raise self.error(f"expected one of {', '.join(names)}; got {value!r:.80}{_hint(value, names)}", key)
+            raise self.error(f"expected one of {', '.join(names)}; got {value!r:.80}{hint(value, names)}", key)
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
@@ -251,7 +252,7 @@ class Table:
         """
         for key in self._data:
             allowed = ", ".join(sorted(self._known)) or "none"
-            raise self.error(f"unknown key{_hint(key, self._known)}; this table may have: {allowed}", key)
+            raise self.error(f"unknown key{hint(key, self._known)}; this table may have: {allowed}", key)
 
     def _join(self, key: str) -> str:
         return f"{self.name}.{key}" if self.name else key
@@ -289,8 +290,3 @@ class Table:
             what = "an array of finite numbers" if dimensions else "a finite number"
             raise self.error(f"expected {what}, got {value!r:.80}", key)
         return array.tolist()
-
-
-def _hint(name: str, known: Iterable[str]) -> str:
-    near = get_close_matches(name, known, n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""

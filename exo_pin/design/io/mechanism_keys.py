@@ -7,12 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.files.toml_tables import UNITS, Table
-from ..actuator import ACTUATOR_FAMILIES, Actuator
+from ..actuator import ACTUATOR_FAMILIES, Actuator, Tackle
 from ..geometry import CircleDimensions, WristGeometry
-from ..guide import LimbGuide
-from ..limb import Limb, LimbBody, Stroke
+from ..limb import Limb, LimbBody, LimbGuide, Stroke
 from ..shoulder import Shoulder
-from ..tackle import Tackle
 
 __all__ = ["note_source", "present", "read_fields", "read_record", "record_table"]
 

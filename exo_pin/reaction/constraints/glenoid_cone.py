@@ -8,6 +8,7 @@ import numpy as np
 
 from ...core.conventions import MIRROR, as_side
 from ...core.errors import InvalidInput
+from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive
 
 __all__ = ["GlenoidCone"]
@@ -73,23 +74,19 @@ class GlenoidCone:
     penalty: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("superior", "anterior"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
+        set_positive(self, "superior", "anterior")
         for name in ("retroversion", "inclination", "protraction"):
             angle = float(as_finite(name, getattr(self, name), ()))
             if abs(angle) > np.pi / 2:
                 raise InvalidInput(f"expected {name} in rad within ±π/2, got {angle:g} (degrees?)")
-            object.__setattr__(self, name, angle)
+            set_fields(self, **{name: angle})
         if isinstance(self.faces, bool) or not isinstance(self.faces, (int, np.integer)):
             raise InvalidInput(f"expected faces to be an integer, got {self.faces!r:.80}")
         if not _FEWEST_FACES <= self.faces <= _MOST_FACES:
             raise InvalidInput(f"expected {_FEWEST_FACES} to {_MOST_FACES} faces, got {self.faces}")
         as_choice("approximation", self.approximation, ("inner", "outer"))
-        object.__setattr__(
-            self, "muscle_compression", as_positive("muscle_compression", self.muscle_compression, zero=True)
-        )
-        if self.penalty is not None:
-            object.__setattr__(self, "penalty", as_positive("penalty", self.penalty))
+        set_positive(self, "muscle_compression", zero=True)
+        set_positive(self, "penalty", optional=True)
 
     @classmethod
     def circular(cls, ratio: float = 0.5, **details: float) -> GlenoidCone:

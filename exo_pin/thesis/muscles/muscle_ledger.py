@@ -20,6 +20,10 @@ from .muscle_dynamics import dynamic_rows
 
 __all__ = ["rows"]
 
+#: The model of each table of estimated forces, and how far its forces may be off, N.
+_MODELS = {"3-3a": "tang-3-3a", "3-3b": "tang-3-25", "3-3c": "tang-optimised"}
+_TOLERANCES = {"3-3a": 0.25, "3-3b": 0.03, "3-3c": 0.03}
+
 
 def rows() -> list[Row]:
     """Rows of the ledger, in the order of the source.
@@ -74,12 +78,8 @@ def _cells() -> Iterator[Row]:
     Source: thesis Table 3-3a, Table 3-3b, Table 3-3c.
     """
     x, p = _grid()
-    for which, name, tolerance in (
-        ("3-3a", "tang-3-3a", 0.25),
-        ("3-3b", "tang-3-25", 0.03),
-        ("3-3c", "tang-optimised", 0.03),
-    ):
-        cells = table(which)
+    for which, name in _MODELS.items():
+        cells, tolerance = table(which), _TOLERANCES[which]
         force = muscle_model(name).unchecked_force(x, p)
         copied = muscle_model("tang-3-3a").unchecked_force(x, p)
         valid = np.isfinite(cells.errors_percent)
@@ -103,7 +103,7 @@ def _cells() -> Iterator[Row]:
 
 def _errors() -> Iterator[Row]:
     x, p = _grid()
-    for which, name in (("3-3a", "tang-3-3a"), ("3-3b", "tang-3-25"), ("3-3c", "tang-optimised")):
+    for which, name in _MODELS.items():
         cells = table(which)
         own = 100 * (cells.values / cells.column_numbers - 1)
         modelled = 100 * (muscle_model(name).unchecked_force(x, p) / cells.column_numbers - 1)
@@ -155,7 +155,8 @@ def _fits() -> Iterator[Row]:
         f"below (root mean square {np.sqrt(printed / 25):.4f} and {np.sqrt(least / 25):.4f} N)"
     )
     yield compare("Section 3.2.1", quantity, "", printed, least, 0.0, verdict="reproduced", note=note)
-    for which, name in (("3-3a", "tang-3-3a"), ("3-3b", "tang-3-25")):
+    for which in ("3-3a", "3-3b"):
+        name = _MODELS[which]
         title = table(which).title
         pairs = title[title.index("tests ") + 6 :].split(" (bar")[0]
         tests = [tuple(float(v) for v in pair.split(", ")) for pair in pairs.strip("()").split("), (")]

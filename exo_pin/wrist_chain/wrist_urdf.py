@@ -39,8 +39,8 @@ import numpy as np
 from ..chain.formats.urdf.urdf_document import Body, Document, Picture
 from ..chain.structure.closures import Closure, Placement
 from ..chain.structure.description import Closures, LimbRole, Roles, Root
-from ..core.errors import InvalidInput, UnknownName
-from ..core.validation import FloatArray
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, as_choice
 from ..design.arm import Arm
 from ..design.limb import LimbBody
 from ..design.mechanism import Mechanism
@@ -89,8 +89,7 @@ def mechanism_urdf(
     UnknownName
         If there is no such part.
     """
-    if part not in PARTS:
-        raise UnknownName("part", part, PARTS)
+    as_choice("part", part, PARTS)
     document = Document(f"{mechanism.name}-{part}", _head(mechanism, part, assumed))
     limbs = [] if part == "shoulder" else [_Limb(mechanism, index) for index in range(mechanism.limb_count)]
     arm_points = mechanism.geometry.platform_points

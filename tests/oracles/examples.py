@@ -123,7 +123,9 @@ def rare_examples():
         Choice(*[0.0] * len(Choice._fields)),
         *SPLITS.values(),
         workspace(3),
-        AffineState.empty(1, 3).row(0).following(1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)),
+        AffineState.of_closures(*np.zeros((4, 3, 6)), np.zeros(6)).following(
+            1e4 * np.eye(3), np.full(3, 1e5), np.zeros(3)
+        ),
         modes,
         path,
         scenario_one.rows(),

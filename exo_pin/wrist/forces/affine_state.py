@@ -94,12 +94,6 @@ class AffineState(NamedTuple):
             limb_share,
         )
 
-    @classmethod
-    def empty(cls, count: int, n: int) -> AffineState:
-        """Zeros for ``count`` poses of ``n`` limbs."""
-        shapes = ((3, n), (3, n), (3,), (3,), (3, n), (3, n), (n, 6), (n, 6), (n, 6), (n, 6))
-        return cls(*(np.zeros((count, *shape)) for shape in shapes))
-
     def row(self, k: int) -> AffineState:
         """Pose k of a stack."""
         return AffineState(*(part[k] for part in self))

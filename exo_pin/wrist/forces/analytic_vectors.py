@@ -20,6 +20,7 @@ __all__ = [
     "dot",
     "left_jacobian",
     "length_of",
+    "solved",
     "turn_coefficients",
     "turn_matrix",
     "unit",
@@ -51,6 +52,14 @@ def unit(vectors: FloatArray) -> FloatArray:
 def angle_about(s: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
     """Angle about s between two unit vectors perpendicular to it, within ±π; analytic, unlike arctan2."""
     return np.asarray(2.0 * np.arctan(dot(np.cross(first, second), s) / (1.0 + dot(first, second))))
+
+
+def solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solutions, shape (k, m), of k systems of m equations; NaN where a matrix is not finite or singular."""
+    one = np.eye(matrices.shape[-1])
+    good = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))[:, None, None]
+    good = good & (np.linalg.det(np.where(good, matrices, one)) != 0.0)[:, None, None]
+    return np.asarray(np.linalg.solve(np.where(good, matrices, np.nan * one), right[..., None])[..., 0])
 
 
 def turn_coefficients(square: FloatArray) -> list[FloatArray]:

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from .analytic_vectors import angle_about, turn_coefficients, unit
+from .analytic_vectors import solved, turn_coefficients, unit
 from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, unit_wrenches
 
 __all__ = ["bent_wrenches", "largest_deflection"]
@@ -116,10 +116,9 @@ def bent_wrenches(
     ends : ndarray
         θ_A and θ_B along X_i and s × X_i, shape (N, n, 4), rad.
     """
-    blank = guides.folded | ~is_upu
-    bends = ~blank & resists
-    ends = np.zeros((*blank.shape, 4), dtype=guides.lengths.dtype)
-    deflection = np.zeros(blank.shape, dtype=ends.dtype)
+    bends = is_upu & resists & ~guides.folded
+    ends = np.zeros((*bends.shape, 4), dtype=guides.lengths.dtype)
+    deflection = np.zeros(bends.shape, dtype=ends.dtype)
     wrench = [np.array(part, dtype=ends.dtype) for part in reciprocal_couples(guides)]
     if bends.any():
         own = _guides_of(guides, flexibility, bends)
@@ -131,13 +130,9 @@ def bent_wrenches(
         for part, unit_part in zip(wrench, (force, found.couple_arm, found.couple_base), strict=True):
             part[bends] = (unit_part / size).T
         ends[bends], deflection[bends] = turns.T, found.torque * size
-    side = unit_wrenches(guides, tuple(wrench), flexibility, blank, resists)
+    side = unit_wrenches(guides, tuple(wrench), flexibility, resists, is_upu)
     stiff = side.stiffness.real > 0.0
-    return side._replace(
-        folded=np.asarray((guides.folded & is_upu).any(axis=1)),
-        twist=np.where(blank, 0.0, angle_about(guides.directions, guides.x_base, guides.x_arm)),
-        deflection=np.where(stiff, deflection / np.where(stiff, side.stiffness, 1.0), 0.0),
-    ), ends
+    return side._replace(deflection=np.where(stiff, deflection / np.where(stiff, side.stiffness, 1.0), 0.0)), ends
 
 
 def largest_deflection(ends: FloatArray) -> FloatArray:
@@ -174,7 +169,7 @@ def _settled(own: _Guides, near: FloatArray, copies: int, bends: NDArray[np.bool
     turns, second = _least(real, near[:, first])
     turns, second = turns[:, leader], second[leader]
     with np.errstate(invalid="ignore"):
-        return turns - _solved(second, _ends(own, turns).slopes)
+        return np.asarray(turns - solved(second, _ends(own, turns).slopes.T).T)
 
 
 def _least(own: _Guides, start: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -197,7 +192,7 @@ def _roughly(own: _Guides, turns: FloatArray) -> FloatArray:
         found = _ends(own, turns)
         twisting = found.twisting.T
         second = plain + (own.torsion[:, None] * twisting)[:, :, None] * twisting[:, None]
-        turns = turns - _solved(second, found.slopes)
+        turns = turns - solved(second, found.slopes.T).T
     return turns
 
 
@@ -209,7 +204,7 @@ def _newton(own: _Guides, turns: FloatArray) -> tuple[FloatArray, FloatArray, ND
     for _ in range(_STEPS):
         slopes = _ends(four, np.repeat(turns, 4, axis=1) + steps).slopes.reshape(4, count, 4)
         second = np.moveaxis(slopes.imag, 1, 0) / _STEP
-        change = _solved(second, slopes[:, :, 0].real)
+        change = solved(second, slopes[:, :, 0].real.T).T
         turns = turns - change
         if not (np.abs(change) > _NEAR).any():
             break
@@ -219,14 +214,6 @@ def _newton(own: _Guides, turns: FloatArray) -> tuple[FloatArray, FloatArray, ND
     with np.errstate(invalid="ignore"):
         near = np.abs(change).max(axis=0) <= _NEAR
     return turns, second, np.asarray(finite & stable & near)
-
-
-def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
-    """Solutions, shape (4, M), of a stack of systems; NaN where one is not finite or singular."""
-    good = np.asarray(np.isfinite(matrices).all(axis=(1, 2)))[:, None, None]
-    good = good & (np.linalg.det(np.where(good, matrices, np.eye(4))) != 0.0)[:, None, None]
-    found = np.linalg.solve(np.where(good, matrices, np.nan * np.eye(4)), right.T[..., None])
-    return np.asarray(found[..., 0].T)
 
 
 def _ends(own: _Guides, turns: FloatArray) -> _Ends:

@@ -24,6 +24,7 @@ from the unloaded, aligned device, load and offset growing together, with J by c
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case.pose_stacks import Query
 from ...numerics.continuation import follow
-from .analytic_vectors import turn_matrix
+from .analytic_vectors import solved, turn_matrix
 from .bent_guides import bent_wrenches
 from .interface_displacement import Placement, displacement_under, placed, turned
 from .limb_inertia import limb_loads
@@ -51,6 +52,7 @@ _TURN = 1e-5
 ArmLoads = Callable[[NDArray[np.intp], FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
 
 
+@dataclass(eq=False)
 class ElasticEquations(Record):
     """r(x, λ) of a stack of poses, load and offset in the share λ.
 
@@ -65,7 +67,7 @@ class ElasticEquations(Record):
         N poses.
     base, cuff : ndarray
         Centre offsets, shape (N, 3), m.
-    loads : callable
+    loads_at : callable
         Of the arm; see :data:`ArmLoads`.
     stiffness : ndarray
         K_s, shape (3, 3), N/m.
@@ -73,29 +75,27 @@ class ElasticEquations(Record):
         Whether the actuators are locked.
     """
 
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        query: Query,
-        base: FloatArray,
-        cuff: FloatArray,
-        loads: ArmLoads,
-        stiffness: FloatArray,
-        locked: bool,
-    ) -> None:
-        self.mechanism, self.query, self.base, self.cuff = mechanism, query, base, cuff
-        self._loads_at, self.stiffness, self.locked = loads, stiffness, locked
+    mechanism: Mechanism
+    query: Query
+    base: FloatArray
+    cuff: FloatArray
+    loads_at: ArmLoads
+    stiffness: FloatArray
+    locked: bool
+
+    def __post_init__(self) -> None:
+        mechanism, query = self.mechanism, self.query
         own, geometry = mechanism.interfaces, mechanism.geometry
         self.harness, self.soft_cuff = own.harness, own.cuff
         self.flexibility, self.resists = guide_flexibility(mechanism)
         #: Turns of the guides' ends at the last evaluation of each pose.
-        self.ends = np.zeros((len(base), mechanism.limb_count, 4))
-        self._fixed = None if locked else loads(np.arange(len(base)), query.matrices)
+        self.ends = np.zeros((len(self.base), mechanism.limb_count, 4))
+        self._fixed = None if self.locked else self.loads_at(np.arange(len(self.base)), query.matrices)
         aligned = geometry.platform_points @ np.swapaxes(query.matrices, 1, 2) - geometry.base_points
         self.lengths = np.linalg.norm(aligned, axis=-1)
-        ends = np.cumsum([3, 3 * locked, 6 * (self.harness is not None), 6 * (self.soft_cuff is not None)])
+        ends = np.cumsum([3, 3 * self.locked, 6 * (self.harness is not None), 6 * (self.soft_cuff is not None)])
         self.parts = [slice(a, b) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
-        self.size = int(ends[-1]) + mechanism.limb_count * locked
+        self.size = int(ends[-1]) + mechanism.limb_count * self.locked
 
     @property
     def scale(self) -> FloatArray:
@@ -117,7 +117,7 @@ class ElasticEquations(Record):
         points = np.concatenate([x, parameter[:, None]], axis=1)[:, None] + steps
         loads = self._varied_loads(rows, x)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), m + 1, *loads).reshape(k, m + 1, m)
+            out = self._residual(np.repeat(rows, m + 1), points.reshape(-1, m + 1), m + 1, loads).reshape(k, m + 1, m)
         slopes = np.swapaxes(out.imag, 1, 2) / _STEP
         return out[:, 0].real, slopes[:, :, :m], slopes[:, :, m]
 
@@ -139,15 +139,10 @@ class ElasticEquations(Record):
         return bent_wrenches(guides, self.flexibility, self.resists, self.mechanism.is_upu, start, copies)
 
     def _residual(
-        self,
-        rows: NDArray[np.intp],
-        z: FloatArray,
-        copies: int,
-        force: FloatArray,
-        moment: FloatArray,
-        device: FloatArray,
+        self, rows: NDArray[np.intp], z: FloatArray, copies: int, loads: tuple[FloatArray, ...]
     ) -> FloatArray:
         """r, shape (k, m), of x and λ side by side; loads in full; ``copies`` rows each have the same real parts."""
+        force, moment, device = loads
         x, share = z[:, :-1], z[:, -1]
         placement, arm = self.place(rows, x, share)
         # The turns of the guides' ends differ little from those of the evaluation before.
@@ -159,8 +154,7 @@ class ElasticEquations(Record):
         limbs = own - share[:, None, None] * limb_share
         sides = np.concatenate([side.forces, side.moments], axis=-1)
         lines = np.concatenate([side.directions, side.moment_arms], axis=-1)
-        loads = share[:, None] * np.concatenate([force, moment], axis=1)
-        rest = loads + (limbs - g[..., None] * sides).sum(axis=1)
+        rest = share[:, None] * np.concatenate([force, moment], axis=1) + (limbs - g[..., None] * sides).sum(axis=1)
         f = x[:, self.parts[3].stop :] if self.locked else _tensions(side.moment_arms, rest[:, 3:])
         pull = f[..., None] * lines
         carried = rest - pull.sum(axis=1)
@@ -186,19 +180,21 @@ class ElasticEquations(Record):
             out.append(np.sqrt((lines * lines).sum(axis=-1)) - self.lengths[rows])
         return np.asarray(np.where(side.folded[:, None], np.nan, np.concatenate(out, axis=1)))
 
+    def query_at(self, rows: NDArray[np.intp], at: Placement) -> Query:
+        """Rows of the query at the platform's orientations."""
+        return Query((len(rows),), at.matrices, *(part[rows] for part in self.query[2:]))
+
     def _limbs(self, rows: NDArray[np.intp], at: Placement, side: SideWrenches) -> tuple[FloatArray, FloatArray]:
         """Wrenches of limbs with mass at f = g = 0, as :func:`limb_loads` gives them."""
         if self.mechanism.limbs_are_massless:
             zero = np.zeros((len(rows), self.mechanism.limb_count, 6))
             return zero, zero
-        own = self.query
-        query = Query((len(rows),), at.matrices, *(part[rows] for part in own[2:]))
-        return limb_loads(self.mechanism, query, at.base, at.cuff, side.folded, at.base_points)
+        return limb_loads(self.mechanism, self.query_at(rows, at), at.base, at.cuff, side.folded, at.base_points)
 
     def loads(self, rows: NDArray[np.intp], arm: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Loads at orientations of the arm; see :data:`ArmLoads`."""
         if self._fixed is None:
-            return self._loads_at(rows, arm)
+            return self.loads_at(rows, arm)
         force, moment, device = (part[rows] for part in self._fixed)
         return force, moment, device
 
@@ -275,11 +271,5 @@ def _tensions(arms: FloatArray, moment: FloatArray) -> FloatArray:
     """f of least norm with Σ f_i arm_i = moment, shape (k, n), by formulas that are analytic."""
     matrix = np.swapaxes(arms, 1, 2)
     if arms.shape[1] == 3:
-        return np.asarray(np.linalg.solve(_regular(matrix), moment[..., None])[..., 0])
-    return np.asarray((arms @ np.linalg.solve(_regular(matrix @ arms), moment[..., None]))[..., 0])
-
-
-def _regular(matrix: FloatArray) -> FloatArray:
-    """The matrices, NaN where numpy would refuse to solve for one."""
-    lost = ~np.isfinite(matrix).all(axis=(1, 2)) | (np.linalg.det(np.nan_to_num(matrix)) == 0.0)
-    return np.where(lost[:, None, None], np.eye(3) * np.nan, matrix) if lost.any() else matrix
+        return solved(matrix, moment)
+    return turned(arms, solved(matrix @ arms, moment))

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
-from ...load_case.pose_stacks import Query
 from .bent_guides import largest_deflection
 from .displaced import Displaced
 from .elastic_equilibrium import ElasticEquations
@@ -81,10 +80,8 @@ class MovedDevice:
 
     def __init__(self, equations: ElasticEquations, rows: NDArray[np.intp], x: FloatArray) -> None:
         at, arm = equations.place(rows, x, np.ones(len(rows)))
-        own = equations.query
         self.loads = equations.loads(rows, arm)
-        query = Query((len(rows),), at.matrices, *(part[rows] for part in own[2:]))
-        mechanism = equations.mechanism
+        mechanism, query = equations.mechanism, equations.query_at(rows, at)
         side, turns = equations.sides(at, equations.ends[rows])
         lost = np.isnan(turns).any(axis=(1, 2))
         if lost.any():

@@ -148,12 +148,7 @@ def side_wrenches_of(
         Shape (n,).
     """
     guides = straight_guides(base_points, platform_points, matrices, base_offset, cuff_offset)
-    blank = guides.folded | ~is_upu
-    straight = unit_wrenches(guides, reciprocal_couples(guides), flexibility, blank, resists)
-    twist = np.where(blank, 0.0, angle_about(guides.directions, guides.x_base, guides.x_arm))
-    return straight._replace(
-        folded=np.asarray((guides.folded & is_upu).any(axis=1)), twist=twist, deflection=straight.torque * twist
-    )
+    return unit_wrenches(guides, reciprocal_couples(guides), flexibility, resists, is_upu)
 
 
 class StraightGuides(NamedTuple):
@@ -213,16 +208,17 @@ def unit_wrenches(
     guides: StraightGuides,
     wrench: tuple[FloatArray, ...],
     flexibility: FloatArray,
-    blank: NDArray[np.bool_],
     resists: NDArray[np.bool_],
+    is_upu: NDArray[np.bool_],
 ) -> SideWrenches:
-    """Wrenches of unit size with force and couples at B_i and A_i, without twist; none in the limbs of ``blank``."""
+    """Wrenches of unit size with force and couples at B_i and A_i, none in folded and in SPS limbs."""
     force, couple_arm, couple_base = wrench
-    s = guides.directions
+    s, blank = guides.directions, guides.folded | ~is_upu
     misfit = np.einsum("kni,ki->kn", force, guides.gap)
     force, couple_arm = (np.where(blank[..., None], 0.0, vector) for vector in (force, couple_arm))
-    stiffness = _stiffness(flexibility, s, guides.lengths, force, couple_arm, couple_base)
-    none = np.zeros(blank.shape)
+    stiffness = _stiffness(flexibility, guides, force, couple_arm, couple_base)
+    twist = np.where(blank, 0.0, angle_about(s, guides.x_base, guides.x_arm))
+    torque = np.where(blank, 0.0, dot(couple_arm, s))
     return SideWrenches(
         directions=s,
         moment_arms=np.cross(guides.ends, s),
@@ -230,11 +226,11 @@ def unit_wrenches(
         moments=couple_arm + np.cross(guides.ends, force),
         misfit=np.where(blank, 0.0, misfit),
         stiffness=np.where(blank | ~resists, 0.0, stiffness),
-        folded=np.asarray(blank.any(axis=1)),
-        twist=none,
-        deflection=none,
+        folded=np.asarray((guides.folded & is_upu).any(axis=1)),
+        twist=twist,
+        deflection=torque * twist,
         bending=np.where(blank, 0.0, np.maximum(_across(couple_arm, s).real, _across(couple_base, s).real)),
-        torque=np.where(blank, 0.0, dot(couple_arm, s)),
+        torque=torque,
     )
 
 
@@ -267,14 +263,10 @@ def reciprocal_couples(guides: StraightGuides) -> tuple[FloatArray, FloatArray, 
 
 
 def _stiffness(
-    flexibility: FloatArray,
-    s: FloatArray,
-    length: FloatArray,
-    force: FloatArray,
-    couple_arm: FloatArray,
-    couple_base: FloatArray,
+    flexibility: FloatArray, guides: StraightGuides, force: FloatArray, couple_arm: FloatArray, couple_base: FloatArray
 ) -> FloatArray:
     """k_i from the strain energy of the unit wrench, shape (N, n)."""
+    s, length = guides.directions, guides.lengths
     twist = dot(couple_arm, s)
     bend_arm = couple_arm - twist[..., None] * s
     bend_base = couple_base - dot(couple_base, s)[..., None] * s

@@ -173,15 +173,8 @@ def holding(
     relief_lower, relief_upper = np.empty((count, n)), np.empty((count, n))
     arms = -limbs.reach[..., None] * limbs.X
     _margin_stack(arms, M, low, high, limbs.status, margin, direction, relief_lower, relief_upper)
-    shape = query.shape
-    return Holding(
-        (margin >= 0.0).reshape(shape),
-        margin.reshape(shape),
-        direction.reshape(*shape, 3),
-        relief_lower.reshape(*shape, n),
-        relief_upper.reshape(*shape, n),
-        np.array(STATUS)[limbs.status].reshape(shape),
-    )
+    rows = (margin >= 0.0, margin, direction, relief_lower, relief_upper, np.array(STATUS)[limbs.status])
+    return Holding(*(part.reshape((*query.shape, *part.shape[1:])) for part in rows))
 
 
 def force_bounds(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,15 +86,11 @@ class FreeRegion:
             other = np.stack([angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], axis=-1)
             angles = np.where(self._covers(angles)[..., None], angles, _wrapped(other))
         found = np.zeros(smooth.shape, dtype=bool)
+        around: Literal["wrap", "clip"] = "wrap" if self.box is None else "clip"
         place = [(angles[..., k] - axis[0]) / (axis[1] - axis[0]) for k, axis in enumerate(self.axes)]
         for corner in np.ndindex(2, 2, 2):
-            index = []
-            for k, axis in enumerate(self.axes):
-                node = np.floor(place[k] + 1e-9).astype(int) + corner[k]
-                if self.box is None and k != 1:
-                    node = node % len(axis)
-                index.append(np.clip(node, 0, len(axis) - 1))
-            found |= self.inside[tuple(index)]
+            nodes = tuple(np.floor(at + 1e-9).astype(int) + step for at, step in zip(place, corner, strict=True))
+            found |= self.inside.ravel()[np.ravel_multi_index(nodes, self.inside.shape, mode=(around, "clip", around))]
         held = np.sign(smooth) == self.sign
         if self.box is not None:
             held &= self._covers(angles)

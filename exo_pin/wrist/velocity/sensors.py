@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import as_side, shoulder_angles, thesis_angles
 from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import FloatArray, as_rotation
+from ...core.validation import FloatArray, as_choice, as_rotation
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, SINGULAR_MARGIN
 from ..kinematics.inverse import inverse_kinematics
@@ -90,8 +90,7 @@ def sensor_sensitivity(
     if not names:
         raise InvalidInput("expected at least one measured quantity")
     for name in names:
-        if name not in QUANTITIES:
-            raise UnknownName("quantity", name, QUANTITIES)
+        as_choice("quantity", name, QUANTITIES)
     state, jacobians = inverse_kinematics(geometry, orientation), joint_jacobians(geometry, orientation)
     radius = np.linalg.norm(geometry.platform_points, axis=-1)
     weigh = len(set(names)) > 1

@@ -26,9 +26,8 @@ from ..core.files import write_text
 from ..core.files.csv_tables import CsvTable, csv_text, read_csv
 from ..core.files.toml_tables import naming_file
 from ..core.records import Record
-from ..core.validation import FloatArray, as_finite, as_rotation
+from ..core.validation import FloatArray, as_finite, as_rotation, require_type
 from ..load_case.trajectory_files import orientation_columns
-from .arguments import require_type
 
 __all__ = ["MeasuredRun", "read_run", "write_run"]
 

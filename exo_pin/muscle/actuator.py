@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InvalidInput, MissingData
-from ..core.validation import FloatArray, as_finite, as_positive
-from .argument_checks import require_kind
+from ..core.validation import FloatArray, as_finite, as_positive, require_type
 from .laws.static import StaticModel
 
 __all__ = ["Muscle"]
@@ -48,7 +47,7 @@ class Muscle:
     least_pressure: float | None = None
 
     def __post_init__(self) -> None:
-        require_kind("model", self.model, StaticModel)
+        require_type("model", self.model, StaticModel)
         if self.end_fitting is not None:
             as_positive("end_fitting", self.end_fitting, zero=True)
         if self.supply_pressure is not None:

@@ -11,8 +11,15 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_choice, as_mapping, as_positive, frozen, require_method
-from ..arguments import as_single_rotation
+from ...core.validation import (
+    FloatArray,
+    as_choice,
+    as_mapping,
+    as_positive,
+    as_single_rotation,
+    frozen,
+    require_method,
+)
 from .estimation import LOSSES, MeasurementErrors, estimate, inflation, starting_mountings
 from .information import Information
 from .length_model import LengthModel, as_unknowns

@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_positive
-from ..arguments import require_callable, require_type, set_positive
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, as_positive, require_type
+from ..arguments import require_callable
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion, measured_drives
 

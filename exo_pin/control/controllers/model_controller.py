@@ -32,10 +32,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_positive
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
-from ..arguments import require_callable, require_type, set_positive
+from ..arguments import require_callable
 from ..plant.plant import Plant
 from .motor_loop import MotorLoop, length_motion
 from .tension_program import Tensions, tensions_for_motion

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
+from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_finite, as_positive
-from ..arguments import set_positive
 
 __all__ = ["PIGains", "ProportionalIntegral"]
 

@@ -19,14 +19,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_real
+from ...core.validation import FloatArray, as_real, as_single_rotation
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.active_set import least_forces
 from ...numerics.least_force_of_sums import least_sum_force
 from ...wrist.kinematics.inverse import inverse_kinematics
-from ..arguments import as_single_rotation
 
 __all__ = ["Tensions", "tensions_for_motion"]
 

@@ -13,9 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.files.toml_tables import Table, read_toml
-from ...core.validation import as_choice
+from ...core.validation import as_choice, require_type
 from ...design import Mechanism, preset
-from ..arguments import require_type
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
 from ..sensors.imu import PRINTED_DRIFT, Imu

@@ -9,9 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import as_finite, as_positive, as_rotation
+from ...core.validation import as_finite, as_positive, as_rotation, require_type
 from ...design import Mechanism, WristGeometry
-from ..arguments import require_type
 from ..plant.contraction import Contractions
 from ..plant.plant import Plant
 from .holdable import HELD, missing_moments

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import Record
-from ...core.validation import as_choice, as_positive, as_rotation
+from ...core.validation import as_choice, as_positive, as_rotation, require_type
 from ...design import Mechanism
 from ...muscle.valve.supply import ValveUnit
-from ..arguments import require_callable, require_type
+from ..arguments import require_callable
 from ..controllers.length_controller import LengthController
 from ..controllers.model_controller import FeedbackGains, ModelController
 from ..controllers.tension_program import tensions_for_motion

@@ -6,11 +6,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_rotation
+from ...core.validation import FloatArray, as_rotation, require_type
 from ...load_case.pose_stacks import as_query, carried, require_massless
 from ...numerics.active_set import least_forces
 from ...wrist import limb_jacobian
-from ..arguments import require_type
 from ..plant.plant import Plant
 
 __all__ = ["HELD", "missing_moments"]

@@ -10,10 +10,10 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.progress import track
+from ...core.validation import require_type
 from ...muscle.io.dynamic_files import dynamic_model
 from ...muscle.valve.supply import ValveUnit
 from ...study import StudyTable
-from ..arguments import require_type
 from ..controllers.proportional_integral import PIGains
 from ..controllers.thesis_controller import ContractionController, table_5_5_gains
 from .catalogue import hung_outward

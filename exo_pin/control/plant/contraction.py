@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import MissingData
-from ...core.validation import FloatArray, as_finite, as_rotation
+from ...core.validation import FloatArray, as_finite, as_rotation, require_type
 from ...design import Mechanism
-from ..arguments import require_type
 
 __all__ = ["Contractions"]
 

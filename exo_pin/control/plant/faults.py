@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from ...core.errors import InvalidInput
-from ...core.validation import as_choice, as_finite, as_positive, as_real
+from ...core.fields import set_positive
+from ...core.validation import as_choice, as_finite, as_positive, as_real, require_type
 from ...muscle.valve.flow import Valve
-from ..arguments import require_type, set_positive
 
 __all__ = ["FAULTS", "Fault", "as_faults"]
 

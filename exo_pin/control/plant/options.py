@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
-from ...core.validation import as_finite
+from ...core.fields import set_positive
+from ...core.validation import as_finite, require_type
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ...muscle.valve.flow import Valve
 from ...muscle.valve.supply import Supply, ValveUnit
-from ..arguments import require_type, set_positive
 from .drives.motor_parameters import LinearActuator, Winch
 
 __all__ = ["PlantOptions"]

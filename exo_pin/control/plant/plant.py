@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, as_finite
+from ...core.validation import FloatArray, as_choice, as_finite, as_single_rotation, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.valve.supply import ValveUnit
-from ..arguments import as_single_rotation, require_callable, require_type
+from ..arguments import require_callable
 from .assumptions import Assumption, assumptions_of
 from .contraction import Contractions
 from .drives.drives import drives_of

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.valve.flow import ATMOSPHERE
 from ...muscle.valve.supply import Supply
-from ..arguments import require_type
 from .drives.drive import Drive
 from .drives.muscle_drive import MuscleDrive
 from .equations.drive_kernels import AIR

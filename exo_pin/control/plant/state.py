@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite
-from ..arguments import as_single_rotation
+from ...core.validation import FloatArray, as_finite, as_single_rotation
 
 __all__ = ["Controller", "Measurement", "PlantState", "Sensor"]
 

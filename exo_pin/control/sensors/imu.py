@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_real, as_unit_vector
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, as_finite, as_real, as_single_rotation, as_unit_vector, require_type
 from ...wrist.velocity.sensors import OrientationChain
-from ..arguments import as_single_rotation, require_type, set_positive
 
 __all__ = ["PRINTED_DRIFT", "Imu", "ImuReading", "ImuSignal"]
 

@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite, as_rotation, frozen
+from ...core.validation import FloatArray, as_finite, as_rotation, frozen, require_type
 from ...load_case import Movement, read_movement
 from ...numerics.smoothing.quaternion_curves import continuous_quaternions, motion_of_quaternions
-from ..arguments import require_type
 from .reference import Trajectory
 
 __all__ = ["OrientationSpline", "read_reference"]

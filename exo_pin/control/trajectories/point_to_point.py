@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite
-from ..arguments import as_single_rotation, set_positive
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, as_finite, as_single_rotation
 from .reference import Trajectory
 from .time_laws import TimeLaw, as_time_law
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
-from ..arguments import require_type
+from ...core.validation import FloatArray, require_type
 from .reference import Trajectory
 
 __all__ = ["Sequence"]

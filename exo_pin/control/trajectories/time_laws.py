@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_choice
-from ..arguments import set_positive
 
 __all__ = ["TIME_LAWS", "TimeLaw", "as_time_law"]
 

@@ -20,8 +20,7 @@ from numpy.typing import ArrayLike
 from ...core.conventions import GRAVITY
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_positive
-from ..argument_checks import broadcast, require_kind
+from ...core.validation import FloatArray, as_positive, broadcast, require_type
 from .friction import Damping, FrictionLaw
 from .static import StaticModel
 from .validity import BoolArray, as_outside
@@ -66,9 +65,9 @@ class DynamicModel:
     source: str = ""
 
     def __post_init__(self) -> None:
-        require_kind("static", self.static, StaticModel)
-        require_kind("friction", self.friction, FrictionLaw)
-        require_kind("damping", self.damping, Damping)
+        require_type("static", self.static, StaticModel)
+        require_type("friction", self.friction, FrictionLaw)
+        require_type("damping", self.damping, Damping)
         if self.static.scale != 1.0:
             raise InvalidInput(
                 f"expected a static model of its own {self.static.reference_length:g} m, got one scaled "

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors.muscles import OutsideValidity
-from ...core.validation import FloatArray, as_positive
-from ..argument_checks import broadcast, require_kind
+from ...core.validation import FloatArray, as_positive, broadcast, require_type
 from .validity import Validity, as_outside
 
 __all__ = ["BAR", "StaticModel"]
@@ -82,7 +81,7 @@ class StaticModel(ABC):
         nominal = reference if self.nominal_length is None else as_positive("nominal_length", self.nominal_length)
         object.__setattr__(self, "reference_length", reference)
         object.__setattr__(self, "nominal_length", nominal)
-        require_kind("validity", self.validity, Validity)
+        require_type("validity", self.validity, Validity)
 
     @abstractmethod
     def _force(self, x: Any, pressure: Any) -> Any:

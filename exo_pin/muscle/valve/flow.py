@@ -24,8 +24,7 @@ from numpy.typing import ArrayLike
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_positive
-from ..argument_checks import broadcast
+from ...core.validation import FloatArray, as_positive, broadcast
 
 __all__ = [
     "ATMOSPHERE",

@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import Literal
 
 from ...core.errors import InvalidInput
-from ...core.validation import as_choice, as_positive
-from ..argument_checks import require_kind
+from ...core.validation import as_choice, as_positive, require_type
 from .flow import ATMOSPHERE, Valve
 
 __all__ = ["LAYOUTS", "MODULATIONS", "Supply", "ValveLayout", "ValveUnit"]
@@ -50,7 +49,7 @@ class Supply:
         if self.pressure > 2e6:
             raise InvalidInput(f"expected pressure as gauge pressure in Pa, below 20 bar, got {self.pressure:g}")
         if self.regulator is not None:
-            require_kind("regulator", self.regulator, Valve)
+            require_type("regulator", self.regulator, Valve)
         if self.volume is not None:
             object.__setattr__(self, "volume", as_positive("volume", self.volume))
         if (self.regulator is None) != (self.volume is None):
@@ -103,8 +102,8 @@ class ValveUnit:
     frequency: float = 20.0
 
     def __post_init__(self) -> None:
-        require_kind("fill", self.fill, Valve)
-        require_kind("vent", self.vent, Valve)
+        require_type("fill", self.fill, Valve)
+        require_type("vent", self.vent, Valve)
         if self.restrictor is not None and not isinstance(self.restrictor, Valve):
             raise InvalidInput(f"expected restrictor to be a Valve or None, got {type(self.restrictor).__name__}")
         as_choice("layout", self.layout, LAYOUTS)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import set_positive
+from ....core.fields import set_positive
 
 __all__ = ["LinearActuator", "MotorParameters", "Winch"]
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ....core.errors import InvalidInput
+from ....core.fields import set_positive
 from ....core.validation import FloatArray, as_finite, as_positive, frozen
 from ....muscle.valve.flow import ATMOSPHERE
-from ...arguments import set_positive
 from ..equations.plant_kernels import state_size
 from ..faults import Fault
 from ..run import Run, recorded

@@ -1,6 +1,7 @@
 """The command ``exo-pin``: parse, call, print. One module a group of commands, each with ``add_commands``.
 
-Modules are imported when their command is called, so that help and wrong commands are answered at once.
+Here are also the kinds of options and the tables that most commands have. Modules are imported when their command is
+called, so that help and wrong commands are answered at once.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ import textwrap
 import warnings
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
 from .options.command_list import COMMANDS, Command
 
-__all__ = ["main"]
+__all__ = ["add_count", "add_file", "add_flag", "add_number", "add_repeated", "aligned", "main"]
 
 #: A shell adds this to the number of the signal that has ended a program.
 _SIGNALLED = 128
@@ -134,3 +136,35 @@ def _parser(arguments: Sequence[str]) -> argparse.ArgumentParser:
         if called is None or command.module != called.module:
             commands.add_parser(other, help=command.help)
     return parser
+
+
+def add_flag(parser: argparse.ArgumentParser, name: str, text: str) -> None:
+    """Add an option without a value."""
+    parser.add_argument(name, action="store_true", help=text)
+
+
+def add_number(parser: argparse.ArgumentParser, name: str, unit: str, text: str, default: float | None = None) -> None:
+    """Add an option with a number; its help says the default, unless that is None."""
+    said = text if default is None else f"{text} (default {default:g})"
+    parser.add_argument(name, type=float, default=default, metavar=unit, help=said)
+
+
+def add_count(parser: argparse.ArgumentParser, name: str, text: str, default: int) -> None:
+    """Add an option with a whole number."""
+    parser.add_argument(name, type=int, default=default, metavar="N", help=f"{text} (default {default})")
+
+
+def add_repeated(parser: argparse.ArgumentParser, name: str, value: str, text: str) -> None:
+    """Add an option that may be given more than once."""
+    parser.add_argument(name, action="append", default=[], metavar=value, help=text)
+
+
+def add_file(parser: argparse.ArgumentParser, name: str, text: str) -> None:
+    """Add an option with the path of a file."""
+    parser.add_argument(name, type=Path, metavar="FILE", help=text)
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table whose cells end below one another."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]

@@ -11,8 +11,8 @@ import numpy as np
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..chain.kinematics.margins import PARTS_OF_POSE
 from ..core.errors import InvalidInput
+from . import add_flag, add_repeated
 from .options.configuration_options import add_configuration, configuration
-from .options.option_kinds import add_flag, add_repeated
 from .options.option_values import named_numbers
 from .options.query_options import add_design, add_person, design
 

@@ -18,7 +18,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
 from ..wrist import AssemblyModes
 from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
-from .options.option_kinds import add_file, add_flag
+from . import add_file, add_flag
 from .options.option_values import numbers
 from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_words, print_approach
 

@@ -18,8 +18,8 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction, Split, reaction_table
 from ..reaction.holding.remedy import Remedy
 from ..reaction.splits.registry import SPLITS
+from . import add_file, add_flag, add_number
 from .movement_report import follow
-from .options.option_kinds import add_file, add_flag, add_number
 from .options.option_values import numbers
 from .options.query_options import (
     add_approach,

@@ -18,8 +18,8 @@ from ..reaction import ConstraintBounds, Reaction
 from ..reaction.holding.actuator_limits import DesignLimits, design_limits, length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
+from . import aligned
 from .options.query_options import wearer
-from .text_tables import aligned
 
 if TYPE_CHECKING:
     from ..person import JointContact

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..thesis import condensed, ledger, ledger_table
 from ..thesis.reading_searches import searches
-from .options.option_kinds import add_flag
+from . import add_flag
 
 __all__ = ["add_commands"]
 

@@ -57,7 +57,7 @@ def answer(
     progress : bool
         Whether to show a progress bar.
     """
-    chosen, rows = Chosen(poses.status, poses.mechanism.limb_count), answered(poses.status)
+    chosen, rows = Chosen(poses.status, poses.tensions.f.shape[1]), answered(poses.status)
     if poses.limits is not None and poses.socket is None:
         rows = split.choose_within(poses, rows, chosen)
     missing = _choose(split, poses, rows, chosen, progress) if rows.size else {}

@@ -21,9 +21,9 @@ from ..wrist_chain.equilibrium import EquilibriumModel
 from .answer import QUERY_STATUS, answer, answered
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, as_force_limits
-from .constraints.side_force_bounds import ConstraintBounds, SideForceBounds
+from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import ForceLimits
+from .holding.actuator_limits import DesignActuators, ForceLimits
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -70,9 +70,14 @@ def reaction(
     limits = None
     if actuator_bounds is not None:
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
-    one_signed = constraint_bounds is not None and limits is not None and limits.one_signed
-    bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
+        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
+            limits = DesignActuators(mechanism).limits(lengths())
+        else:
+            limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
+    bounds = UNBOUNDED
+    if constraint_bounds is not None:
+        one_signed = limits is not None and limits.one_signed
+        bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
     loads = arm_loads(model.arm, mechanism.gravity, query) if device is None else device.loads
     if device is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files import write_figure
 from ...core.validation import as_choice
-from ..options.option_kinds import add_file, add_flag, add_number, add_repeated
+from .. import add_file, add_flag, add_number, add_repeated
 from ..options.option_values import numbers, require_ending
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from ...control.calibration.calibrate import JOINTS
 from ...control.calibration.estimation import LOSSES
 from ...control.calibration.length_model import GROUPS
 from ...core.errors import InvalidInput
-from ..options.option_kinds import add_number, add_repeated
+from .. import add_number, add_repeated
 from ..options.option_values import named_numbers
 from ..options.query_options import add_design, design
 

@@ -9,7 +9,7 @@ from typing import Any
 from ...core.errors import InvalidInput
 from ...exo.shoulder_exo import ShoulderExo
 from ...wrist_chain import PARTS, write_published_urdf
-from ..options.option_kinds import add_flag
+from .. import add_flag
 from ..options.query_options import add_design, add_person, design
 
 __all__ = ["add_commands"]

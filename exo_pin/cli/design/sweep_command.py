@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.errors import InvalidInput
 from ...study import adl_box, sweep
-from ..options.option_kinds import add_file, add_flag, add_number
+from .. import add_file, add_flag, add_number
 from ..options.option_values import in_si, numbers, require_ending
 from ..options.query_options import add_design, add_limits, add_person, design, limits
 

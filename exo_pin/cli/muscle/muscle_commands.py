@@ -20,8 +20,7 @@ from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
-from ..options.option_kinds import add_flag, add_number
-from ..text_tables import aligned
+from .. import add_flag, add_number, aligned
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]

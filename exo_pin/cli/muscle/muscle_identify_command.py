@@ -17,7 +17,7 @@ from ...muscle.io.published import muscle_model, muscle_models
 from ...muscle.io.static_files import load_parameters, save_parameters
 from ...muscle.laws.dynamic import G
 from ...muscle.laws.static import BAR, StaticModel
-from ..options.option_kinds import add_flag, add_number
+from .. import add_flag, add_number
 from ..options.option_values import numbers
 
 __all__ = ["add_identify", "named_static", "read_columns"]

@@ -7,7 +7,7 @@ import argparse
 from ...core.errors import InvalidInput
 from ...load_case import CentreOffset
 from ...load_case.centre_path import CentrePath
-from .option_kinds import add_flag
+from .. import add_flag
 from .query_options import caution_offset, offset, wearer
 
 __all__ = ["add_moving_centre", "centre_offset"]

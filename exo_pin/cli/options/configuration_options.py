@@ -10,7 +10,7 @@ from ...chain import ClosedChain
 from ...core.errors import InvalidInput
 from ...core.validation import FloatArray
 from ...exo.shoulder_exo import ShoulderExo
-from .option_kinds import add_repeated
+from .. import add_repeated
 from .option_values import named_numbers
 from .query_options import add_pose, pose
 

@@ -17,7 +17,7 @@ from ...core.files import write_figure
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import ActuatorBounds
-from .option_kinds import add_file, add_flag, add_number
+from .. import add_file, add_flag, add_number
 from .option_values import numbers
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...core.conventions import shoulder_rotation
 from ...person import ContactOptions, Person
-from ..text_tables import aligned
+from .. import aligned
 
 __all__ = ["literature_table"]
 

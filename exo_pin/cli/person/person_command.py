@@ -16,7 +16,7 @@ from ...load_case.ranges_of_motion import ADL_BOX
 from ...person import ContactOptions, Person
 from ...view.plots.contact_plots import contact_over_box, contact_over_elevation
 from ...view.plots.force_plots import use_file_backend
-from ..options.option_kinds import add_file, add_flag, add_number
+from .. import add_file, add_flag, add_number
 from ..options.query_options import add_design, add_limits, add_pose, limits, pose, pose_angles, pose_words, wearer
 from .literature_table import literature_table
 

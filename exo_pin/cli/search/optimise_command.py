@@ -15,8 +15,8 @@ from ...load_case.centre_path import CentrePath
 from ...person import Person
 from ...workspace import free_joints, optimise, starting_design
 from ...workspace.optimisation import OBJECTIVES
+from .. import add_count, add_file, add_flag, add_number, add_repeated
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.option_kinds import add_count, add_file, add_flag, add_number, add_repeated
 from ..options.option_values import in_si, named_numbers, numbers, require_ending
 from ..options.query_options import add_offset, add_person, design, wearer
 from .workspace_command import add_criteria, criteria

@@ -12,8 +12,8 @@ from ...exo.shoulder_exo import ShoulderExo
 from ...load_case.ranges_of_motion import DAILY_RANGES
 from ...view.plots.force_plots import use_file_backend
 from ...workspace import BodyShape, Criteria, Workspace, limb_table, task_reach
+from .. import add_file, add_flag, add_number, add_repeated
 from ..options.centre_options import add_moving_centre, centre_offset
-from ..options.option_kinds import add_file, add_flag, add_number, add_repeated
 from ..options.query_options import add_design, add_offset, add_person, design
 
 __all__ = ["add_commands", "add_criteria", "criteria"]

@@ -11,7 +11,7 @@ from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, Unkno
 from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
-__all__ = ["ConstraintBounds", "SideForceBounds", "two_ends"]
+__all__ = ["UNBOUNDED", "ConstraintBounds", "SideForceBounds", "two_ends"]
 
 #: None, the word "actuator", a number N for (-N, N), or a pair (lower, upper) of numbers or arrays in N.
 ConstraintBounds = str | float | tuple[ArrayLike, ArrayLike] | None
@@ -96,8 +96,11 @@ class SideForceBounds:
         if self.by_actuator:
             size = np.abs(actuator_forces)
             return -size, size
-        lower, upper = self.block(row, row + 1)
-        return lower[0], upper[0]
+        if self._pair is not None:
+            lower, upper = self.block(row, row + 1)
+            return lower[0], upper[0]
+        infinite = np.full(len(actuator_forces), np.inf)
+        return -infinite, infinite
 
     def block(self, start: int, stop: int) -> tuple[FloatArray, FloatArray]:
         """Bounds of the poses from ``start`` to ``stop``, shape (stop - start, n) each, or (1, n) if all are alike, N.
@@ -108,6 +111,10 @@ class SideForceBounds:
             return self._pair[0].block(start, stop), self._pair[1].block(start, stop)
         infinite = np.full((1, self._limb_count), np.inf)
         return -infinite, infinite
+
+
+#: No bounds, for single poses.
+UNBOUNDED = SideForceBounds(None, (), 0)
 
 
 def two_ends(bounds: Any, expected: str) -> tuple[Any, Any]:

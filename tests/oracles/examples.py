@@ -7,6 +7,7 @@ from exo_pin import muscle
 from exo_pin.chain.dynamics.force_distribution import Bound, ForceDistribution
 from exo_pin.chain.dynamics.nonsmooth.settling import Impacts
 from exo_pin.chain.structure.description import JointProperties
+from exo_pin.cli.options.command_list import COMMANDS
 from exo_pin.core import errors
 from exo_pin.core.errors import FileFormatError, FileNotWritten, InvalidInput
 from exo_pin.core.files.csv_tables import parse_csv
@@ -23,6 +24,7 @@ from exo_pin.thesis.muscles.muscle_appendices import fit_rows
 from exo_pin.thesis.readings import best_reading
 from exo_pin.view import Browser
 from exo_pin.wrist.forces.affine_state import AffineState
+from exo_pin.wrist.kinematics.solutions import Solutions
 
 
 def frozen(values):
@@ -133,4 +135,6 @@ def rare_examples():
         best_reading("s", "q", 1.0, 0.1, [("a", 1.0), ("b", 2.0)]),
         SplineBasis(np.arange(20.0)),
         Browser.__new__(Browser),
+        COMMANDS["reaction"],
+        Solutions(np.zeros((8, 3, 3)), np.zeros(8), np.zeros(8)),
     ]

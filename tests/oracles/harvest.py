@@ -206,14 +206,18 @@ def _chains(folder):
     ep.ClosedChain.from_urdf(*urdf.mechanism_urdf(ep.load("prototype").mechanism))
 
 
+def _commands(t, measured):
+    return [0.5, -1.0, 0.2]
+
+
 def _plants(folder):
     exo = ep.load("prototype")
     plain, sprung = ep.Plant(exo), ep.Plant(exo, ep.PlantOptions(series_spring=2e3, shoulder_coulomb=0.1))
     fault = ep.Fault("stuck valve", 1, command=0.5)
     for plant, pressures in ((plain, [1e5, 0.0, 3e5]), (sprung, 2e5)):
         start = plant.state(ep.shoulder_rotation(5.0, -8.0, 2.0, degrees=True), pressures=pressures)
-        plant.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.004, start, faults=fault, rtol=1e-4)
-    plain.simulate(lambda t, measured: [0.5, -1.0, 0.2], 0.001, start, method="chain", rtol=1e-4)
+        plant.simulate(_commands, 0.004, start, faults=fault, rtol=1e-4)
+    plain.simulate(_commands, 0.001, start, method="chain", rtol=1e-4)
     plain.assumptions[-1].__str__()
 
 

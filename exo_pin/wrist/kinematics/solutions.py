@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.compiled import kernel
+from ...core.records import reduced_tuple
 from ...core.validation import FloatArray
 from ...numerics.vectors import cross, matrix, turn, vector
 from .assembly import CONTINUUM, assemble
@@ -45,6 +46,9 @@ class Joints(NamedTuple):
     frames: FloatArray
     triples: NDArray[np.int64]
     reference: FloatArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return reduced_tuple(self)
 
 
 class Modes(NamedTuple):

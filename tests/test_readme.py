@@ -118,6 +118,7 @@ def test_code_on_the_plant_runs(monkeypatch, capsys, tmp_path):
     assert falls[0] > 40.0 > 20.0 > falls[-1]
 
 
+@pytest.mark.full
 def test_code_and_figures_on_control(monkeypatch, capsys, tmp_path):
     names = run_code_of("control.md", monkeypatch, tmp_path)
     model = names["tracking"]

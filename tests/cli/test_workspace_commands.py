@@ -150,6 +150,7 @@ def test_moving_centre_of_a_person(capsys, monkeypatch):
     np.testing.assert_allclose(right["centre_offset"][0].displacement, path.mirrored().displacement, atol=1e-12)
 
 
+@pytest.mark.full
 def test_command_in_a_file_that_was_found_has_the_offsets(capsys, tmp_path):
     for extra in ("cmaes", "optuna", "myo_sim"):
         pytest.importorskip(extra)

@@ -100,6 +100,7 @@ def test_robust_losses(loss):
     assert (np.abs(z) < 1.96).mean() == pytest.approx(0.95, abs=0.04)
 
 
+@pytest.mark.full
 def test_centre_by_rings_that_differ_from_rigid_ones():
     # The centre moved with the ring, and the joints stray: the stated deviation holds both.
     rng = np.random.default_rng(24)

@@ -67,6 +67,7 @@ def test_contact_force_of_a_device_that_the_torso_holds():
     assert abs(still.exact(exo.mechanism) / moving.exact(exo.mechanism) - 1.0) > 0.02
 
 
+@pytest.mark.full
 def test_surrogate_ranks_designs_as_the_exact_force_does(objective):
     some = designs(16)
     exact = [objective.exact(each) for each in some]

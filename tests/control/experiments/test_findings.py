@@ -26,6 +26,7 @@ def test_a_muscle_that_is_wanted_too_short_for_a_while_only():
     assert " s on " not in text
 
 
+@pytest.mark.full
 def test_a_delayed_sensor_lacks_readings_later():
     study = ep.experiment("held-abduction-stuck-valve", "model").replace(duration=4.5)
     tracking = study.replace(imu=Imu(lost=((2.0, 2.5),), delay=2.0)).run()

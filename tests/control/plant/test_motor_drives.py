@@ -22,6 +22,7 @@ def shaken(plant, tensions):
     return lambda t, measured=None: tensions / limit * (1.0 + 0.3 * np.sin(5.0 * np.floor(100.0 * t + 1e-6) / 100.0))
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", [MOTORS[0], pytest.param(MOTORS[1], marks=pytest.mark.full)])
 def test_the_motion_is_that_of_an_integration_of_its_own(name):
     plant, tensions, start = held(name, SMOOTH, spin=SPIN)

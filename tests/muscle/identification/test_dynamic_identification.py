@@ -25,6 +25,7 @@ def recordings(noise, seed, samples=151, seconds=1.2):
     return made
 
 
+@pytest.mark.full
 @LONG_AND_SHORT
 def test_noisy_responses_give_the_coefficients_back(seconds):
     measured = recordings(2e-4, seed=1, seconds=seconds)

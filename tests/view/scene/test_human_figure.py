@@ -101,6 +101,7 @@ def test_figure_without_distribution_is_found_elsewhere(monkeypatch, tmp_path):
     assert human_urdf() == urdf
 
 
+@pytest.mark.full
 def test_a_motion_through_the_lock_of_the_human_figures_angles(exo):
     """The figure's own Euler angles lock within reach; the drawing goes on, and so do the forces."""
     scene = Scene(exo)

@@ -92,6 +92,7 @@ def test_inverse_dynamics_gives_back_the_efforts(seeds):
         assert np.abs(work).max(initial=0.0) < 1e-8 * max(1.0, np.abs(found).max()), seed
 
 
+@pytest.mark.full
 def test_the_random_robots_have_everything():
     kinds, equalities, springs, loops = set(), set(), 0, 0
     for seed in range(100):

@@ -201,7 +201,13 @@ def sweep(
         with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
             results = pool.map(_row, tasks, chunksize=max(1, min(_CHUNK, len(tasks) // (2 * jobs))))
             rows = list(track(results, "designs", progress, total=len(tasks)))
-    return StudyTable(rows)
+    # A value of the wrong shape has columns of its own: the others are blank there.
+    blank: dict[str, Any] = {
+        name: "" if any(isinstance(row.get(name), str) for row in rows) else np.nan
+        for name in dict.fromkeys(itertools.chain.from_iterable(rows))
+        if name not in (*FIGURES, "error")
+    }
+    return StudyTable([blank | row for row in rows])
 
 
 def _require_picklable(*things: Any) -> None:

@@ -118,6 +118,15 @@ def test_a_bad_design_marks_its_own_row(prototype):
     assert table["median_F_s_N"][1] == evaluate(prototype, adl_box(50.0))["median_F_s_N"]
 
 
+def test_a_value_of_the_wrong_shape_is_one_row_too(prototype):
+    angles = prototype.geometry.circles.alpha_A
+    table = ep.sweep(prototype, {"alpha": [angles, "bad", angles[:2]]}, adl_box(50.0))
+    assert [bool(text) for text in table["error"]] == [False, True, True]
+    np.testing.assert_array_equal(table["alpha_3"], [angles[2], np.nan, np.nan])
+    assert table["alpha"].tolist() == ["", "bad", ""]
+    assert list(table)[:4] == ["alpha_1", "alpha_2", "alpha_3", "alpha"]
+
+
 def test_queries_with_limits_and_compare(prototype):
     exo, poses = prototype.worn_by(PERSON), adl_box(30.0)
     other = exo.replace(limbs=(ep.Limb("SPS"),) * 3, name="cables")

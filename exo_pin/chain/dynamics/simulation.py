@@ -167,12 +167,12 @@ def simulate(
     if not 0.0 <= bounce <= 1.0:
         raise InvalidInput(f"expected a restitution from 0 to 1, got {restitution}")
     own = _event_functions(events)
-    asked: Method = "projected" if method == "auto" and has_hinges(state) else method
-    rates, instant = Rates(state, tau, external, asked, stabilisation), Instant(start, velocity, 0.0, 0.0)
+    requested: Method = "projected" if method == "auto" and has_hinges(state) else method
+    rates, instant = Rates(state, tau, external, requested, stabilisation), Instant(start, velocity, 0.0, 0.0)
     efforts, wrenches, _, _ = rates.applied(float(when[0]), start, velocity)
     # Checks the efforts, the external wrenches and the method, and chooses one.
     first = forward_dynamics(
-        state, start, velocity, efforts, external=wrenches, method=asked, stabilisation=stabilisation
+        state, start, velocity, efforts, external=wrenches, method=requested, stabilisation=stabilisation
     )
     rates.method = first.method
     rules = StopRules(limits_of(state.model) if stops else None, bounce)

@@ -95,8 +95,8 @@ def _run(options: argparse.Namespace) -> int:
     orientation = pose(options, exo)
     if options.json and options.range:
         raise InvalidInput("--json and --range do not go together: leave one out")
-    asked, query = _question(exo, person, options)
-    result = (asked.contact_range if options.range else asked.joint_contact)(orientation, **query)
+    subject, query = _question(exo, person, options)
+    result = (subject.contact_range if options.range else subject.joint_contact)(orientation, **query)
     if options.json:
         print(result.to_json())
     else:
@@ -121,8 +121,8 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
         raise InvalidInput("a map has poses of its own: give no --flexion, --abduction or --internal-rotation")
     box = ADL_BOX.axes(options.step)
     poses = ADL_BOX.poses(options.step, exo.side)
-    asked, query = _question(exo, person, options)
-    result = asked.joint_contact(poses, **query, outside="mark", progress=options.progress)
+    subject, query = _question(exo, person, options)
+    result = subject.joint_contact(poses, **query, outside="mark", progress=options.progress)
     if options.json:
         print(result.to_json())
     else:
@@ -139,7 +139,7 @@ def _map(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> int:
 
 
 def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
-    """Who is asked, the bare person or the design, and with what arguments besides the poses."""
+    """The bare person or the design, whichever the options mean, and the arguments besides the poses."""
     query: dict[str, Any] = {"options": _assumptions(options)}
     bounds, sides = limits(options), options.side_force_limit
     if options.bare:
@@ -172,8 +172,8 @@ def _plot(exo: ShoulderExo, person: Person, orientation: Rotation, options: argp
     azimuth, tilt, torsion = tilt_torsion_angles(orientation, exo.side, degrees=True)
     azimuth = 90.0 if tilt < 1.0 else azimuth
     poses = tilt_torsion_rotation(azimuth, _ELEVATIONS, torsion, side=exo.side, degrees=True)
-    asked, query = _question(exo, person, options)
-    axes = contact_over_elevation(_ELEVATIONS, asked.joint_contact(poses, **query, outside="mark"))
+    subject, query = _question(exo, person, options)
+    axes = contact_over_elevation(_ELEVATIONS, subject.joint_contact(poses, **query, outside="mark"))
     axes.set_title(f"{'No device' if options.bare else exo.name}: plane of elevation {azimuth:.0f}° from forward")
     write_figure(options.plot, axes.figure)
     if not options.json:

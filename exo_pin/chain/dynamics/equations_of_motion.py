@@ -88,7 +88,8 @@ class EquationsOfMotion:
         """
         top = self.state.topology
         out = np.empty((6 * (len(self.tree) - 1 + len(top.kinds)), multipliers.shape[1]))
-        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, multipliers, out)
+        columns = np.ascontiguousarray(multipliers)  # another order would be compiled anew
+        kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, columns, out)
         return out
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
@@ -140,7 +141,7 @@ def equations_of_motion(
     """
     work, top, model = state.workspace, state.topology, state.model
     moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
-    v, a = work.still if v is None else v, work.still if a is None else a
+    v, a = np.zeros(state.nv) if v is None else v, np.zeros(state.nv) if a is None else a
     if moves and check_closed:
         work.jacobian_rates(q, v)
     else:

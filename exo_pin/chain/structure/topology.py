@@ -247,7 +247,8 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
     kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
     supports = moving_coordinates(model)[joints].reshape(count, 2, model.nv)
     outward = carried_joints(model)
-    carried = frozen(outward[:, joints[:, 0]] - outward[:, joints[:, 1]])
+    # In C order, as all that kernels take: another order would be compiled anew.
+    carried = frozen(np.ascontiguousarray(outward[:, joints[:, 0]] - outward[:, joints[:, 1]]))
     length = characteristic_length(model, joints, local)
     types = [TYPES[closure.type] for closure in closures.closures]
     row_metres = np.array([k < kind.translations for kind in types for k in range(kind.rows)], dtype=bool)

@@ -111,15 +111,18 @@ def _nearest(a: Any, b: Any, directions: Any, axis: Any) -> float:
         # Neighbouring directions lead to the same minimum.
         angles[directions @ centre > 0.95] = math.inf
         # Compass search on the sphere of axes. At the minimum the angle is flat: its error is that of the axis squared.
-        step = 0.1
+        step, improved = 0.1, True
         while step > 3e-9:
-            frame_along(centre, frame)
+            if improved:
+                frame_along(centre, frame)
             improved = False
             for d in range(8):
                 u, v = step * math.cos(d * math.pi / 4.0), step * math.sin(d * math.pi / 4.0)
                 for j in range(3):
                     n[j] = centre[j] + u * frame[j, 0] + v * frame[j, 1]
-                n /= math.sqrt(dot(n, n))
+                size = math.sqrt(dot(n, n))
+                for j in range(3):
+                    n[j] /= size
                 value = _first_zero(n, a, b, poly, other, found, parts)
                 if value < angle:
                     angle = value

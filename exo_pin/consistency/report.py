@@ -71,7 +71,7 @@ def closure_jacobian(chain: ClosedChain, configurations: Iterable[FloatArray]) -
     """The closures' Jacobian against central differences on the chain's manifold."""
     if not chain.closures:
         return Finding("closure Jacobian", "note", "the chain has no loops")
-    worst = max(_jacobian_error(chain, q) for q in configurations)
+    worst = np.max([_jacobian_error(chain, q) for q in configurations])
     return Finding.of("closure Jacobian", worst <= JACOBIAN, f"differences deviate by {worst:.1e}")
 
 
@@ -82,5 +82,5 @@ def _jacobian_error(chain: ClosedChain, q: FloatArray) -> float:
         step = np.zeros(chain.model.nv)
         step[column] = STEP
         ahead, behind = (chain.residual(pin.integrate(chain.model, q, sign * step)) for sign in (1.0, -1.0))
-        worst = max(worst, float(np.abs(J[:, column] - (ahead - behind) / (2 * STEP)).max()))
-    return worst
+        worst = np.maximum(worst, np.abs(J[:, column] - (ahead - behind) / (2 * STEP)).max())
+    return float(worst)

@@ -35,7 +35,7 @@ def _chain_loops(chain: ClosedChain) -> tuple[Finding, list[FloatArray]]:
             found.append(chain.close(pin.integrate(chain.model, start, away)))
         except LoopNotClosed:
             lost += 1
-    worst = max(float(np.abs(chain.residual(q)).max()) for q in found)
+    worst = np.max([np.abs(chain.residual(q)).max() for q in found])
     text = f"residual at most {worst:.1e} m, rad over {len(found)} configurations"
     if lost:
         return Finding("loops", "note", f"{text}; {lost} of {POSES} near the first did not close"), found

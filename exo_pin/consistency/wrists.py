@@ -50,7 +50,7 @@ def _loops(subject: _Subject) -> Finding:
     chain = subject.model.chain
     if not chain.closures:
         return Finding("loops", "note", "the chain has no loops")
-    worst = max(float(np.abs(chain.residual(q)).max()) for q in subject.configurations())
+    worst = np.max([np.abs(chain.residual(q)).max() for q in subject.configurations()])
     return Finding.of("loops", worst <= CLOSED, f"residual at most {worst:.1e} m, rad over {len(subject.poses)} poses")
 
 
@@ -71,7 +71,7 @@ def _limb_jacobian(subject: _Subject) -> Finding:
     for axis in range(3):
         turn = Rotation.from_rotvec(STEP * np.eye(3)[axis])
         ahead, behind = (inverse_kinematics(geometry, moved).lengths for moved in (turn * poses, turn.inv() * poses))
-        worst = max(worst, float(np.abs(J[..., axis] - (ahead - behind) / (2 * STEP)).max()))
+        worst = np.maximum(worst, np.abs(J[..., axis] - (ahead - behind) / (2 * STEP)).max())
     return Finding.of("limb Jacobian", worst <= JACOBIAN, f"differences deviate by {worst:.1e} m/rad")
 
 
@@ -97,7 +97,7 @@ def _wrist_conditions(subject: _Subject) -> Finding:
             # The moment of an axis about O is its distance from O; of parallel axes the cross product vanishes.
             through = [np.linalg.norm(axis(limb + name)[:3]) for name in ("platform_y", "base_y")]
             parallel = np.linalg.norm(np.cross(axis(limb + "platform_x")[3:], axis(limb + "base_x")[3:]))
-            worst = max(worst, float(max(*through, parallel)))
+            worst = np.max([worst, *through, parallel])
     text = f"axes miss O or each other's direction by at most {worst:.1e} m, rad"
     return Finding.of("wrist conditions", worst <= 1e-12, text)
 

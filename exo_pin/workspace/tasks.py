@@ -109,10 +109,10 @@ def _fast_enough(mechanism: Mechanism, rates: FloatArray, power: FloatArray) -> 
     limits = [(None, None) if a is None else (a.speed_limit, a.power_limit) for a in actuators]
     if (None, None) in limits:
         return float("nan")
-    # A limit that is not given is NaN, and nothing exceeds it.
+    # A limit that is not given is NaN. A speed that is not known fits no limit.
     speed, watts = np.array(limits, dtype=np.float64).T
-    too_fast = (np.abs(rates) > speed) | (power > watts)
-    return float((~too_fast.any(axis=1)).mean())
+    fits = ((np.abs(rates) <= speed) | np.isnan(speed)) & ~(power > watts)
+    return float(fits.all(axis=1).mean())
 
 
 def _row(name: str, data: str, found: Workspace, fastest: float, power: float, enough: float) -> dict[str, Any]:

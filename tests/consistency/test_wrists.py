@@ -70,6 +70,11 @@ def test_a_wrong_chain_is_found(monkeypatch, name, method, spoil):
     assert outcome(check(ep.load("prototype").mechanism), name).outcome == "fail"
 
 
+def test_a_jacobian_that_is_no_number_fails(monkeypatch):
+    monkeypatch.setattr(consistency.wrists, "limb_jacobian", lambda _, poses: np.full((len(poses), 3, 3), np.nan))
+    assert consistency.run_check("limb Jacobian", ep.load("prototype").mechanism).outcome == "fail"
+
+
 def test_wrong_limb_lengths_are_found(monkeypatch):
     class Longer:
         def __init__(self, state):

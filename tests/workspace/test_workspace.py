@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput, MissingData, UnknownName
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
-from exo_pin.workspace import CRITERIA, BodyShape, Criteria, task_reach
+from exo_pin.workspace import CRITERIA, BodyShape, Criteria, task_reach, tasks
 
 REST = Rotation.identity()
 
@@ -279,3 +279,13 @@ def test_criteria_one_by_one_by_hand():
     assert found.one_by_one(["forces", "stroke"])["together"][1] == (forces & stroke).mean()
     with pytest.raises(InvalidInput, match="criterion"):
         found.one_by_one(["clearance"])
+
+
+def test_a_speed_that_is_not_known_fits_no_limit():
+    exo = ep.load("four-cables")
+    winch = ep.Actuator("cable", pull_limit=400.0, speed_limit=5.0)
+    mechanism = exo.replace(limbs=[replace(limb, actuator=winch) for limb in exo.limbs]).mechanism
+    rates, power = np.zeros((2, 4)), np.zeros((2, 4))
+    assert tasks._fast_enough(mechanism, rates, power) == 1.0
+    rates[0, 1] = np.nan
+    assert tasks._fast_enough(mechanism, rates, power) == 0.5

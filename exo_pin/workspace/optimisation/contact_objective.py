@@ -49,7 +49,7 @@ class ContactObjective(Record):
     poses : SearchPoses
         Of the search; those that the person can take and hold without the device count.
     kind : type of ShoulderExo
-        What a mechanism is made, to be asked for the contact force.
+        Class of design that is made of a mechanism; it computes the contact force.
     criteria : Criteria
         Whose ``least_tension`` the limbs have.
 

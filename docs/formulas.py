@@ -144,9 +144,9 @@ def verdicts(rows: Iterable[Row]) -> dict[str, Counter[str]]:
     return found
 
 
-def page() -> str:
-    """The page as text."""
-    code, verdict = carriers(), verdicts(ledger())
+def page(rows: Iterable[Row]) -> str:
+    """The page as text; ``rows`` are those of the ledger."""
+    code, verdict = carriers(), verdicts(rows)
     chapters: dict[str, list[Item]] = {}
     for item in items():
         chapters.setdefault(item.chapter, []).append(item)
@@ -177,4 +177,4 @@ def _verdict(count: Counter[str]) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    PAGE.write_text(page(ledger()), encoding="utf-8")

@@ -8,6 +8,7 @@ from scenes import PERSON
 import exo_pin as ep
 from exo_pin.chain import write_closures
 from exo_pin.core import compiled
+from exo_pin.thesis import ledger
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -34,6 +35,12 @@ def robot(tmp_path):
 def exo():
     """The prototype on a person."""
     return ep.load("prototype").worn_by(PERSON)
+
+
+@pytest.fixture(scope="session")
+def ledger_rows():
+    """The ledger of the thesis, computed once."""
+    return ledger()
 
 
 @pytest.fixture

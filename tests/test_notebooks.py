@@ -74,6 +74,7 @@ def test_stored_outputs_are_of_one_run_and_live_without_it(path):
     assert path.stat().st_size < 1_000_000
 
 
+@pytest.mark.full
 def test_failing_notebook_is_reported(tmp_path):
     nbformat = pytest.importorskip("nbformat")
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("assert 1 == 2")])
@@ -106,6 +107,7 @@ def test_every_live_cell_has_a_picture():
     assert found
 
 
+@pytest.mark.full
 def test_stale_text_is_reported(tmp_path):
     """run.py compares what is stored with what is printed: words exactly, numbers to their last digits."""
     nbformat = pytest.importorskip("nbformat")

@@ -145,7 +145,10 @@ def test_unknowns_and_movements_of_a_shared_design():
     assert_same_as_alone([lambda p=p, n=n: job(p, n) for p, n in zip(poses, noises, strict=True)])
 
 
-@pytest.mark.parametrize("name", ["heavy wrist", "rigid loop", "Stewart platform"])
+@pytest.mark.parametrize(
+    "name",
+    ["heavy wrist", *(pytest.param(name, marks=pytest.mark.full) for name in ("rigid loop", "Stewart platform"))],
+)
 def test_a_shared_chain_answers_as_alone(name):
     given = moving(name)
     chain = given.chain

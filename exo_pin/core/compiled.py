@@ -63,7 +63,7 @@ class Kernel:
         self.__qualname__ = function.__qualname__
         self._function: FunctionType = function  # type: ignore[assignment]
         self._stack, self._cost = stack, cost
-        self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+        self.options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
         if inline:
             self.options["forceinline"] = True
         self._done = 0

@@ -9,7 +9,6 @@ import pytest
 import exo_pin as ep
 from exo_pin.cli import main
 from exo_pin.thesis import chapter_4 as kinematics
-from exo_pin.thesis import ledger
 
 mpl.use("Agg")
 
@@ -100,7 +99,7 @@ def test_lengths_that_no_pose_has(capsys):
     assert "no pose fits: unreachable" in out
 
 
-def test_ledger_of_chapter_four():
+def test_ledger_of_chapter_four(ledger_rows):
     rows = kinematics.rows()
     verdicts = {}
     for row in rows:
@@ -121,7 +120,7 @@ def test_ledger_of_chapter_four():
             numbers |= set(ends)
     assert numbers == set(range(1, 38)), sorted(set(range(1, 38)) - numbers)
     assert "Table 5-2" in named
-    assert set(verdicts) <= {row.source for row in ledger()}
+    assert set(verdicts) <= {row.source for row in ledger_rows}
     # Lengths of the rig's first row need these angles, as printed nowhere.
     needed = next(row for row in rows if row.source == "Table 5-2, inverse kinematics").computed
     np.testing.assert_allclose(needed, [-39.2, -24.8, -24.6], atol=0.05)

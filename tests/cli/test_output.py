@@ -20,7 +20,11 @@ def run(arguments, **options):
     return subprocess.run([*COMMAND, *arguments], stderr=subprocess.PIPE, text=True, check=False, env=own, **options)
 
 
-@pytest.mark.parametrize("arguments", [["reaction", "--json"], ["presets"], ["--help"]], ids=lambda a: a[0])
+@pytest.mark.parametrize(
+    "arguments",
+    [["reaction", "--json"], pytest.param(["presets"], marks=pytest.mark.full), ["--help"]],
+    ids=lambda a: a[0],
+)
 def test_a_reader_that_has_ended(arguments):
     reading, writing = os.pipe()
     os.close(reading)

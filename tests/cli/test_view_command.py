@@ -75,6 +75,7 @@ def test_without_a_browser_a_picture_is_refused_in_one_line(capsys, monkeypatch,
     assert not (tmp_path / "x.png").exists()
 
 
+@pytest.mark.full
 def test_the_live_page_is_served_until_it_is_interrupted():
     # A job in the background starts with SIGINT ignored; this one is to hear it wherever the tests run.
     program = "import signal, sys, exo_pin.cli; signal.signal(signal.SIGINT, signal.default_int_handler); "

@@ -31,7 +31,7 @@ def judge(errors, covariances, lowest=0.005):
     assert inside == pytest.approx(0.95, abs=0.025)
 
 
-@pytest.mark.parametrize(("length", "turn"), [(3e-4, 0.0), (3e-4, np.radians(0.2))])
+@pytest.mark.parametrize(("length", "turn"), [pytest.param(3e-4, 0.0, marks=pytest.mark.full), (3e-4, np.radians(0.2))])
 def test_stated_noise(length, turn):
     rng = np.random.default_rng(20)
     exo = random_exo(rng, 3)

@@ -198,7 +198,6 @@ def test_cache_is_read_by_a_second_process_and_notices_edits_in_other_files(tmp_
     assert run("2.0", "+") == ["2.0", "0"]
     assert run("3.0", "+") == ["3.0", "1"]
     assert run("3.0", "-") == ["-3.0", "2"]
-    assert run("3.0", "-") == ["-3.0", "0"]
 
 
 def test_compilation_is_announced_once_and_reading_the_cache_is_not(tmp_path):
@@ -238,7 +237,8 @@ def test_help_and_version_import_no_numpy():
         python(text.format(option))
 
 
-def test_package_runs_without_jit():
-    expected, _ = python(FIRST, EXO_PIN_COMPILE="compiled")
+def test_package_runs_without_jit(capsys):
+    exec(FIRST)
+    expected = capsys.readouterr().out
     out, _ = python(FIRST + "assert 'numba' not in sys.modules", NUMBA_DISABLE_JIT="1", EXO_PIN_COMPILE="compiled")
     assert out == expected

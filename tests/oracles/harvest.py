@@ -168,7 +168,6 @@ def _wrists(folder):
     exo.forward_kinematics(state.lengths)
     exo.joint_motion(POSE, motion)
     exo.singularity(POSE)
-    exo.nearest_singularity(POSE)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
     reaction_map(exo.mechanism, POSE)

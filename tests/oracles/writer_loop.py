@@ -9,6 +9,7 @@ import os
 import sys
 import time
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -36,43 +37,75 @@ def _named(exo, k):
     return exo.replace(name="device", title=f"version {k}")
 
 
-EXOS = [_named(ep.load("prototype"), k) for k in range(2)]
-CHAINS = [
-    ep.ClosedChain.from_urdf(*mechanism_urdf(preset(name), assumed=AssumedMasses()))
-    for name in ("prototype", "optimised-table-5-3")
-]
-SCENES = [ChainScene(chain) for chain in CHAINS]
-TABLES = [StudyTable([{"a": k, "b": float(row)} for row in range(500)]) for k in range(2)]
-TURN = Rotation.from_rotvec(np.linspace(0, 0.5, 20)[:, None] * [1, 0, 0])
-SWING = ep.Movement.from_samples(np.linspace(0, 1, 20), TURN)
-ANSWERS = [EXOS[0].follow(SWING, load=ep.Load([0, 0, -k])) for k in range(2)]
-FIGURES = [_figure(k) for k in range(2)]
-STATIC, DYNAMIC = muscle.muscle_model("best"), muscle.dynamic_model("tang-3-31")
+# Made by the program at its first write, so that the names below cost a test run nothing.
+@cache
+def _exos():
+    return [_named(ep.load("prototype"), k) for k in range(2)]
 
-RECORDINGS = [Recording(np.array([0.0, 1.0]), None, b"x" * 2000, {"k": k}) for k in range(2)]
-SAME_NAME = [ep.ClosedChain(chain.model, replace(chain.description, name="a")) for chain in CHAINS]
+
+@cache
+def _chains():
+    names = ("prototype", "optimised-table-5-3")
+    return [ep.ClosedChain.from_urdf(*mechanism_urdf(preset(name), assumed=AssumedMasses())) for name in names]
+
+
+@cache
+def _scenes():
+    return [ChainScene(chain) for chain in _chains()]
+
+
+@cache
+def _tables():
+    return [StudyTable([{"a": k, "b": float(row)} for row in range(500)]) for k in range(2)]
+
+
+@cache
+def _answers():
+    turn = Rotation.from_rotvec(np.linspace(0, 0.5, 20)[:, None] * [1, 0, 0])
+    swing = ep.Movement.from_samples(np.linspace(0, 1, 20), turn)
+    return [_exos()[0].follow(swing, load=ep.Load([0, 0, -k])) for k in range(2)]
+
+
+@cache
+def _figures():
+    return [_figure(k) for k in range(2)]
+
+
+@cache
+def _recordings():
+    return [Recording(np.array([0.0, 1.0]), None, b"x" * 2000, {"k": k}) for k in range(2)]
+
+
+@cache
+def _same_name():
+    return [ep.ClosedChain(chain.model, replace(chain.description, name="a")) for chain in _chains()]
+
+
+@cache
+def _muscles():
+    return muscle.muscle_model("best"), muscle.dynamic_model("tang-3-31")
 
 
 def _static(folder, k):
-    muscle.save_parameters(STATIC, folder / "a.toml", identification={"k": k})
+    muscle.save_parameters(_muscles()[0], folder / "a.toml", identification={"k": k})
 
 
 def _dynamic(folder, k):
-    muscle.save_dynamic(DYNAMIC, folder / "a.toml", identification={"k": k})
+    muscle.save_dynamic(_muscles()[1], folder / "a.toml", identification={"k": k})
 
 
 #: What is called with a folder and which of two contents to write; and the files that it makes.
 WRITERS = {
-    "design": (lambda folder, k: EXOS[k].save(folder / "a.toml"), ["a.toml"]),
-    "urdf": (lambda folder, k: EXOS[k].to_urdf(folder), ["device.urdf", "device.closures.toml"]),
-    "closures": (lambda folder, k: write_closures(CHAINS[k].description, folder / "a.toml"), ["a.toml"]),
-    "sdf": (lambda folder, k: SAME_NAME[k].to_sdf(folder), ["a.sdf"]),
-    "table": (lambda folder, k: TABLES[k].to_csv(folder / "a.csv"), ["a.csv"]),
-    "movement": (lambda folder, k: write_movement_reaction(ANSWERS[k], folder / "a.csv"), ["a.csv"]),
-    "arrays": (lambda folder, k: write_movement_reaction(ANSWERS[k], folder / "a.npz"), ["a.npz"]),
-    "page": (lambda folder, k: SCENES[k].save_html(folder / "a.html"), ["a.html"]),
-    "recording": (lambda folder, k: RECORDINGS[k].save(folder / "a.html"), ["a.html"]),
-    "figure": (lambda folder, k: write_figure(folder / "a.png", FIGURES[k]), ["a.png"]),
+    "design": (lambda folder, k: _exos()[k].save(folder / "a.toml"), ["a.toml"]),
+    "urdf": (lambda folder, k: _exos()[k].to_urdf(folder), ["device.urdf", "device.closures.toml"]),
+    "closures": (lambda folder, k: write_closures(_chains()[k].description, folder / "a.toml"), ["a.toml"]),
+    "sdf": (lambda folder, k: _same_name()[k].to_sdf(folder), ["a.sdf"]),
+    "table": (lambda folder, k: _tables()[k].to_csv(folder / "a.csv"), ["a.csv"]),
+    "movement": (lambda folder, k: write_movement_reaction(_answers()[k], folder / "a.csv"), ["a.csv"]),
+    "arrays": (lambda folder, k: write_movement_reaction(_answers()[k], folder / "a.npz"), ["a.npz"]),
+    "page": (lambda folder, k: _scenes()[k].save_html(folder / "a.html"), ["a.html"]),
+    "recording": (lambda folder, k: _recordings()[k].save(folder / "a.html"), ["a.html"]),
+    "figure": (lambda folder, k: write_figure(folder / "a.png", _figures()[k]), ["a.png"]),
     "muscle": (_static, ["a.toml"]),
     "dynamic": (_dynamic, ["a.toml"]),
 }

@@ -10,7 +10,6 @@ import pytest
 from places import REPOSITORY
 
 import exo_pin as ep
-from exo_pin.thesis import ledger
 
 
 def script():
@@ -40,8 +39,8 @@ def carriers():
 
 
 @pytest.fixture(scope="module")
-def page():
-    return formulas.page()
+def page(ledger_rows):
+    return formulas.page(ledger_rows)
 
 
 def test_page_is_not_stale(page):
@@ -70,8 +69,8 @@ def test_docstrings_carry_no_label_that_the_thesis_lacks(carriers):
     assert set(carriers) <= set(ITEMS)
 
 
-def test_the_ledger_speaks_of_known_labels():
-    assert set(formulas.verdicts(ledger())) <= set(ITEMS)
+def test_the_ledger_speaks_of_known_labels(ledger_rows):
+    assert set(formulas.verdicts(ledger_rows)) <= set(ITEMS)
 
 
 def test_default_path_of_reaction_carries_the_labels_of_appendix_d(carriers):

@@ -1,27 +1,18 @@
 """The ledger: verdicts drawn from numbers."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
-from exo_pin.thesis import compare, ledger, ledger_table
+from exo_pin.thesis import compare, ledger_table
 
 
-@cache
-def rows():
-    """The ledger, computed once."""
-    return ledger()
+def find(rows, source, quantity):
+    return next(row for row in rows if row.source.startswith(source) and row.quantity.startswith(quantity))
 
 
-def find(source, quantity):
-    return next(row for row in rows() if row.source.startswith(source) and row.quantity.startswith(quantity))
-
-
-def test_rows_are_unique_and_hold_both_numbers():
-    every = rows()
-    assert len({(row.source, row.quantity) for row in every}) == len(every)
-    for row in every:
+def test_rows_are_unique_and_hold_both_numbers(ledger_rows):
+    assert len({(row.source, row.quantity) for row in ledger_rows}) == len(ledger_rows)
+    for row in ledger_rows:
         assert row.printed.shape == row.computed.shape
         assert np.isfinite(row.computed).all() or row.verdict in ("not reproducible", "input not printed")
         assert bool(row.reading) == (row.verdict == "reproduced under another reading")
@@ -52,18 +43,18 @@ def test_rows_are_unique_and_hold_both_numbers():
         ("(D-8)", "a_C", "misprint, corrected"),
     ],
 )
-def test_verdicts(source, quantity, verdict):
-    assert find(source, quantity).verdict == verdict
+def test_verdicts(ledger_rows, source, quantity, verdict):
+    assert find(ledger_rows, source, quantity).verdict == verdict
 
 
-def test_appendix_d_computes_what_its_data_say():
-    np.testing.assert_allclose(find("(D-32)", "f_i").computed, [-73.10, -25.23, -27.23], atol=0.005)
-    assert "Rz Rx Ry" in find("(D-32)", "f_i").reading
+def test_appendix_d_computes_what_its_data_say(ledger_rows):
+    np.testing.assert_allclose(find(ledger_rows, "(D-32)", "f_i").computed, [-73.10, -25.23, -27.23], atol=0.005)
+    assert "Rz Rx Ry" in find(ledger_rows, "(D-32)", "f_i").reading
 
 
-def test_scenario_one_lengths():
+def test_scenario_one_lengths(ledger_rows):
     np.testing.assert_allclose(
-        find("Section 4.2.2", "l_i, positive").computed, [159.5270, 41.6830, 108.7461], atol=1e-4
+        find(ledger_rows, "Section 4.2.2", "l_i, positive").computed, [159.5270, 41.6830, 108.7461], atol=1e-4
     )
 
 
@@ -78,7 +69,7 @@ def test_verdict_follows_the_numbers():
     assert compare("s", "q", "", -1.0, 1.0, 0.05, reading=("mirrored", -1.2)).verdict == "not reproducible"
 
 
-def test_table_has_a_row_each():
-    lines = ledger_table(rows()).splitlines()
-    assert len(lines) == len(rows()) + 2
+def test_table_has_a_row_each(ledger_rows):
+    lines = ledger_table(ledger_rows).splitlines()
+    assert len(lines) == len(ledger_rows) + 2
     assert len({line.replace("\\|", "").count("|") for line in lines}) == 1

@@ -90,9 +90,14 @@ def outside(chain, q, load):
     return book
 
 
-@pytest.fixture(params=[(name, seed) for name in MAKERS for seed in range(3)], ids=lambda item: f"{item[0]}-{item[1]}")
-def moving(request):
-    name, seed = request.param
+@pytest.fixture(params=[pytest.param(seed, marks=() if seed < 2 else pytest.mark.full) for seed in range(4)])
+def seed(request):
+    return request.param
+
+
+@pytest.fixture(params=MAKERS)
+def moving(request, seed):
+    name = request.param
     chain, q, v, a = closed_motion(name, 20 + seed)
     chain.model.gravity.linear = np.array([1.0, -2.0, -9.0])
     load = some_load(chain, seed)

@@ -18,7 +18,7 @@ WINNER = "x3P1 x2P1 x1P1 x0P1 x0P0 x0P2"
 @pytest.fixture(scope="module")
 def selection():
     states = steady_states(valid_only=True)
-    return select_model(states.contraction, states.pressure, states.force, 0.3, nested=True)
+    return select_model(states.contraction, states.pressure, states.force, 0.3)
 
 
 def test_best_beats_the_second_order_law(selection):
@@ -26,9 +26,15 @@ def test_best_beats_the_second_order_law(selection):
     assert selection.winner.candidate.parameters == 6
     winner, second = selection.winner.leave_one_out_rms, selection.score(SECOND_ORDER).leave_one_out_rms
     np.testing.assert_allclose([winner, second], [0.40681, 0.60696], atol=1e-5)
-    # Choosing flatters the winner; even with the choice repeated without each cell it stays ahead.
-    np.testing.assert_allclose(selection.nested_rms, 0.51660, atol=1e-5)
-    assert selection.nested_rms < second
+
+
+@pytest.mark.full
+def test_choosing_flatters_the_winner_and_it_still_is_ahead(selection):
+    """With the choice repeated without each cell."""
+    states = steady_states(valid_only=True)
+    again = select_model(states.contraction, states.pressure, states.force, 0.3, nested=True)
+    np.testing.assert_allclose(again.nested_rms, 0.51660, atol=1e-5)
+    assert again.nested_rms < selection.score(SECOND_ORDER).leave_one_out_rms
 
 
 def test_the_laws_of_the_literature_are_worse_by_far(selection):

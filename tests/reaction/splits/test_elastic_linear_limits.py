@@ -61,7 +61,7 @@ def enumerated(exo, pose, offset, low, high, cone=None):
     return found
 
 
-@pytest.mark.parametrize("n", [3, 4, pytest.param(5, marks=pytest.mark.full)])
+@pytest.mark.parametrize("n", [3, *(pytest.param(n, marks=pytest.mark.full) for n in (4, 5))])
 @pytest.mark.parametrize("limits", [(0.0, np.inf), (-40.0, 60.0)], ids=["pull", "range"])
 @pytest.mark.parametrize("with_cone", [False, True], ids=["free", "cone"])
 def test_equals_enumeration(n, limits, with_cone):

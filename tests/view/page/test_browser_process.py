@@ -15,6 +15,7 @@ from exo_pin.core.errors import BrowserFailed
 from exo_pin.view import Browser
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
 def test_command_writes_a_picture_of_the_given_size(tmp_path):
     target = tmp_path / "scene.png"
@@ -31,6 +32,7 @@ def test_failing_browser_is_reported(tmp_path):
         Browser(SIZE, program="/bin/false")
 
 
+@pytest.mark.full
 @pytest.mark.usefixtures("needs_browser")
 def test_a_browser_that_is_killed_is_reported_and_leaves_no_files(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

@@ -24,6 +24,7 @@ def test_exported_page_needs_no_network_and_shows_the_numbers(browser):
     assert f"2 pulls {answer.actuator_forces[1]:.0f} N" in labels
 
 
+@pytest.mark.full
 def test_an_old_page_starts_afresh_with_a_new_server(browser):
     first, second = make_scene(human=False), Scene(ep.load("scenario-one"), human=False)
     first.points("cloud", [[0.3, 0.3, 0.3]], [1.0], "old")
@@ -56,6 +57,7 @@ PIXELS = """(points) => points.map((at) => {
 })"""
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("size", [(1280, 800), (420, 800)])
 def test_panels_and_labels_keep_clear_of_each_other_and_of_the_device(browser, size):
     """On a wide page and a narrow one: no two boxes overlap, none leaves the page, no joint is under a panel."""
@@ -89,6 +91,7 @@ def test_panels_and_labels_keep_clear_of_each_other_and_of_the_device(browser, s
         browser.resize(SIZE)
 
 
+@pytest.mark.full
 def test_a_motion_draws_its_picture_with_its_numbers(browser):
     """What the canvas shows is drawn before a frame's number is set: a slow machine has both of one frame."""
     scene = make_scene(human=False)
@@ -109,6 +112,7 @@ def test_a_motion_draws_its_picture_with_its_numbers(browser):
     assert not drawn[0].startswith("3:")
 
 
+@pytest.mark.full
 def test_text_from_a_design_is_never_markup(browser):
     exo = ep.load("prototype").worn_by(PERSON)
     exo = exo.replace(title="<img src=x onerror=document.body.dataset.hacked=1></script>&\"'")

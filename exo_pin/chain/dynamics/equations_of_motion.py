@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguration, SingularConfiguration
-from ...core.validation import FloatArray, as_finite, as_mapping
+from ...core.validation import FloatArray, as_finite, as_mapping, frozen
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
 from . import equation_kernels as kernels
@@ -141,7 +141,8 @@ def equations_of_motion(
     """
     work, top, model = state.workspace, state.topology, state.model
     moves = (v is not None and bool(v.any())) or (a is not None and bool(a.any()))
-    v, a = np.zeros(state.nv) if v is None else v, np.zeros(state.nv) if a is None else a
+    # Arrays of one kind: kernels are compiled anew for those that can be written.
+    v, a = (frozen(np.zeros(state.nv) if rates is None else rates.view()) for rates in (v, a))
     if moves and check_closed:
         work.jacobian_rates(q, v)
     else:

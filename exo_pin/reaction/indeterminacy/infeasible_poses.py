@@ -41,9 +41,8 @@ def shortfall(pose: Pose) -> Shortfall | None:
     if quick:
         margin = moment_margin(
             np.ascontiguousarray(pose.state.moment_of_f.T),
-            pose.state.moment,
-            pose.f_low,
-            pose.f_high,
+            # Copies: the kernel is compiled anew for arrays that cannot be written.
+            *(np.array(part) for part in (pose.state.moment, pose.f_low, pose.f_high)),
             np.empty(3),
             low_relief,
             high_relief,

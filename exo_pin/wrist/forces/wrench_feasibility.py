@@ -172,6 +172,7 @@ def holding(
     margin, direction = np.empty(count), np.empty((count, 3))
     relief_lower, relief_upper = np.empty((count, n)), np.empty((count, n))
     arms = -limbs.reach[..., None] * limbs.X
+    M, low, high = (np.array(part, order="C") for part in (M, low, high))  # kernels are compiled anew for other kinds
     _margin_stack(arms, M, low, high, limbs.status, margin, direction, relief_lower, relief_upper)
     rows = (margin >= 0.0, margin, direction, relief_lower, relief_upper, np.array(STATUS)[limbs.status])
     return Holding(*(part.reshape((*query.shape, *part.shape[1:])) for part in rows))

@@ -70,4 +70,4 @@ def test_killed_writers_leave_whole_files(name, loop, tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
 @pytest.mark.parametrize("name", WRITERS)
 def test_writers_killed_often_leave_whole_files(name, number, loop, tmp_path):
-    check(loop, tmp_path, name, number, 60)
+    check(loop, tmp_path, name, number, 25)

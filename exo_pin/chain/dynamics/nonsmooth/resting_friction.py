@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....core.records import reduced_tuple
-from ....core.validation import FloatArray
+from ....core.validation import FloatArray, frozen
 from ...structure.chain_state import ChainState, Drive
 from ..force_distribution import Bound
 from .joint_friction import Rubbing, joint_names
@@ -73,7 +73,7 @@ class RestingFriction(NamedTuple):
 
 def bearing_drive(drive: Drive, rubbing: Rubbing) -> Drive:
     """Coordinates that an actuator or friction at rest holds, and the others."""
-    return Drive(np.union1d(drive.driven, rubbing.rest), np.setdiff1d(drive.passive, rubbing.rest))
+    return Drive(frozen(np.union1d(drive.driven, rubbing.rest)), frozen(np.setdiff1d(drive.passive, rubbing.rest)))
 
 
 def friction_bounds(

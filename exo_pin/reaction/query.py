@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, as_choice
+from ..core.validation import FloatArray, as_choice, require_type
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import Query, arm_loads, as_query
 from ..wrist.forces.affine_state import AffineState, BalancedTensions
@@ -23,7 +23,7 @@ from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, as_force_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import DesignActuators, ForceLimits
+from .holding.actuator_limits import ForceLimits
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -70,10 +70,7 @@ def reaction(
     limits = None
     if actuator_bounds is not None:
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            limits = DesignActuators(mechanism).limits(lengths())
-        else:
-            limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
+        limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         one_signed = limits is not None and limits.one_signed
@@ -189,5 +186,5 @@ def _check_options(law: Split, **options: Any) -> None:
         if value is None:
             continue
         check_option(law, name)
-        if name in kinds and not isinstance(value, kinds[name]):
-            raise InvalidInput(f"expected {name} to be a {kinds[name].__name__}, got {type(value).__name__}")
+        if name in kinds:
+            require_type(name, value, kinds[name])

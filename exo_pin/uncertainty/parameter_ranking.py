@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..core.errors import InvalidInput, SolverFailed
-from ..core.validation import FloatArray, as_choice, as_count, as_positive
+from ..core.validation import FloatArray, as_choice, as_count, as_mapping, as_positive
 from .force_sensitivity import Parameter, Sensitivity
 
 __all__ = ["ASSUMED_UNCERTAINTY", "Influence", "Ranking", "rank"]
@@ -137,7 +137,7 @@ def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = N
         If no pose has an answer with a shoulder force.
     """
     count = as_count("top", top, 1)
-    stated = dict(uncertainties or {})
+    stated = dict(as_mapping("uncertainties", uncertainties, "names of parameters to numbers or percentages"))
     for name in stated:
         as_choice("parameter", name, found.parameters)
     # Points on circles move with their circles' dimensions.

@@ -118,6 +118,22 @@ def test_spare_limbs_are_judged_by_the_best_tensions(cables):
     )
 
 
+def test_spare_limbs_without_a_choice_have_the_forces_of_equilibrium(cables):
+    pose = cables.pose(60, 30)
+    limbs = [*cables.limbs[:3], replace(cables.limbs[3], actuator=None)]
+    unknown = cables.replace(limbs=limbs)
+    np.testing.assert_array_equal(
+        unknown.holding_reaction(pose).actuator_forces, unknown.reaction(pose).actuator_forces
+    )
+    # In some poses the tensions that the cables can give lead F_s out of the socket.
+    poses, cone = cables.pose([20, 40, 60, 80, 100, 120], 60), ep.GlenoidCone(muscle_compression=30.0)
+    plain, limited = (cables.reaction(poses, cone=cone, actuator_bounds=bounds) for bounds in (None, "design"))
+    lost = np.flatnonzero(plain.has_answer & ~limited.has_answer)
+    assert lost.size
+    for row in lost:
+        assert cables.holding_reaction(poses[row], cone=cone).has_answer
+
+
 def test_remedy_leads_to_a_pose_that_can_be_held(exo):
     weak = strong(ep.load("prototype"), pull_limit=20.0, push_limit=20.0)
     pose = weak.pose(40, 20, 10)
@@ -131,7 +147,7 @@ def test_remedy_leads_to_a_pose_that_can_be_held(exo):
         assert not weak.reaction(type(pose).from_rotvec(share * turn) * pose).can_hold
     assert "N m about" in str(found)
     assert exo.remedy(exo.pose(60, 30)).nearest is None
-    with pytest.raises(InvalidInput, match="single pose"):
+    with pytest.raises(InvalidInput, match="single rotation"):
         weak.remedy(weak.pose([0, 10]))
 
 

@@ -52,7 +52,7 @@ class Components(ReadOnly):
         "none" for a pose without an answer.
     actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
         Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
-        allow, each component by itself; infinite without bounds, NaN if nothing fits them.
+        on f and g allow, each component by itself; infinite without bounds, NaN if nothing fits them.
     needed : tuple of str
         What would have to be known to determine the other components.
     outside : tuple of str
@@ -189,11 +189,12 @@ class Certificate(ReadOnly):
 
         Parameters
         ----------
-        constraint_bounds : None, "actuator" or (lower, upper), optional
+        constraint_bounds : None, "actuator", number or (lower, upper), optional
             Bounds on g as in :meth:`exo_pin.ShoulderExo.reaction`; those of the query if left out.
         tension_bounds : None, "pull" or (lower, upper), optional
-            Bounds on f, N, broadcasting to (..., n); "pull" means none below zero. They narrow an interval where
-            equilibrium does not determine tensions: with more than three limbs, or a centre offset.
+            Bounds on f, N, broadcasting to (..., n); "pull" means none below zero; those of the query
+            (``actuator_bounds``) if left out. They narrow an interval where equilibrium does not determine tensions:
+            with more than three limbs, or a centre offset.
 
         Raises
         ------

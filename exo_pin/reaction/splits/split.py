@@ -64,7 +64,8 @@ class PoseStack(NamedTuple):
     load_share : ndarray or None
         Share of load and offset up to which an equilibrium was followed, shape (N,).
     guide_load : ndarray or None
-        The larger of bending moment and torque of each guide, each over its limit, shape (N, n).
+        The larger of bending moment and torque of each guide, each over its limit, shape (N, n); NaN where neither is
+        known.
     """
 
     mechanism: Mechanism

@@ -217,6 +217,8 @@ def test_bad_rankings(worn):
         worn.ranking(pose, uncertainties={"radius": 1.0})
     with pytest.raises(ep.InvalidInput, match="share"):
         worn.ranking(pose, uncertainties={"mass": "five"})
+    with pytest.raises(ep.InvalidInput, match="orientation in rad"):
+        worn.ranking(pose, uncertainties={"orientation": "5%"})
     with pytest.raises(ep.InvalidInput, match="mass"):
         worn.ranking(pose, uncertainties={"mass": -1.0})
     for uncertainties in ("mass", 3):

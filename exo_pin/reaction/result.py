@@ -176,7 +176,8 @@ class Reaction(ShownReaction, ReadOnly):
         """Lengths and tensions compared with the limits of the design's actuators."""
         poses, answered = self.source.poses, self.has_answer.reshape(-1)
         tensions = self.actuator_forces.reshape(len(answered), poses.mechanism.limb_count)
-        check = hold_check(poses.mechanism, poses.lengths, tensions, poses.free_stress, answered, poses.limits)
+        free = self.source.split.free_stress(poses)
+        check = hold_check(poses.mechanism, poses.lengths, tensions, free, answered, poses.limits)
         return check.reshaped(self.has_answer.shape)
 
     @property

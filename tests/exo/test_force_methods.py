@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wrists import PERSON
+from wrists import PERSON, exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
@@ -132,6 +132,22 @@ def test_spare_limbs_without_a_choice_have_the_forces_of_equilibrium(cables):
     assert lost.size
     for row in lost:
         assert cables.holding_reaction(poses[row], cone=cone).has_answer
+
+
+@pytest.mark.parametrize(("sides", "cables"), [(0, 6), (0, 7), (1, 4), (3, 2)])
+def test_without_a_shoulder_only_tensions_that_leave_it_unloaded_count(sides, cables):
+    kinds = ["UPU"] * sides + ["SPS"] * cables
+    rng = np.random.default_rng(90)
+    mechanism = random_mechanism(rng, len(kinds), kinds)
+    pull = ep.Actuator("cable", pull_limit=3000.0)
+    stroke = ep.Stroke(0.3, 0.01, 10.0, 0.0)
+    exo = exo_of(mechanism.replace(limbs=[ep.Limb(kind, actuator=pull, stroke=stroke) for kind in kinds]))
+    poses = regular_poses(mechanism, rng, 15, margin=0.1)
+    alone, held = (exo.reaction(poses, split="standalone", actuator_bounds=bounds) for bounds in (None, "design"))
+    assert alone.has_answer.all()
+    np.testing.assert_array_equal(alone.can_hold, held.has_answer)
+    # With a shoulder, other tensions hold some more of these poses, unless three side forces can replace it.
+    assert (exo.reaction(poses).can_hold & ~alone.can_hold).any() == (sides < 3)
 
 
 def test_remedy_leads_to_a_pose_that_can_be_held(exo):

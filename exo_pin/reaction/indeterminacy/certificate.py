@@ -154,11 +154,9 @@ class Certificate(ReadOnly):
     @classmethod
     def of(cls, source: ComponentSource) -> Certificate:
         """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
-        poses, own = source.poses, source.poses.tensions
-        upu, good = poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
-        n, stresses = own.self_stress.shape[1:]
-        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
-        of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
+        poses, upu, good = source.poses, source.poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
+        n, stresses = poses.tensions.self_stress.shape[1:]
+        of_f, of_shoulder = poses.open_effects
         g_unique = np.ones((len(good), n), dtype=bool)
         g_unique[:, upu] = False
 

@@ -23,7 +23,7 @@ from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import ActuatorBounds, as_force_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import ForceLimits
+from .holding.actuator_limits import DesignActuators, ForceLimits
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -70,7 +70,11 @@ def reaction(
     limits = None
     if actuator_bounds is not None:
         lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
+        # The way from a design to its answer needs none of the other forms of limits.
+        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
+            limits = DesignActuators(mechanism).limits(lengths())
+        else:
+            limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         one_signed = limits is not None and limits.one_signed

@@ -167,7 +167,9 @@ class ForceQuestions(Subject):
         answer = self.reaction(orientation, motion, load, **options)
         if options.get("actuator_bounds") is not None or not answer.has_better_tensions:
             return answer
-        return self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
+        held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
+        # A cone may leave no such tensions.
+        return held if held.has_answer.all() else answer
 
     def remedy(self, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.

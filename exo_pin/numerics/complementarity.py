@@ -67,10 +67,12 @@ def bounded_complementarity(A: FloatArray, c: FloatArray, low: FloatArray, high:
     Raises
     ------
     SolverFailed
-        If the conditions hold to no better than 1e-9, or A or c is not finite.
+        If the conditions hold to no better than 1e-9, A or c is not finite, or a bound is NaN.
     """
     if not (np.isfinite(A).all() and np.isfinite(c).all()):
         raise SolverFailed("the complementarity problem", np.inf, "A or c is not finite")
+    if np.isnan(low).any() or np.isnan(high).any():
+        raise SolverFailed("the complementarity problem", np.inf, "a bound is NaN")
     # Forces in units that make the diagonal about one; immovable rows keep theirs.
     diagonal = np.diag(A)
     immovable = diagonal <= _RANK**2 * diagonal.max(initial=0.0)

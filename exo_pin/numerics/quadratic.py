@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.errors import SolverFailed
 from ..core.validation import FloatArray
 from .optimality import RANK_TOLERANCE, LeastSquares, Solution, judged
 
@@ -36,7 +37,16 @@ def solve(program: LeastSquares, shortest: bool = True) -> Solution:
     """Solve a program; where several z are best, take the one of least norm if ``shortest``.
 
     An infeasible program gives a solution whose ``is_optimal`` is False; that is no proof of infeasibility.
+
+    Raises
+    ------
+    SolverFailed
+        If a number of the program is NaN, or infinite where it is not a limit.
     """
+    terms = (program.E, program.d, program.A, program.b, program.C)
+    limits = (program.low, program.high, program.c)
+    if not all(np.isfinite(part).all() for part in terms) or any(np.isnan(part).any() for part in limits):
+        raise SolverFailed("the quadratic program", np.inf, "its numbers are not finite")
     program = _orthonormal(program)
     first = _solve(program)
     if first.unique or not shortest or not first.is_optimal:

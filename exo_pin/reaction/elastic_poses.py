@@ -154,7 +154,7 @@ class ElasticPoses(Record):
 
     @property
     def guide_load(self) -> FloatArray:
-        """The larger of bending moment and torque of each guide over its limit, shape (N, n); NaN if not known."""
+        """The larger of bending moment and torque of each guide over its limit, shape (N, n); NaN if none is known."""
         side = self.device.displaced.side
         g = np.abs(side.stiffness * side.deflection)
         limits = np.full((2, self.mechanism.limb_count), np.nan)

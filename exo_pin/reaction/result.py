@@ -119,7 +119,7 @@ class Reaction(ShownReaction, ReadOnly):
         the guides neglects its square; see :mod:`exo_pin.wrist.forces.bent_guides`.
     guide_load : ndarray or None
         Shape (..., n), for split "elastic": utilisation of the guide, the larger of bending moment and torque, each
-        over its limit; NaN where a limit is not known, or where there is no equilibrium.
+        over its limit, as far as the limits are known; NaN where neither is, or where there is no equilibrium.
     load_share : ndarray or None
         Shape (...), for split "elastic": the share of load and centre offset up to which an equilibrium was
         followed from the unloaded, aligned device; 1 for an answer.
@@ -176,12 +176,18 @@ class Reaction(ShownReaction, ReadOnly):
         """Lengths and tensions compared with the limits of the design's actuators."""
         poses, answered = self.source.poses, self.has_answer.reshape(-1)
         tensions = self.actuator_forces.reshape(len(answered), poses.mechanism.limb_count)
-        check = hold_check(poses.mechanism, poses.lengths, tensions, poses.free_stress, answered, poses.limits)
+        free = self.source.split.free_stress(poses)
+        check = hold_check(poses.mechanism, poses.lengths, tensions, free, answered, poses.limits)
         return check.reshaped(self.has_answer.shape)
 
     @property
     def has_better_tensions(self) -> bool:
-        """Whether the actuators cannot give the tensions of the answer, but others that hold every pose as well."""
+        """Whether the actuators cannot give the tensions of the answer, but others that hold every pose as well.
+
+        False where the actuator of a limb is not known.
+        """
+        if any(limb.actuator is None for limb in self.source.poses.mechanism.limbs):
+            return False
         if not self.has_answer.all() or self.limits.violated.any():
             return False
         return not np.array_equal(self.limits.tensions, self.actuator_forces)

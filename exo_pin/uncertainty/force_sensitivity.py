@@ -149,7 +149,7 @@ def sensitivity(
     shape = query.shape
     parameters = {}
     for name, seed in seeds.items():
-        value = np.broadcast_to(seed.value, (len(force), len(seed.labels))).reshape(*shape, -1)
+        value = np.broadcast_to(seed.value, (len(force), len(seed.labels))).reshape(*shape, len(seed.labels))
         changes = system.forces_of(system.change(name, seed), shape)
         parameters[name] = Parameter(name, seed.unit, seed.labels, value, *changes)
     status = np.array(STATUS)[system.status].reshape(shape)

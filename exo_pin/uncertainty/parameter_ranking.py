@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..core.errors import InvalidInput, SolverFailed
-from ..core.validation import FloatArray, as_choice, as_count, as_positive
+from ..core.validation import FloatArray, as_choice, as_count, as_mapping, as_positive
 from .force_sensitivity import Parameter, Sensitivity
 
 __all__ = ["ASSUMED_UNCERTAINTY", "Influence", "Ranking", "rank"]
@@ -132,12 +132,13 @@ def rank(found: Sensitivity, uncertainties: Mapping[str, Uncertainty] | None = N
     UnknownName
         If an uncertainty is stated for a name that is no parameter of the query.
     InvalidInput
-        If it is neither a number of zero or more nor a percentage, or ``top`` is below 1.
+        If it is neither a number of zero or more nor a percentage, a percentage of the orientation, or ``top`` is
+        below 1.
     SolverFailed
         If no pose has an answer with a shoulder force.
     """
     count = as_count("top", top, 1)
-    stated = dict(uncertainties or {})
+    stated = dict(as_mapping("uncertainties", uncertainties, "names of parameters to numbers or percentages"))
     for name in stated:
         as_choice("parameter", name, found.parameters)
     # Points on circles move with their circles' dimensions.
@@ -167,6 +168,10 @@ def _effects(
 ) -> list[tuple[str, float]]:
     """Label and effect of each independent part of a parameter."""
     share, size = _parse(parameter.name, uncertainty)
+    if share is not None and parameter.name == "orientation":
+        raise InvalidInput(
+            f"expected uncertainty of orientation in rad, of which there is no share, got {uncertainty!r}"
+        )
     if parameter.name in _TENSORS:
         along = value * share if share is not None else size * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         return [("", abs(float(slope @ along)))]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wrists import PERSON
+from wrists import PERSON, exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin.core.errors import InvalidInput
@@ -118,6 +118,38 @@ def test_spare_limbs_are_judged_by_the_best_tensions(cables):
     )
 
 
+def test_spare_limbs_without_a_choice_have_the_forces_of_equilibrium(cables):
+    pose = cables.pose(60, 30)
+    limbs = [*cables.limbs[:3], replace(cables.limbs[3], actuator=None)]
+    unknown = cables.replace(limbs=limbs)
+    np.testing.assert_array_equal(
+        unknown.holding_reaction(pose).actuator_forces, unknown.reaction(pose).actuator_forces
+    )
+    # In some poses the tensions that the cables can give lead F_s out of the socket.
+    poses, cone = cables.pose([20, 40, 60, 80, 100, 120], 60), ep.GlenoidCone(muscle_compression=30.0)
+    plain, limited = (cables.reaction(poses, cone=cone, actuator_bounds=bounds) for bounds in (None, "design"))
+    lost = np.flatnonzero(plain.has_answer & ~limited.has_answer)
+    assert lost.size
+    for row in lost:
+        assert cables.holding_reaction(poses[row], cone=cone).has_answer
+
+
+@pytest.mark.parametrize(("sides", "cables"), [(0, 6), (0, 7), (1, 4), (3, 2)])
+def test_without_a_shoulder_only_tensions_that_leave_it_unloaded_count(sides, cables):
+    kinds = ["UPU"] * sides + ["SPS"] * cables
+    rng = np.random.default_rng(90)
+    mechanism = random_mechanism(rng, len(kinds), kinds)
+    pull = ep.Actuator("cable", pull_limit=3000.0)
+    stroke = ep.Stroke(0.3, 0.01, 10.0, 0.0)
+    exo = exo_of(mechanism.replace(limbs=[ep.Limb(kind, actuator=pull, stroke=stroke) for kind in kinds]))
+    poses = regular_poses(mechanism, rng, 15, margin=0.1)
+    alone, held = (exo.reaction(poses, split="standalone", actuator_bounds=bounds) for bounds in (None, "design"))
+    assert alone.has_answer.all()
+    np.testing.assert_array_equal(alone.can_hold, held.has_answer)
+    # With a shoulder, other tensions hold some more of these poses, unless three side forces can replace it.
+    assert (exo.reaction(poses).can_hold & ~alone.can_hold).any() == (sides < 3)
+
+
 def test_remedy_leads_to_a_pose_that_can_be_held(exo):
     weak = strong(ep.load("prototype"), pull_limit=20.0, push_limit=20.0)
     pose = weak.pose(40, 20, 10)
@@ -131,7 +163,7 @@ def test_remedy_leads_to_a_pose_that_can_be_held(exo):
         assert not weak.reaction(type(pose).from_rotvec(share * turn) * pose).can_hold
     assert "N m about" in str(found)
     assert exo.remedy(exo.pose(60, 30)).nearest is None
-    with pytest.raises(InvalidInput, match="single pose"):
+    with pytest.raises(InvalidInput, match="single rotation"):
         weak.remedy(weak.pose([0, 10]))
 
 

@@ -40,3 +40,6 @@ def test_without_variables_and_without_curvature():
 def test_numbers_that_are_not_finite_give_no_answer():
     with pytest.raises(SolverFailed):
         bounded_complementarity(np.eye(1) * np.nan, np.ones(1), -np.ones(1), np.ones(1))
+    for low, high in ((np.nan, 1.0), (-1.0, np.nan)):
+        with pytest.raises(SolverFailed, match="NaN"):
+            bounded_complementarity(np.eye(1), np.ones(1), np.array([low]), np.array([high]))

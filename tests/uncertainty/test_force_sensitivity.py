@@ -205,14 +205,25 @@ def test_ranking_of_a_movement(worn):
     assert stiff.effect == pytest.approx(abs(float(moved) - ranking.peak), rel=2e-2)
 
 
+def test_no_poses_have_no_derivatives(worn):
+    nowhere = worn.sensitivity(ep.shoulder_rotation(np.empty((0, 2)), 0, 0, **DEGREES))
+    assert nowhere["base_points"].value.shape == (0, 2, 9)
+    assert nowhere["mass"].shoulder_force.shape == (0, 2, 3, 1)
+
+
 def test_bad_rankings(worn):
     pose = ep.shoulder_rotation(60, 30, 0, **DEGREES)
     with pytest.raises(ep.UnknownName, match="radius"):
         worn.ranking(pose, uncertainties={"radius": 1.0})
     with pytest.raises(ep.InvalidInput, match="share"):
         worn.ranking(pose, uncertainties={"mass": "five"})
+    with pytest.raises(ep.InvalidInput, match="orientation in rad"):
+        worn.ranking(pose, uncertainties={"orientation": "5%"})
     with pytest.raises(ep.InvalidInput, match="mass"):
         worn.ranking(pose, uncertainties={"mass": -1.0})
+    for uncertainties in ("mass", 3):
+        with pytest.raises(ep.InvalidInput, match="uncertainties"):
+            worn.ranking(pose, uncertainties=uncertainties)
     with pytest.raises(ep.InvalidInput, match="top"):
         worn.ranking(pose, top=0)
     with pytest.raises(ep.SolverFailed, match="no pose"):

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.progress import track
-from ...core.validation import FloatArray, ReadOnly, as_choice, as_rotation
+from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, as_rotation, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
@@ -138,7 +138,7 @@ def reaction_map(
     terms = _TermRows(mechanism, motion, load, poses.shape)
     bounds = SideForceBounds(constraint_bounds, poses.shape, n)
     device = _device(mechanism, upu, code, elasticity)
-    threads, chunk = _count("threads", threads), _count("chunk", chunk)
+    threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
     selected = _selected(keep)
     outputs = _outputs(poses.count, n, selected)
     kind = BY_ACTUATOR if bounds.by_actuator else GIVEN
@@ -210,8 +210,8 @@ class _TermRows:
     def __init__(self, mechanism: Mechanism, motion: Motion | None, load: Load | None, shape: tuple[int, ...]) -> None:
         self._rows: list[Rows] = []
         for name, value, kind in (("motion", motion, Motion), ("load", load, Load)):
-            if value is not None and not isinstance(value, kind):
-                raise InvalidInput(f"expected {name} to be a {kind.__name__}, got {type(value).__name__}")
+            if value is not None:
+                require_type(name, value, kind)
             for field in _VECTORS[name]:
                 vectors = np.zeros(3) if value is None else np.asarray(getattr(value, field))
                 self._rows.append(Rows(f"{name}.{field}", vectors, shape))
@@ -238,10 +238,12 @@ def _device(mechanism: Mechanism, upu: NDArray[np.intp], code: int, elasticity: 
     if code == map_kernels.ELASTIC:
         if elasticity is None:
             elasticity = Elasticity.of_mechanism(mechanism)
+        require_type("elasticity", elasticity, Elasticity)
         for name, array, shape in zip(elasticity._fields, elasticity, ((n, 4), (3, 3)), strict=True):
             if np.shape(array) != shape:
                 raise InvalidInput(f"expected the elasticity's {name} to have shape {shape}, got {np.shape(array)}")
-        guides, shoulder = elasticity
+        bending, torsion, across, couple = np.transpose(elasticity.guides)
+        guides, shoulder = Elasticity.of(bending, torsion, elasticity.shoulder, across, couple, n)
     geometry = mechanism.geometry
     arrays = (geometry.base_points, geometry.platform_points, upu, guides, shoulder)
     return Device(*(np.array(array, order="C") for array in arrays))
@@ -250,6 +252,8 @@ def _device(mechanism: Mechanism, upu: NDArray[np.intp], code: int, elasticity: 
 def _selected(keep: Iterable[str] | None) -> set[str]:
     if keep is None:
         return set(_KEEP)
+    if not isinstance(keep, Iterable):
+        raise InvalidInput(f"expected keep to be names of quantities, got {keep!r:.80}")
     return {as_choice("quantity to keep", name, _KEEP) for name in ([keep] if isinstance(keep, str) else keep)}
 
 
@@ -264,9 +268,3 @@ def _outputs(count: int, limb_count: int, selected: set[str]) -> Outputs:
         np.empty(rows[4]),
         np.empty(rows[5]),
     )
-
-
-def _count(name: str, value: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise InvalidInput(f"expected {name} to be a whole number above zero, got {value!r}")
-    return int(value)

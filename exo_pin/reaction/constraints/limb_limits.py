@@ -59,9 +59,9 @@ def as_force_limits(
     Parameters
     ----------
     bounds : ActuatorBounds
-        None: none. "pull": f_i >= 0. "design": what the mechanism's own actuators can do. A pair in N: numbers or
-        arrays that broadcast to (..., n), infinite where there is no limit. An object with ``force_limits(length)``,
-        or a sequence of n of them: what the actuators can do at their lengths.
+        None: none. "pull": f_i >= 0. "design": what the mechanism's own actuators can do. A number N: |f_i| <= N. A
+        pair in N: numbers or arrays that broadcast to (..., n), infinite where there is no limit. An object with
+        ``force_limits(length)``, or a sequence of n of them: what the actuators can do at their lengths.
     mechanism : Mechanism
         The design.
     shape : tuple of int
@@ -92,7 +92,7 @@ def as_force_limits(
         limits = np.array([_limits(actuator, i, own[:, i]) for i, actuator in enumerate(actuators)])
         limits[:, :, np.isnan(limits).any(axis=(0, 1))] = np.nan
         return ForceLimits(limits[:, 0].T.copy(), limits[:, 1].T.copy())
-    forms = 'actuator_bounds to be None, "pull", (lower, upper) in N, or objects with force_limits(length)'
+    forms = 'actuator_bounds to be None, "pull", "design", N, (lower, upper) in N, or objects with force_limits(length)'
     return ForceLimits(*force_bounds("actuator_bounds", *two_ends(bounds, forms), shape, limb_count))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
 from typing import Any
 
 import numpy as np
@@ -120,6 +121,9 @@ UNBOUNDED = SideForceBounds(None, (), 0)
 def two_ends(bounds: Any, expected: str) -> tuple[Any, Any]:
     """The two ends of a pair of bounds; raises InvalidInput with what was ``expected`` for anything else."""
     try:
+        # Two letters, two keys and the members of a set are no lower and upper bound, though each gives two values.
+        if isinstance(bounds, str | bytes | Mapping | Set):
+            raise TypeError
         lower, upper = bounds
     except (TypeError, ValueError):
         raise InvalidInput(f"expected {expected}, got {bounds!r:.80}") from None

@@ -2,7 +2,8 @@
 
 The forces are those of the answer. Where a mechanism of more than three limbs can balance a pose with other tensions
 under the same side forces, f = f_answer + N y, the pose can be held if some y meets all limits. For an elastic device
-this neglects that the side forces depend on y; a query with ``actuator_bounds="design"`` includes it.
+this neglects that the side forces depend on y, and in any query that a glenoid cone may exclude F_s; a query with
+``actuator_bounds="design"`` includes both. For a wrist without a shoulder only those y count that leave F_s at zero.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def hold_check(
     lengths, tensions : ndarray
         l_i, m, and f_i, N, shapes (N, n).
     self_stress : ndarray
-        Tensions that balance themselves, shape (N, n, n - 3).
+        Tensions that actuators can choose besides, shape (N, n, k); columns are orthonormal or zero.
     answered : ndarray of bool
         Shape (N,): poses with an answer; the others cannot be held.
     limits : ForceLimits, optional

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.progress import track
-from ...core.validation import FloatArray, ReadOnly
+from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..indeterminacy.infeasibility import Infeasibility
 from ..query import as_split, reaction
@@ -118,15 +118,13 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
         If ``orientation`` is a stack, or ``motion`` is given.
     """
     at_rest(options)
-    if orientation.shape != ():
-        raise InvalidInput(f"expected a single pose, got a stack of shape {orientation.shape}")
-    mechanism = model.mechanism
-    nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, orientation, _REACH, progress)
+    pose, mechanism = as_single_rotation("orientation", orientation), model.mechanism
+    nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, pose, _REACH, progress)
     infeasibility = None
     law = as_split(options.get("split", "spherical"))
     if "actuator_bounds" not in law.refusals and all(limb.actuator is not None for limb in mechanism.limbs):
         bounds = DesignActuators(mechanism, stroke=False)
-        infeasibility = reaction(model, orientation, actuator_bounds=bounds, **options).infeasibility
+        infeasibility = reaction(model, pose, actuator_bounds=bounds, **options).infeasibility
     return Remedy(nearest, infeasibility, mechanism.side)
 
 

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.pictures import drawn
-from ...core.validation import FloatArray, ReadOnly, as_rotation
+from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...wrist.singularities.measures import Singularity, singularity
 from ...wrist.singularities.nearest_singularity_search import nearest_singularity
 from ...wrist_chain.equilibrium import EquilibriumModel
@@ -152,10 +152,8 @@ def singular_approach(
         singular, or ``motion`` is given.
     """
     at_rest(options)
-    pose = as_rotation("orientation", orientation)
-    begin = None if start is None else as_rotation("start", start)
-    if pose.shape != () or (begin is not None and begin.shape != ()):
-        raise InvalidInput("expected single poses, got a stack")
+    pose = as_single_rotation("orientation", orientation)
+    begin = None if start is None else as_single_rotation("start", start)
     mechanism = model.mechanism
 
     def measure(poses: Rotation) -> Singularity:

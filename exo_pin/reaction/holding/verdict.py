@@ -119,7 +119,10 @@ def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
         "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
         "a limb would be too long": (check.length_error > 0.0).any(axis=-1),
         "the pose is singular": status == "singular",
+        "a joint of a limb lies in the shoulder's centre": status == "folded",
+        "the equilibrium could not be solved": status == "not_solved",
         "no forces within the limits balance it": status == "infeasible",
+        "an actuator cannot take the length of its limb": status == "out_of_stroke",
         "no equilibrium is near the pose": status == "no_equilibrium",
         "the guide of a limb would be overloaded": status == "guide_overloaded",
     }

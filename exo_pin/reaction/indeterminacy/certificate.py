@@ -52,7 +52,7 @@ class Components(ReadOnly):
         "none" for a pose without an answer.
     actuator_intervals, constraint_intervals, shoulder_intervals : ndarray
         Shape (..., n, 2), (..., n, 2) and (..., 3, 2), N: least and largest value that equilibrium and the bounds
-        allow, each component by itself; infinite without bounds, NaN if nothing fits them.
+        on f and g allow, each component by itself; infinite without bounds, NaN if nothing fits them.
     needed : tuple of str
         What would have to be known to determine the other components.
     outside : tuple of str
@@ -154,11 +154,9 @@ class Certificate(ReadOnly):
     @classmethod
     def of(cls, source: ComponentSource) -> Certificate:
         """Which reactions of an answer change with a self-stress, Wojtyra's criterion."""
-        poses, own = source.poses, source.poses.tensions
-        upu, good = poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
-        n, stresses = own.self_stress.shape[1:]
-        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
-        of_shoulder = np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
+        poses, upu, good = source.poses, source.poses.upu, np.asarray(~np.isnan(source.values).any(axis=1))
+        n, stresses = poses.tensions.self_stress.shape[1:]
+        of_f, of_shoulder = poses.open_effects
         g_unique = np.ones((len(good), n), dtype=bool)
         g_unique[:, upu] = False
 
@@ -189,11 +187,12 @@ class Certificate(ReadOnly):
 
         Parameters
         ----------
-        constraint_bounds : None, "actuator" or (lower, upper), optional
+        constraint_bounds : None, "actuator", number or (lower, upper), optional
             Bounds on g as in :meth:`exo_pin.ShoulderExo.reaction`; those of the query if left out.
         tension_bounds : None, "pull" or (lower, upper), optional
-            Bounds on f, N, broadcasting to (..., n); "pull" means none below zero. They narrow an interval where
-            equilibrium does not determine tensions: with more than three limbs, or a centre offset.
+            Bounds on f, N, broadcasting to (..., n); "pull" means none below zero; those of the query
+            (``actuator_bounds``) if left out. They narrow an interval where equilibrium does not determine tensions:
+            with more than three limbs, or a centre offset.
 
         Raises
         ------

@@ -110,7 +110,7 @@ class ComponentSource(ReadOnly):
         bounds = self.poses.side_bounds
         if constraint_bounds is not None:
             bounds = SideForceBounds(constraint_bounds, shape, n)
-        tensions = _tension_bounds(tension_bounds, shape, n)
+        tensions = self._tension_bounds(tension_bounds)
         kinds = np.full(self.values.shape, "none", dtype="<U9")
         intervals = np.full((*self.values.shape, 2), np.nan)
         for row in np.flatnonzero(~np.isnan(self.values).any(axis=1)).tolist():
@@ -137,6 +137,19 @@ class ComponentSource(ReadOnly):
             needed=self._needed(),
             outside=tuple(np.array(component_names(n))[beyond.any(axis=0)].tolist()),
         )
+
+    def _tension_bounds(self, bounds: TensionBounds) -> tuple[FloatArray, FloatArray] | None:
+        """Bounds on f, shape (N, n) each: the given ones, else the limits of the query."""
+        n = self.poses.mechanism.limb_count
+        if bounds is not None:
+            ends = (0.0, np.inf) if isinstance(bounds, str) and bounds == "pull" else bounds
+            lower, upper = two_ends(ends, 'tension_bounds to be "pull" or (lower, upper) in N')
+            return force_bounds("tension_bounds", lower, upper, self.shape, n)
+        if self.poses.limits is None:
+            return None
+        # The answer is within the limits of its query, but for rounding.
+        f, (lower, upper) = self.values[:, :n], self.poses.limits
+        return np.minimum(lower, f), np.maximum(upper, f)
 
     def _freedom(self, row: int, box: tuple[FloatArray, FloatArray]) -> Freedom:
         """What equilibrium does not determine in one pose."""
@@ -215,28 +228,36 @@ def _ranges(freedom: Freedom, box: tuple[FloatArray, FloatArray], cut: tuple[Flo
 def _end(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatArray, sign: float) -> float:
     """Least (sign 1) or largest (sign -1) effect · y with lower <= rows y <= upper; NaN if nothing fits."""
     count = rows.shape[1]
-    if count == 0:
-        return 0.0 if ((lower <= _POINT) & (upper >= -_POINT)).all() else np.nan
+    if count <= 1:
+        return _end_of_one(effect, rows, lower, upper, sign)
     above, below = np.isfinite(upper), np.isfinite(lower)
     A = np.concatenate([rows[above], -rows[below]])
     b = np.concatenate([upper[above], -lower[below]])
 
-    def solved(target: FloatArray) -> scipy.optimize.OptimizeResult:
-        return scipy.optimize.linprog(target, A_ub=A, b_ub=b, bounds=[(None, None)] * count, method="highs")
+    def solved(target: FloatArray, unit: float = 1.0) -> scipy.optimize.OptimizeResult:
+        return scipy.optimize.linprog(target, A_ub=A, b_ub=b / unit, bounds=[(None, None)] * count, method="highs")
 
-    answer = solved(sign * effect)
+    answer, unit = solved(sign * effect), 1.0
+    if answer.status == 4:  # HiGHS does not take bounds of 1e9 N
+        unit = float(np.abs(b).max(initial=1.0))
+        answer = solved(sign * effect, unit)
     if answer.status == 4:  # HiGHS may not decide whether a program is unbounded or infeasible
         answer.status = 2 if solved(np.zeros(count)).status == 2 else 3
     if answer.status in (2, 3):
         return np.nan if answer.status == 2 else -sign * np.inf
     if answer.status != 0:
         raise SolverFailed("HiGHS", np.inf, str(answer.message))
-    return sign * float(answer.fun)
+    return sign * unit * float(answer.fun)
 
 
-def _tension_bounds(bounds: TensionBounds, shape: tuple[int, ...], count: int) -> tuple[FloatArray, FloatArray] | None:
-    if bounds is None:
-        return None
-    ends = (0.0, np.inf) if isinstance(bounds, str) and bounds == "pull" else bounds
-    lower, upper = two_ends(ends, 'tension_bounds to be "pull" or (lower, upper) in N')
-    return force_bounds("tension_bounds", lower, upper, shape, count)
+def _end_of_one(effect: FloatArray, rows: FloatArray, lower: FloatArray, upper: FloatArray, sign: float) -> float:
+    """The same for one variable or none, without a program."""
+    along = rows.sum(axis=1)
+    moves = np.abs(along) > _NO_EFFECT
+    fits = ((lower <= _POINT) & (upper >= -_POINT))[~moves].all()
+    ends = np.sort([lower[moves] / along[moves], upper[moves] / along[moves]], axis=0)
+    low, high = ends[0].max(initial=-np.inf), ends[1].min(initial=np.inf)
+    if not fits or low > high + _POINT:
+        return np.nan
+    slope = float(effect.sum())
+    return slope * float(low if sign * slope > 0.0 else high) if slope != 0.0 else 0.0

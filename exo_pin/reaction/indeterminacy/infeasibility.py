@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, ReadOnly
 
 __all__ = ["Infeasibility", "Shortfall"]
@@ -111,16 +112,30 @@ class Infeasibility(ReadOnly):
         ----------
         index : int or tuple of int
             Of the pose in the stack; empty for a single pose.
+
+        Raises
+        ------
+        InvalidInput
+            If it is the index of more than one pose.
         """
-        if not self.infeasible[index]:
+        if not self._is_infeasible(index):
             return "This pose can be held."
         return " ".join([self._missing(index), *self._blocking(index), self._further_muscle(index)])
 
     def summary(self, index: int | tuple[int, ...] = ()) -> str:
         """What is missing, and one more muscle that would supply it; :meth:`explain` names the limits as well."""
-        if not self.infeasible[index]:
+        if not self._is_infeasible(index):
             return "This pose can be held."
         return f"{self._missing(index)} {self._further_muscle(index)}"
+
+    def _is_infeasible(self, index: int | tuple[int, ...]) -> bool:
+        """Whether one pose cannot be held."""
+        pose = self.infeasible[index]
+        if np.ndim(pose):
+            raise InvalidInput(
+                f"expected the index of one pose of the stack of shape {self.infeasible.shape}, got {index}"
+            )
+        return bool(pose)
 
     def _missing(self, index: int | tuple[int, ...]) -> str:
         force, moment = self.missing_wrench[index][:3], self.missing_wrench[index][3:]

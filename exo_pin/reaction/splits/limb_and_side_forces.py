@@ -9,8 +9,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ...core.errors import InvalidInput, SolverFailed
-from ...core.validation import FloatArray, as_positive
+from ...core.errors import SolverFailed
+from ...core.fields import set_positive
+from ...core.validation import FloatArray, require_type
 from ...numerics import LeastSquares, solve
 from ...wrist.forces.affine_state import AffineState, Follower
 from ..constraints.glenoid_cone import GlenoidCone
@@ -44,11 +45,9 @@ class Weights:
     glenoid: GlenoidCone = field(default_factory=GlenoidCone)
 
     def __post_init__(self) -> None:
-        for name in ("shear", "compression"):
-            object.__setattr__(self, name, as_positive(name, getattr(self, name)))
-        object.__setattr__(self, "tension", as_positive("tension", self.tension, zero=True))
-        if not isinstance(self.glenoid, GlenoidCone):
-            raise InvalidInput(f"expected glenoid to be a GlenoidCone, got {type(self.glenoid).__name__}")
+        set_positive(self, "shear", "compression")
+        set_positive(self, "tension", zero=True)
+        require_type("glenoid", self.glenoid, GlenoidCone)
 
     def root(self, side: str) -> FloatArray:
         """Shape (3, 3): its product with F_s, squared, is the cost of F_s."""

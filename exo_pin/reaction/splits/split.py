@@ -64,7 +64,8 @@ class PoseStack(NamedTuple):
     load_share : ndarray or None
         Share of load and offset up to which an equilibrium was followed, shape (N,).
     guide_load : ndarray or None
-        The larger of bending moment and torque of each guide, each over its limit, shape (N, n).
+        The larger of bending moment and torque of each guide, each over its limit, shape (N, n); NaN where neither is
+        known.
     """
 
     mechanism: Mechanism
@@ -113,6 +114,13 @@ class PoseStack(NamedTuple):
     def spherical_force(self) -> FloatArray:
         """F_s of limbs that carry no side force and of undisplaced parts, shape (N, 3), N."""
         return self.tensions.shoulder if self.unmoved is None else self.unmoved
+
+    @property
+    def open_effects(self) -> tuple[FloatArray, FloatArray]:
+        """f and F_s per N of tensions that balance themselves and of side forces, shapes (N, n, m) and (N, 3, m)."""
+        own, upu = self.tensions, self.upu
+        of_f = np.concatenate([own.self_stress, own.f_of_g[:, :, upu]], axis=2)
+        return of_f, np.concatenate([own.shoulder_of_stress, own.shoulder_of_g[:, :, upu]], axis=2)
 
     def effect(self, row: int) -> FloatArray:
         """Shape (3, n - 3 + u): F_s per N of tensions that balance themselves, and of side forces."""
@@ -221,6 +229,10 @@ class Split(ABC):
 
     def judge(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:  # noqa: B027 - most need not
         """Mark poses that are singular for this split alone."""
+
+    def free_stress(self, poses: PoseStack) -> FloatArray:
+        """Tensions that actuators can choose under the assumption, shape (N, n, k); columns are orthonormal or zero."""
+        return poses.free_stress
 
     def extras(self, poses: PoseStack, answer: Chosen) -> dict[str, FloatArray]:
         """Further fields of the result, poses along the first axis."""

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_real, require_type
 from ...design import Mechanism
 from ...load_case import Load
 from ...load_case.pose_stacks import pose_matrices, require_massless
@@ -62,10 +62,10 @@ def rotational_stiffness(
     arm = mechanism.require_arm("weight")
     shape, matrices = pose_matrices(orientation)
     size = (*shape, mechanism.limb_count)
+    given = as_real("tensions", tensions), as_real("axial_stiffness", axial_stiffness)
     try:
-        given = (np.array(value, dtype=np.float64) for value in (tensions, axial_stiffness))
         f, k = (np.broadcast_to(value, size) for value in given)
-    except (TypeError, ValueError):
+    except ValueError:
         raise InvalidInput(f"expected tensions and axial_stiffness to be numbers that broadcast to {size}") from None
     state = inverse_kinematics(mechanism.geometry, orientation)
     b, s, length = state.platform_points, state.directions, state.lengths
@@ -78,8 +78,7 @@ def rotational_stiffness(
     weight = arm.mass * mechanism.gravity
     stiffness = stiffness - cross_matrix(weight) @ cross_matrix(R @ arm.centre_of_mass)
     if load is not None:
-        if not isinstance(load, Load):
-            raise InvalidInput(f"expected load to be a Load, got {type(load).__name__}")
+        require_type("load", load, Load)
         point = np.einsum("...ij,...j->...i", R, np.asarray(load.at))
         force, couple = np.asarray(load.force), np.asarray(load.moment)
         if load.frame == "base":

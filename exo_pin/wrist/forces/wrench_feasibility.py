@@ -22,7 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.compiled import kernel
 from ...core.errors import InfeasibleBounds, InvalidInput
-from ...core.validation import LARGEST, FloatArray
+from ...core.validation import LARGEST, FloatArray, as_real
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
@@ -206,10 +206,7 @@ def force_bounds(
     InfeasibleBounds
         If a lower limit is above its upper one.
     """
-    try:
-        sides = [np.array(side, dtype=np.float64) for side in (lower, upper)]
-    except (TypeError, ValueError):
-        raise InvalidInput(f"expected {name} to be numbers in N, got {lower!r:.60} and {upper!r:.60}") from None
+    sides = as_real(name, lower), as_real(name, upper)
     if np.isnan(sides[0]).any() or np.isnan(sides[1]).any():
         raise InvalidInput(f"expected {name} without NaN")
     if np.isposinf(sides[0]).any() or np.isneginf(sides[1]).any():

@@ -208,6 +208,14 @@ def test_a_pose_that_is_not_finite_is_refused():
         ({"threads": 0}, ep.InvalidInput, "threads"),
         ({"chunk": 1.5}, ep.InvalidInput, "chunk"),
         ({"keep": ["ratio"]}, ep.UnknownName, "magnitude"),
+        ({"keep": 3}, ep.InvalidInput, "keep"),
+        ({"split": "elastic", "elasticity": (np.zeros((3, 4)), np.eye(3))}, ep.InvalidInput, "Elasticity"),
+        (
+            {"split": "elastic", "elasticity": ep.Elasticity(np.full((3, 4), np.nan), np.eye(3))},
+            ep.InvalidInput,
+            "bend",
+        ),
+        ({"split": "elastic", "elasticity": ep.Elasticity(np.zeros((3, 4)), -np.eye(3))}, ep.InvalidInput, "definite"),
     ],
 )
 def test_bad_questions(arguments, error, message):

@@ -272,6 +272,11 @@ def test_limits_from_actuators():
         ({"actuator_bounds": (np.inf, np.inf)}, ep.InvalidInput, r"below \+inf"),
         ({"actuator_bounds": ([0, 0], 1)}, ep.InvalidInput, "broadcast"),
         ({"actuator_bounds": ("a", "b")}, ep.InvalidInput, "numbers"),
+        ({"actuator_bounds": ("1", "2")}, ep.InvalidInput, "numbers"),
+        ({"actuator_bounds": (False, True)}, ep.InvalidInput, "numbers"),
+        ({"actuator_bounds": {1: 2, 3: 4}}, ep.InvalidInput, "lower, upper"),
+        ({"actuator_bounds": b"12"}, ep.InvalidInput, "lower, upper"),
+        ({"constraint_bounds": {1.0, 2.0}, "split": "minimal"}, ep.InvalidInput, "lower, upper"),
         ({"cone": 0.5}, ep.InvalidInput, "GlenoidCone"),
         ({"cone": GlenoidCone(), "split": "standalone"}, ep.InvalidInput, "standalone"),
         ({"weights": Weights()}, ep.InvalidInput, "minimal"),
@@ -295,3 +300,8 @@ def test_an_infeasible_answer_explains_itself():
     assert "infeasible within the given limits" in str(stack)
     with pytest.raises(IndexError):
         stack.infeasibility.explain(5)
+    with pytest.raises(ep.InvalidInput, match="one pose"):
+        stack.infeasibility.explain()
+    out = ep.load("prototype")
+    verdict = out.reaction(out.pose([10, 40]), actuator_bounds="design").verdict
+    assert verdict.endswith("none of 2 poses: an actuator cannot take the length of its limb (2).")

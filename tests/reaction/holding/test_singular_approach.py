@@ -107,7 +107,10 @@ def test_wrong_input_is_refused():
     cables = ep.load("four-cables")
     with pytest.raises(InvalidInput, match="expected a singular pose: of 4 limbs"):
         cables.singular_approach(cables.pose(60))
-    with pytest.raises(InvalidInput, match="single poses"):
-        WORN.singular_approach(WORN.pose([0, 10]))
+    for compare in (WORN.singular_approach, WORN.remedy):
+        with pytest.raises(InvalidInput, match="single rotation"):
+            compare(WORN.pose([0, 10]))
+        with pytest.raises(InvalidInput, match="Rotation"):
+            compare("rest")
     with pytest.raises(InvalidInput, match="other than the singular pose"):
         WORN.singular_approach(WORN.pose(abduction=90), WORN.pose(abduction=90))

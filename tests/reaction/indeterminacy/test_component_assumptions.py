@@ -149,6 +149,30 @@ def test_tension_bounds_cut_by_hand():
     assert (np.isinf(half.actuator_intervals).sum(axis=1) == 1).all()
 
 
+@pytest.mark.parametrize("n", [4, 5])
+def test_limits_of_the_query_bound_the_intervals(n):
+    exo, lower, upper = random_exo(n, upu=0), -20.0, 300.0
+    poses = regular_poses(exo.mechanism, np.random.default_rng(66), 3, margin=0.1)
+    free, within = exo.reaction(poses), exo.reaction(poses, actuator_bounds=(lower, upper))
+    held = np.flatnonzero(within.has_answer)
+    assert held.size
+    assert np.isinf(free.certificate.components.actuator_intervals[held]).all()
+    parts = within.certificate.components
+    assert (parts.actuator_intervals[held] >= lower - 1e-6).all()
+    assert (parts.actuator_intervals[held] <= upper + 1e-6).all()
+    assert parts.outside == ()
+    # An end that is no limit itself is the least tension with which the pose can be held.
+    least = parts.actuator_intervals[..., 0]
+    row, limb = np.argwhere(least > lower + 1.0)[0]
+    for most, status in ((1e-3, "ok"), (-1e-3, "infeasible")):
+        bounds = lower, np.where(np.arange(n) == limb, least[row, limb] + most, upper)
+        assert exo.reaction(poses[row], actuator_bounds=bounds).equilibrium_status == status
+    # Bounds of very large size are bounds, too.
+    far = within.certificate.under(tension_bounds=(-1e10, 1e10))
+    assert np.isfinite(far.actuator_intervals[held]).all()
+    np.testing.assert_allclose(np.abs(far.actuator_intervals[held]).max(axis=(1, 2)), 1e10, rtol=1e-6)
+
+
 def test_a_bad_row_says_so_and_spoils_no_other(worn):
     singular = worn.reaction(Rotation.identity())  # near, but with an answer
     assert singular.has_answer
@@ -186,10 +210,9 @@ def test_bad_certificate_questions(worn):
     certificate = worn.reaction(LIFTED).certificate
     with pytest.raises(ep.InfeasibleBounds):
         certificate.under((1.0, -1.0))
-    with pytest.raises(ep.InvalidInput, match="tension_bounds"):
-        certificate.under(tension_bounds="push")
-    with pytest.raises(ep.InvalidInput, match="tension_bounds"):
-        certificate.under(tension_bounds=(1.0, [0.0, 1.0]))
+    for bounds in ("push", (1.0, [0.0, 1.0]), "12", b"12", {1: 2, 3: 4}, {5.0, 1.0}, ("1", "2"), (False, True)):
+        with pytest.raises(ep.InvalidInput, match="tension_bounds"):
+            certificate.under(tension_bounds=bounds)
     bare = Certificate(*(getattr(certificate, name) for name in (
         "undetermined", "redundant_closures", "actuator_forces", "constraint_forces", "shoulder_force",
         "torso_wrench", "chosen_by",

@@ -138,7 +138,7 @@ def bounds_of(
     effect: FloatArray,
     limits: tuple[ArrayLike, ArrayLike],
     what: str,
-    margins: tuple[ArrayLike, ArrayLike] = (0.0, 0.0),
+    margins: tuple[FloatArray | float, FloatArray | float] = (0.0, 0.0),
 ) -> list[Bound]:
     """Bounds on the components of a force.
 
@@ -152,7 +152,7 @@ def bounds_of(
         Lower and upper bounds, each a number or shape (count,), infinite where there is none.
     what : str
         For messages.
-    margins : tuple of array_like
+    margins : tuple of float or ndarray
         What is added to the lower and the upper bounds, each a number or shape (count,).
 
     Raises

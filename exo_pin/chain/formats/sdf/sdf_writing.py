@@ -25,6 +25,7 @@ from ..bodies import TreeBody, free_name, refuse_massless, tree_bodies
 from ..joint_data import refuse_data
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import MOMENTS, as_numbers
+from .sdf_frames import RESERVED
 
 __all__ = ["sdf_text"]
 
@@ -98,14 +99,18 @@ class _Writer:
         self.model = ET.Element("model", name=chain.description.name)
         self._chain, self._q, self._data = chain, q, chain.model.createData()
         pin.forwardKinematics(chain.model, self._data, q)
-        self._links = {0: "world"} | {body.index: body.name for body in bodies}
         # SDF's links and joints share one space of names.
-        self._taken = set(self._links.values()) - {"world"}
+        self._taken = set(RESERVED)
+        self._links = {0: "world"} | {body.index: self._free_name(body.name, "_link") for body in bodies}
         self._names: dict[str, str] = {}
+
+    def _free_name(self, name: str, more: str) -> str:
+        """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
+        return free_name(name.replace("::", "_").lstrip("_" if name.startswith("__") else "") or "_", self._taken, more)
 
     def link(self, body: TreeBody) -> None:
         """A body."""
-        link = ET.SubElement(self.model, "link", name=body.name)
+        link = ET.SubElement(self.model, "link", name=self._links[body.index])
         _pose(link, self._data.oMi[body.index])
         inertial, tensor = ET.SubElement(link, "inertial"), body.inertia.inertia
         _pose(inertial, pin.SE3(np.eye(3), body.inertia.lever))
@@ -120,10 +125,10 @@ class _Writer:
             return
         if body.kind not in _TREE:
             raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
-        name = self._names[body.joint] = free_name(body.joint, self._taken, "_joint")
+        name = self._names[body.joint] = self._free_name(body.joint, "_joint")
         element = ET.SubElement(self.model, "joint", name=name, type=_TREE[body.kind])
         ET.SubElement(element, "parent").text = self._links[body.parent]
-        ET.SubElement(element, "child").text = body.name
+        ET.SubElement(element, "child").text = self._links[body.index]
         if body.axis is not None:
             own = self._q[self._chain.configuration_slice(body.joint)]
             here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
@@ -143,7 +148,7 @@ class _Writer:
         if closure.type not in _CLOSURES:
             raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
         ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]
-        name = free_name(closure.name, self._taken, "_closure")
+        name = self._free_name(closure.name, "_closure")
         element = ET.SubElement(self.model, "joint", name=name, type=_CLOSURES[closure.type])
         # A joint's frame is on its child, and the world cannot be a child.
         child = 1 if ends[0] == "world" else 0

@@ -5,7 +5,8 @@ Root joints: a free robot is not joined to the world, a ball root is a ball join
 
 A hinge or slide has its damping, friction and spring, and its limits of position, effort and velocity. A joint
 without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
-armature, and no data of a ball joint.
+armature, and no data of a ball joint. A model has no gravity of its own: that of the world counts, and another one than
+the default stands in a comment. Names that SDF does not allow are replaced.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ....core.conventions import GRAVITY
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
@@ -73,7 +75,9 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     root = ET.Element("sdf", version=_VERSION_WITH_MIMICS if mimics else _VERSION)
     root.append(writer.model)
     ET.indent(root)
-    note = "<!-- Written by exo_pin. Joints read zero where the loops are closed. -->"
+    gravity = np.asarray(chain.model.gravity.linear)
+    stated = "" if np.array_equal(gravity, GRAVITY) else f" The chain's gravity: {as_numbers(gravity)} m/s²."
+    note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{stated} -->"
     return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 
 
@@ -93,7 +97,7 @@ def _mimics(chain: ChainState) -> dict[str, tuple[str, float]]:
 
 
 class _Writer:
-    """The ``<model>`` of a file, and what it is made of."""
+    """Writer of the ``<model>`` of a file."""
 
     def __init__(self, chain: ChainState, q: FloatArray, bodies: list[TreeBody]) -> None:
         self.model = ET.Element("model", name=chain.description.name)
@@ -109,7 +113,7 @@ class _Writer:
         return free_name(name.replace("::", "_").lstrip("_" if name.startswith("__") else "") or "_", self._taken, more)
 
     def link(self, body: TreeBody) -> None:
-        """A body."""
+        """Add a body."""
         link = ET.SubElement(self.model, "link", name=self._links[body.index])
         _pose(link, self._data.oMi[body.index])
         inertial, tensor = ET.SubElement(link, "inertial"), body.inertia.inertia
@@ -118,7 +122,7 @@ class _Writer:
         _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
 
     def tree_joint(self, body: TreeBody) -> None:
-        """A joint of the tree."""
+        """Add a joint of the tree."""
         held = _HELD if body.axis is not None else ()
         refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
         if body.kind == "free" and body.parent == 0:
@@ -135,7 +139,7 @@ class _Writer:
             _strong_axis(element, body, here, body.joint in self._chain.roles.actuated)
 
     def add_mimics(self, mimics: dict[str, tuple[str, float]]) -> None:
-        """Couplings, in the axes of their joints b."""
+        """Add couplings, in the axes of their joints b."""
         axes = {element.get("name"): element.find("axis") for element in self.model.findall("joint")}
         for follower, (leader, multiplier) in mimics.items():
             axis = axes[self._names[follower]]
@@ -144,7 +148,7 @@ class _Writer:
             _add_numbers(mimic, {"multiplier": multiplier, "offset": 0.0, "reference": 0.0})
 
     def closing_joint(self, c: int, closure: Closure) -> None:
-        """A closure as a joint."""
+        """Add a closure as a joint."""
         if closure.type not in _CLOSURES:
             raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
         ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]

@@ -83,6 +83,16 @@ def test_what_has_no_mass_or_is_open_is_not_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_gravity_of_the_chain_is_stated(tmp_path):
+    chain, q = MASSIVE[next(iter(MASSIVE))]
+    other = ClosedChain(chain.model.copy(), chain.description)
+    other.model.gravity.linear = np.array([0.0, -1.6, 0.0])
+    assert "The chain's gravity: 0.0 -1.6 0.0 m/s²." in other.to_sdf(tmp_path, q).read_text(encoding="utf-8")
+    assert ("gravity" in chain.to_sdf(tmp_path, q).read_text(encoding="utf-8")) == (
+        chain.model.gravity.linear[2] != -9.81
+    )
+
+
 def test_names_that_sdf_does_not_allow_are_replaced(tmp_path):
     body = "<inertial><mass>1</mass></inertial>"
     inner = f'<model name="in"><link name="a">{body}</link><link name="b"><pose>0 0 1 0 0 0</pose>{body}</link></model>'

@@ -10,7 +10,6 @@ import numpy as np
 
 from ..chain import PULL, ClosedChain, ClosedForces, JointReaction
 from ..chain.kinematics.margins import PARTS_OF_POSE
-from ..core.errors import InvalidInput
 from . import add_flag, add_repeated
 from .options.configuration_options import add_configuration, configuration
 from .options.option_values import named_numbers
@@ -131,11 +130,8 @@ def _wrenches(texts: list[str]) -> dict[str, np.ndarray]:
     total: dict[str, np.ndarray] = {}
     for text in texts:
         expected = "--external FRAME=FX,FY,FZ or with ,MX,MY,MZ behind"
-        frame, values = named_numbers(text, expected, 3, 6)
-        wrench = np.append(values, np.zeros(6 - len(values)))
-        if not np.isfinite(wrench).all():
-            raise InvalidInput(f"expected {expected}, got {text!r}")
-        total[frame] = total.get(frame, np.zeros(6)) + wrench
+        frame, values = named_numbers(text, expected, 3, 6, finite=True)
+        total[frame] = total.get(frame, np.zeros(6)) + np.append(values, np.zeros(6 - len(values)))
     return total
 
 

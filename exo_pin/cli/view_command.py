@@ -18,7 +18,7 @@ from ..exo.shoulder_exo import ShoulderExo
 from ..view import LIMB_STYLES
 from . import add_file, add_flag, add_number, add_repeated
 from .options.configuration_options import joint_value
-from .options.option_values import numbers
+from .options.option_values import duration, numbers
 from .options.query_options import add_design, add_person, add_pose, design, person_numbers, pose, wearer
 
 if TYPE_CHECKING:
@@ -190,9 +190,9 @@ def _angles(option: str, text: str, side: str) -> Rotation:
 
 def _path(start: Rotation, end: Rotation, seconds: float) -> _Path:
     """The shortest turn from one pose to another, at an even pace."""
-    duration = as_positive("--seconds", seconds)
-    times = np.linspace(0.0, duration, max(round(duration * _FRAMES_A_SECOND), 1) + 1)
-    return Slerp([0.0, duration], Rotation.concatenate([start, end]))(times), times
+    end_time = duration("--seconds", seconds)
+    times = np.linspace(0.0, end_time, max(round(end_time * _FRAMES_A_SECOND), 1) + 1)
+    return Slerp([0.0, end_time], Rotation.concatenate([start, end]))(times), times
 
 
 def _size(text: str) -> tuple[int, int]:

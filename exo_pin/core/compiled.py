@@ -17,6 +17,7 @@ Environment variables: ``EXO_PIN_COMPILE`` = auto, plain or compiled; ``NUMBA_DI
 
 from __future__ import annotations
 
+import builtins
 import functools
 import hashlib
 import math
@@ -165,7 +166,8 @@ class Kernel:
         """The function with other constants, and with another form of each global that it uses."""
         own = self._function
         used = {name: form(own.__globals__[name]) for name in _globals_of(code) if name in own.__globals__}
-        used["__name__"] = own.__module__
+        # NumPy imports parts of itself at their first call, and Python's import looks for this in the caller's globals.
+        used |= {"__name__": own.__module__, "__builtins__": builtins}
         twin = FunctionType(code, used, own.__name__)
         twin.__qualname__, twin.__module__, twin.__doc__ = own.__qualname__, own.__module__, own.__doc__
         return twin

@@ -52,6 +52,7 @@ def test_a_missing_figure_is_a_message(capsys, tmp_path, monkeypatch):
         ([*BARE, "--ghost", "1,2"], "--ghost FLEXION,ABDUCTION,INTERNAL"),
         ([*BARE, "--to", "a,b,c", "--html", "x.html"], "--to FLEXION"),
         ([*BARE, "--to", "1,2,3", "--seconds", "0", "--html", "x.html"], "--seconds"),
+        ([*BARE, "--to", "1,2,3", "--seconds", "1e9", "--html", "x.html"], "--seconds of at most 1000 s, got 1e+09"),
         ([*BARE, "--png", "x.png", "--size", "big"], "--size"),
         ([*BARE, "--html", "/proc/none/x.html"], "cannot write"),
         ([*BARE, "--port", "70000"], "65535"),

@@ -4,6 +4,7 @@ import dis
 import os
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -126,6 +127,16 @@ def test_division_by_zero_is_infinite_in_every_mode(name):
         assert np.isnan(quotient(0.0, 0.0))
         assert type(shifted(3.0)) is float
         assert shifted(3.0) == 2.5
+
+
+def test_what_a_plain_form_calls_may_import():
+    # As NumPy does at the first call of many a method, such as ndarray.sum.
+    @kernel
+    def importing(text):
+        return time.strptime(text, "%S").tm_sec
+
+    with mode("plain"):
+        assert importing("42") == 42
 
 
 @needs_jit

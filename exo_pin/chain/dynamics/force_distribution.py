@@ -133,7 +133,12 @@ def without_rounding(effect: FloatArray, sharpness: float) -> FloatArray:
 
 
 def bounds_of(
-    names: Sequence[str], constant: FloatArray, effect: FloatArray, limits: tuple[ArrayLike, ArrayLike], what: str
+    names: Sequence[str],
+    constant: FloatArray,
+    effect: FloatArray,
+    limits: tuple[ArrayLike, ArrayLike],
+    what: str,
+    margins: tuple[FloatArray | float, FloatArray | float] = (0.0, 0.0),
 ) -> list[Bound]:
     """Bounds on the components of a force.
 
@@ -147,6 +152,8 @@ def bounds_of(
         Lower and upper bounds, each a number or shape (count,), infinite where there is none.
     what : str
         For messages.
+    margins : tuple of float or ndarray
+        What is added to the lower and the upper bounds, each a number or shape (count,).
 
     Raises
     ------
@@ -165,6 +172,7 @@ def bounds_of(
     lower, upper = (np.broadcast_to(side, constant.shape) for side in pair)
     if not (lower <= upper).all() or (lower == np.inf).any() or (upper == -np.inf).any():
         raise InvalidInput(f"expected lower bounds at most the upper ones for {what}, got {limits!r}")
+    lower, upper = lower + margins[0], upper + margins[1]
     return [
         Bound(name, float(constant[i]), effect[i], float(lower[i]), float(upper[i]))
         for i, name in enumerate(names)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -96,11 +95,8 @@ def effort_bounds_of(
         if not np.isin(np.arange(own.start, own.stop), driven).all():
             raise InvalidInput(f"effort_bounds: joint {joint!r} is not actuated, expected one of the actuated joints")
         names = _components(f"effort of {joint}", own.stop - own.start)
-        bounds = bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]")
-        if friction is not None:
-            wider = zip(bounds, friction[0][own].tolist(), friction[1][own].tolist(), strict=True)
-            bounds = [replace(b, lower=b.lower + low, upper=b.upper + high) for b, low, high in wider]
-        found += bounds
+        rubbed = (0.0, 0.0) if friction is None else (friction[0][own], friction[1][own])
+        found += bounds_of(names, effort[own], slope[own], limits, f"effort_bounds[{joint!r}]", rubbed)
     return found
 
 

@@ -119,7 +119,7 @@ def axis_joint(slides: bool, axis: FloatArray) -> pin.JointModel:
 
 
 def free_name(base: str, taken: set[str], more: str = "_") -> str:
-    """The name, with ``more`` after it as often as it is taken; from now on it is."""
+    """The name with ``more`` appended until it is not in ``taken``, to which it is added."""
     while base in taken:
         base += more
     taken.add(base)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Iterable
 from functools import cached_property
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.records import reduced_tuple
-from ...core.validation import FloatArray, as_finite, frozen
+from ...core.validation import LARGEST, FloatArray, as_finite, frozen
 from .closures import Closure
 from .constant_axes import ConstantAxes
 from .description import Closures, Roles
@@ -28,6 +27,8 @@ __all__ = ["CLOSED", "ChainState", "Drive"]
 
 #: Largest residual of a closed loop where a function needs closed loops, m and rad.
 CLOSED = 1e-8
+#: Below this sum of squares no number is larger than an input may be.
+_ALL_FIT = LARGEST**2
 _FLOAT = np.dtype(np.float64)
 
 
@@ -257,7 +258,7 @@ class ChainState:
     def vector(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """The fast path of :func:`as_finite`: no copy, and one pass over the numbers."""
         array = self.sized(name, value, size)
-        return array if math.isfinite(array.dot(array)) else as_finite(name, array, (size,))
+        return array if array.dot(array) <= _ALL_FIT else as_finite(name, array, (size,))
 
     def sized(self, name: str, value: ArrayLike, size: int) -> FloatArray:
         """An array of floats as it is, its numbers not looked at; anything else through :func:`as_finite`."""

@@ -187,8 +187,13 @@ def refuse_model(model: pin.Model) -> None:
     Raises
     ------
     InvalidInput
-        If its joints are not numbered depth first, it has mimic joints, or a mass or inertia is none.
+        If two joints have one name, they are not numbered depth first, there are mimic joints, or a mass or inertia is
+        none.
     """
+    names = list(model.names)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InvalidInput(f"two joints have the name {twice!r}: expected a name of its own for every joint")
     for joint in range(2, model.njoints):
         parent, before = model.parents[joint], joint - 1
         while before > parent:

@@ -89,8 +89,8 @@ def _varied(text: str) -> tuple[str, Any, tuple[str, float] | None]:
     bare, factor = in_si(name)
     typed = None if bare == name else (name, factor)
     if values.count(":") == 2:
-        low, high, count = numbers(values, "numbers for --vary", separator=":")
+        low, high, count = numbers(values, "finite numbers for --vary", separator=":", finite=True)
         if count != int(count) or not 1 <= count <= 10_000:
             raise InvalidInput(f"expected LOW:HIGH:COUNT with a whole count up to 10000, got {values!r}")
         return bare, factor * np.linspace(low, high, int(count)), typed
-    return bare, factor * np.array(numbers(values, "numbers for --vary")), typed
+    return bare, factor * np.array(numbers(values, "finite numbers for --vary", finite=True)), typed

@@ -21,6 +21,7 @@ from ...muscle.simulation.pressure import PressureStep
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
 from .. import add_flag, add_number, aligned
+from ..options.option_values import duration
 from .muscle_identify_command import add_identify, named_static
 
 __all__ = ["add_commands"]
@@ -152,8 +153,8 @@ def _step(args: argparse.Namespace) -> int:
     model: DynamicModel = load_dynamic(args.model) if args.model.endswith(".toml") else dynamic_model(args.model)
     mass = args.mass_kg if args.mass_kg is not None else args.weight_N / G
     pressure = PressureStep(args.from_bar * BAR, args.to_bar * BAR, time_constant=args.lag_s)
-    samples = max(2, round(args.duration_s / 1e-3) + 1)
-    times = np.linspace(0.0, args.duration_s, samples)
+    end = duration("--duration-s", args.duration_s)
+    times = np.linspace(0.0, end, max(2, round(end / 1e-3) + 1))
     response = simulate(model, mass, pressure, times, outside=_outside(args))
     print(f"{model.name}, {mass:.3f} kg, {args.from_bar:g} to {args.to_bar:g} bar with a lag of {args.lag_s:g} s")
     print(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")

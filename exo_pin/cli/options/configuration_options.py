@@ -8,7 +8,7 @@ import numpy as np
 
 from ...chain import ClosedChain
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_finite
 from ...exo.shoulder_exo import ShoulderExo
 from .. import add_repeated
 from .option_values import named_numbers
@@ -48,9 +48,7 @@ def configuration(options: argparse.Namespace, exo: ShoulderExo) -> FloatArray:
 def joint_value(text: str) -> tuple[str, float]:
     """The joint and the number, rad or m, of JOINT=VALUE."""
     joint, (value,) = named_numbers(text, "--set JOINT=VALUE with a number, rad or m", 1)
-    if not np.isfinite(value):
-        raise InvalidInput(f"expected --set with a finite number, got {text!r}")
-    return joint, value
+    return joint, float(as_finite(f"--set {joint}", value, ()))
 
 
 def _set(chain: ClosedChain, q: FloatArray, text: str) -> str:

@@ -4,37 +4,55 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 from ...core.errors import InvalidInput
 from ...core.files import is_stream
+from ...core.validation import as_positive
 
-__all__ = ["in_si", "named_numbers", "numbers", "require_ending"]
+__all__ = ["duration", "in_si", "named_numbers", "numbers", "require_ending"]
+
+#: Longest duration of a simulation or animation with samples at even steps, s; more would fill the memory.
+_LONGEST = 1000.0
 
 #: Endings of a parameter's name that give its unit; the library takes SI.
 _UNITS = {"_mm": 1e-3, "_m": 1.0, "_deg": math.pi / 180.0, "_rad": 1.0, "_kg": 1.0}
 
 
-def numbers(text: str, expected: str, *counts: int, separator: str = ",", shown: str | None = None) -> list[float]:
+def numbers(
+    text: str, expected: str, *counts: int, separator: str = ",", shown: str | None = None, finite: bool = False
+) -> list[float]:
     """The numbers of a text, as many as one of ``counts`` says, if any are given.
 
     Raises
     ------
     InvalidInput
-        If it has others; the message says what was ``expected``, and the text, or what is ``shown`` for it.
+        If it has others, or one that is not ``finite`` where all must be; the message says what was ``expected``, and
+        the text, or what is ``shown`` for it.
     """
     try:
         values = [float(part) for part in text.split(separator)]
     except ValueError:
+        values = []
+    if finite and not all(map(math.isfinite, values)):
         values = []
     if not values or (counts and len(values) not in counts):
         raise InvalidInput(f"expected {expected}, got {shown or text!r}")
     return values
 
 
-def named_numbers(text: str, expected: str, *counts: int, separator: str = ",") -> tuple[str, list[float]]:
-    """Name and numbers of NAME=NUMBERS; it raises as :func:`numbers` does."""
+def named_numbers(text: str, expected: str, *counts: int, **more: Any) -> tuple[str, list[float]]:
+    """Name and numbers of NAME=NUMBERS; arguments and errors are those of :func:`numbers`."""
     name, _, values = text.partition("=")
-    return name, numbers(values, expected, *counts, separator=separator, shown=text)
+    return name, numbers(values, expected, *counts, shown=text, **more)
+
+
+def duration(option: str, value: float) -> float:
+    """A duration, s, that may be sampled."""
+    seconds = as_positive(option, value)
+    if seconds > _LONGEST:
+        raise InvalidInput(f"expected {option} of at most {_LONGEST:g} s, got {seconds:g}")
+    return seconds
 
 
 def in_si(name: str) -> tuple[str, float]:

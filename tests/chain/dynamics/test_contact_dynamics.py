@@ -95,6 +95,10 @@ def test_a_block_on_an_incline_sticks_and_slips():
     np.testing.assert_allclose(bounded.tau, 0.7 * pull)
     np.testing.assert_allclose(bounded.effort_interval("slide"), [[0.4 * pull, 0.7 * pull]])
     np.testing.assert_allclose(bounded.friction_interval("slide"), [[0.3 * pull, 0.6 * pull]])
+    # Bounds that are infinite, as those of a model without effort limits, change nothing.
+    for bounds in ("model", {"slide": (-np.inf, np.inf)}, {"slide": (0.0, np.inf)}):
+        free = slips.inverse_dynamics([0.0], actuated=["slide"], effort_bounds=bounds)
+        np.testing.assert_allclose(free.effort_interval("slide"), [[0.4 * pull, 1.6 * pull]])
     for direction in (-1, 1):
         forces = slips.inverse_dynamics([0.0], actuated=["slide"], slip={"slide": direction})
         np.testing.assert_allclose(forces.tau, (1.0 + 0.6 * direction) * pull)

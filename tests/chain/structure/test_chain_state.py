@@ -202,7 +202,10 @@ def test_the_turn_of_a_rigid_closure_is_its_rotation_vector(axis, angle):
     np.testing.assert_allclose(Rotation.from_rotvec(rows[3:]).as_matrix(), turn.as_matrix(), atol=1e-14)
 
 
-@pytest.mark.parametrize("bad", [np.zeros(3), np.full(4, np.nan), [0.0, 0.0, 0.0, np.inf], "q", np.zeros((4, 1))])
+@pytest.mark.parametrize(
+    "bad",
+    [np.zeros(3), np.full(4, np.nan), [0.0, 0.0, 0.0, np.inf], np.full(4, 1e13), [1e13] * 4, "q", np.zeros((4, 1))],
+)
 def test_bad_configurations_are_refused(bad):
     chain = CHAINS["five_bar"]
     for call in (chain.residual, chain.constraint_jacobian, chain.close, chain.mobility, chain.placements, chain.rnea):

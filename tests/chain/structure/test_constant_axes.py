@@ -140,6 +140,14 @@ def test_joints_out_of_depth_first_order_are_refused():
         ClosedChain(model, Closures("out of order"))
 
 
+def test_joints_of_one_name_are_refused():
+    model = pin.Model()
+    for parent in (0, 1):
+        model.addJoint(parent, pin.JointModelRX(), pin.SE3.Identity(), "hinge")
+    with pytest.raises(InvalidInput, match="two joints have the name 'hinge'"):
+        ClosedChain(model, Closures("twins"))
+
+
 def test_mimic_joints_of_a_model_are_refused():
     xml = """<robot name="r"><link name="a"/>{}</robot>""".format(
         "".join(

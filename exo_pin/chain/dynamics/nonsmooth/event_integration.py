@@ -107,7 +107,7 @@ class EventIntegration:
         return states, steps, found, None
 
     def _settled(self, time: float, instant: Instant) -> tuple[Instant, list[MotionEvent]]:
-        """The state in which the motion continues, and what happened; sets its mode, which a smooth motion has not."""
+        """The state in which the motion continues, and what happened; sets the mode of a motion with contacts."""
         if self.stops.limits is None and not self.rates.state.passive.rubs:
             return instant, []
         try:

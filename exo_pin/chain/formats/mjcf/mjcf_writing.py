@@ -82,7 +82,7 @@ def mjcf_text(chain: ChainState, q: FloatArray) -> str:
 
 
 class _Writer:
-    """Bodies and closures of a file, and what they are made of."""
+    """Writer of the bodies and closures of a file."""
 
     def __init__(self, chain: ChainState, q: FloatArray, joined: list[JoinedBody], world: ET.Element) -> None:
         self._chain, self._q, self._joined, self._data = chain, q, joined, chain.model.createData()
@@ -93,7 +93,7 @@ class _Writer:
         self.tendons, self.equalities = ET.Element("tendon"), ET.Element("equality")
 
     def add_bodies(self, parent: int) -> None:
-        """What hangs on a body, depth first, as MuJoCo orders its coordinates."""
+        """Add the bodies that a body carries, depth first, as MuJoCo orders its coordinates."""
         chain, joints = self._chain, self._chain.topology.joints
         for c, closure in enumerate(chain.closures):
             if closure.type in _HELPED and joints[c, 1] == parent:
@@ -130,7 +130,7 @@ class _Writer:
         self.qpos += {"universal": swings, "prismatic": [slide], "cylindrical": [slide, turn]}[closure.type]
 
     def add_closure(self, c: int, closure: Closure) -> None:
-        """Sites at the closure's frames, and what joins them; the joints of a coupling."""
+        """Add sites at the closure's frames and the equalities between them, or the equality of a coupling's joints."""
         chain, name, kind = self._chain, closure.name, closure.type
         if kind == "coupling":
             element = ET.SubElement(self.equalities, "joint", name=name, joint1=closure.frame_b)

@@ -19,9 +19,10 @@ from ..xml_elements import Element
 from ..xml_numbers import numbers_of
 from .sdf_grammar import flag
 
-__all__ = ["Scope", "place_of"]
+__all__ = ["RESERVED", "Scope", "place_of"]
 
-_RESERVED = ("__model__", "__root__", "world", "universe")
+#: Names that no part of a model may have; nor one with "::" in it, or with two underscores in front.
+RESERVED = ("__model__", "__root__", "world", "universe")
 
 
 class Scope:
@@ -53,7 +54,7 @@ class Scope:
             if child.tag not in ("link", "joint", "frame", "model"):
                 continue
             own = child.attributes["name"]
-            if own in _RESERVED or "::" in own or own.startswith("__"):
+            if own in RESERVED or "::" in own or own.startswith("__"):
                 raise child.error(f"{own!r} is a reserved name, choose another one", "name")
             before = self.parts.get(own) or (self.inner[own].element if own in self.inner else None)
             if before is not None:

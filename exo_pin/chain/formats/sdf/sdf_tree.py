@@ -125,6 +125,12 @@ def _add_joint(tree: Tree, joint: SdfJoint, carrier: tuple[int, pin.SE3], forwar
     """A joint on the body that it is gone through from; backwards its axes are turned round."""
     index, place = carrier
     local, model = place.actInv(joint.place), tree.model
+    for name in axis_names(joint) or (joint.name,):
+        if model.existJointName(name):
+            raise joint.element.error(
+                f"the chain has two joints {name!r}: rename this one (an axis is called after its joint, and what "
+                "carries a free model root_joint)"
+            )
     if joint.kind == "ball":
         index = model.addJoint(index, pin.JointModelSpherical(), local, joint.name)
         model.addJointFrame(index, -1)

@@ -5,7 +5,8 @@ Root joints: a free robot is not joined to the world, a ball root is a ball join
 
 A hinge or slide has its damping, friction and spring, and its limits of position, effort and velocity. A joint
 without a limit of effort that is not among the actuated ones gets a limit of zero, so that it is passive. SDF has no
-armature, and no data of a ball joint.
+armature, and no data of a ball joint. A model has no gravity of its own: that of the world counts, and another one than
+the default stands in a comment. Names that SDF does not allow are replaced.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from ....core.conventions import GRAVITY
 from ....core.errors import InvalidInput
 from ....core.validation import FloatArray
 from ...structure.chain_state import ChainState
@@ -25,6 +27,7 @@ from ..bodies import TreeBody, free_name, refuse_massless, tree_bodies
 from ..joint_data import refuse_data
 from ..urdf.urdf_mimic import linear
 from ..xml_numbers import MOMENTS, as_numbers
+from .sdf_frames import RESERVED
 
 __all__ = ["sdf_text"]
 
@@ -72,7 +75,9 @@ def sdf_text(chain: ChainState, q: FloatArray) -> str:
     root = ET.Element("sdf", version=_VERSION_WITH_MIMICS if mimics else _VERSION)
     root.append(writer.model)
     ET.indent(root)
-    note = "<!-- Written by exo_pin. Joints read zero where the loops are closed. -->"
+    gravity = np.asarray(chain.model.gravity.linear)
+    stated = "" if np.array_equal(gravity, GRAVITY) else f" The chain's gravity: {as_numbers(gravity)} m/s²."
+    note = f"<!-- Written by exo_pin. Joints read zero where the loops are closed.{stated} -->"
     return "\n".join(['<?xml version="1.0"?>', note, ET.tostring(root, encoding="unicode"), ""])
 
 
@@ -92,20 +97,24 @@ def _mimics(chain: ChainState) -> dict[str, tuple[str, float]]:
 
 
 class _Writer:
-    """The ``<model>`` of a file, and what it is made of."""
+    """Writer of the ``<model>`` of a file."""
 
     def __init__(self, chain: ChainState, q: FloatArray, bodies: list[TreeBody]) -> None:
         self.model = ET.Element("model", name=chain.description.name)
         self._chain, self._q, self._data = chain, q, chain.model.createData()
         pin.forwardKinematics(chain.model, self._data, q)
-        self._links = {0: "world"} | {body.index: body.name for body in bodies}
         # SDF's links and joints share one space of names.
-        self._taken = set(self._links.values()) - {"world"}
+        self._taken = set(RESERVED)
+        self._links = {0: "world"} | {body.index: self._free_name(body.name, "_link") for body in bodies}
         self._names: dict[str, str] = {}
 
+    def _free_name(self, name: str, more: str) -> str:
+        """The name, or one like it: "::" is for parts of nested models, and two underscores in front are reserved."""
+        return free_name(name.replace("::", "_").lstrip("_" if name.startswith("__") else "") or "_", self._taken, more)
+
     def link(self, body: TreeBody) -> None:
-        """A body."""
-        link = ET.SubElement(self.model, "link", name=body.name)
+        """Add a body."""
+        link = ET.SubElement(self.model, "link", name=self._links[body.index])
         _pose(link, self._data.oMi[body.index])
         inertial, tensor = ET.SubElement(link, "inertial"), body.inertia.inertia
         _pose(inertial, pin.SE3(np.eye(3), body.inertia.lever))
@@ -113,24 +122,24 @@ class _Writer:
         _add_numbers(ET.SubElement(inertial, "inertia"), {key: tensor[entry] for key, entry in MOMENTS.items()})
 
     def tree_joint(self, body: TreeBody) -> None:
-        """A joint of the tree."""
+        """Add a joint of the tree."""
         held = _HELD if body.axis is not None else ()
         refuse_data("SDF", body.joint, [what for what in body.data.present if what not in held])
         if body.kind == "free" and body.parent == 0:
             return
         if body.kind not in _TREE:
             raise InvalidInput(f"SDF has no joint for {body.joint!r}, which is {body.kind}")
-        name = self._names[body.joint] = free_name(body.joint, self._taken, "_joint")
+        name = self._names[body.joint] = self._free_name(body.joint, "_joint")
         element = ET.SubElement(self.model, "joint", name=name, type=_TREE[body.kind])
         ET.SubElement(element, "parent").text = self._links[body.parent]
-        ET.SubElement(element, "child").text = body.name
+        ET.SubElement(element, "child").text = self._links[body.index]
         if body.axis is not None:
             own = self._q[self._chain.configuration_slice(body.joint)]
             here = float(np.arctan2(own[1], own[0])) if len(own) == 2 else float(own[0])
             _strong_axis(element, body, here, body.joint in self._chain.roles.actuated)
 
     def add_mimics(self, mimics: dict[str, tuple[str, float]]) -> None:
-        """Couplings, in the axes of their joints b."""
+        """Add couplings, in the axes of their joints b."""
         axes = {element.get("name"): element.find("axis") for element in self.model.findall("joint")}
         for follower, (leader, multiplier) in mimics.items():
             axis = axes[self._names[follower]]
@@ -139,11 +148,11 @@ class _Writer:
             _add_numbers(mimic, {"multiplier": multiplier, "offset": 0.0, "reference": 0.0})
 
     def closing_joint(self, c: int, closure: Closure) -> None:
-        """A closure as a joint."""
+        """Add a closure as a joint."""
         if closure.type not in _CLOSURES:
             raise InvalidInput(f"SDF has no joint for the {closure.type} closure {closure.name!r}")
         ends = [self._links[joint] for joint in self._chain.topology.joints[c].tolist()]
-        name = free_name(closure.name, self._taken, "_closure")
+        name = self._free_name(closure.name, "_closure")
         element = ET.SubElement(self.model, "joint", name=name, type=_CLOSURES[closure.type])
         # A joint's frame is on its child, and the world cannot be a child.
         child = 1 if ends[0] == "world" else 0

@@ -151,6 +151,19 @@ REFUSALS = [
 ]
 
 
+@pytest.mark.parametrize("name", ["elbow_axis2", "root_joint"])
+def test_joints_that_would_have_one_name_in_the_chain_are_refused(name):
+    # The spring of the one would act in the other.
+    sprung = "<axis><xyz>0 1 0</xyz><dynamics><spring_stiffness>7</spring_stiffness></dynamics></axis>"
+    text = ARM.replace('"shoulder"', f'"{name}"').replace(SHOULDER, sprung).replace("prismatic", "universal")
+    text = text.replace(ELBOW, f"{ELBOW}<axis2><xyz>0 0 1</xyz></axis2>")
+    weld = text[text.index('<joint name="weld"') : text.index(f'<joint name="{name}"')]
+    free = text.replace(weld, "")
+    with pytest.raises(FileFormatError, match=f"the chain has two joints '{name}': rename this one"):
+        ClosedChain.from_sdf(free)
+    assert ClosedChain.from_sdf(free.replace(f'"{name}"', '"other"')).description.joints[0].joint == "other"
+
+
 @pytest.mark.parametrize(("old", "new", "said"), REFUSALS, ids=[f"{k}" for k in range(len(REFUSALS))])
 def test_what_cannot_be_read_is_refused_by_name(old, new, said, tmp_path):
     path = tmp_path / "arm.sdf"

@@ -9,6 +9,7 @@ from massive_chains import MASSIVE
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
+from exo_pin.chain import ClosedChain, Closures
 from exo_pin.core.errors import InvalidInput, LoopNotClosed
 
 WRITTEN = {"cylindrical", "distance", "coupling"}
@@ -80,3 +81,36 @@ def test_what_has_no_mass_or_is_open_is_not_written(tmp_path):
         with pytest.raises(LoopNotClosed):
             write(tmp_path, q + 0.1)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_gravity_of_the_chain_is_stated(tmp_path):
+    chain, q = MASSIVE[next(iter(MASSIVE))]
+    other = ClosedChain(chain.model.copy(), chain.description)
+    other.model.gravity.linear = np.array([0.0, -1.6, 0.0])
+    assert "The chain's gravity: 0.0 -1.6 0.0 m/s²." in other.to_sdf(tmp_path, q).read_text(encoding="utf-8")
+    assert ("gravity" in chain.to_sdf(tmp_path, q).read_text(encoding="utf-8")) == (
+        chain.model.gravity.linear[2] != -9.81
+    )
+
+
+def test_names_that_sdf_does_not_allow_are_replaced(tmp_path):
+    body = "<inertial><mass>1</mass></inertial>"
+    inner = f'<model name="in"><link name="a">{body}</link><link name="b"><pose>0 0 1 0 0 0</pose>{body}</link></model>'
+    axis = "<parent>in::a</parent><child>in::b</child><axis><xyz>1 0 0</xyz></axis>"
+    text = (
+        f'<sdf version="1.9"><model name="out">{inner}<joint name="in_a" type="revolute">{axis}</joint></model></sdf>'
+    )
+    chain = ClosedChain.from_sdf(text)
+    again = ClosedChain.from_sdf(chain.to_sdf(tmp_path))
+    assert list(again.model.names)[1:] == ["root_joint", "in_a_joint"]
+    assert {"in_a", "in_b"} <= {frame.name for frame in again.model.frames}
+    plant = MultibodyPlant(0.0)
+    parser = Parser(plant)
+    parser.SetStrictParsing()
+    parser.AddModels(str(tmp_path / "out.sdf"))
+    assert plant.HasBodyNamed("in_b")
+    # A root link with mass may be called "world" in a URDF.
+    moments = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    urdf = f'<robot name="r"><link name="world"><inertial><mass value="1"/>{moments}</inertial></link></robot>'
+    alone = ClosedChain.from_urdf(urdf, Closures("r"), "free_flyer")
+    assert "world_link" in {frame.name for frame in ClosedChain.from_sdf(alone.to_sdf(tmp_path)).model.frames}

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from ..core.conventions import as_side
 from ..core.errors import FileFormatError, InvalidInput
 from ..core.files import write_text
 from ..core.files.csv_tables import CsvTable, csv_text, read_csv
@@ -91,9 +92,12 @@ def read_run(path: str | PathLike[str], side: str = "left") -> MeasuredRun:
 
     Raises
     ------
+    UnknownName
+        If ``side`` is none.
     FileFormatError
         If a column is missing or unknown, limbs are not numbered from 1, or a cell is no finite number.
     """
+    as_side(side)
     table = read_csv(path)
     columns, orientations = orientation_columns(table, side)
     numbered = _numbered(table, {"time_s", *columns})

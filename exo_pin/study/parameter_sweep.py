@@ -91,6 +91,7 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
         ``reach`` : fraction of poses in which every limb is within its stroke; NaN if a stroke, or what the end
         fittings add, is not known.
     """
+    require_method("exo", exo, "reaction", "a ShoulderExo")
     poses = as_rotation("orientations", orientations)
     if poses.as_quat().size == 0:
         raise InvalidInput("expected at least one pose, got an empty stack")
@@ -128,7 +129,8 @@ def _reach(exo: ShoulderExo, poses: Rotation) -> float:
 
 def compare(exo: ShoulderExo, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:
     """Two designs side by side; see :func:`evaluate` for the columns."""
-    require_method("other", other, "reaction", "a ShoulderExo")
+    for name, design in (("exo", exo), ("other", other)):
+        require_method(name, design, "reaction", "a ShoulderExo")
     return StudyTable([{"design": each.name, **evaluate(each, orientations, **options)} for each in (exo, other)])
 
 

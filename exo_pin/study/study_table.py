@@ -33,6 +33,18 @@ _UNITS = (
 _ENDINGS = ("_m", "_mm", "_rad", "_deg", "_kg", "_m_s2")
 
 
+def _common_names(rows: Any) -> list[str]:
+    """Names of the columns of rows, which all have the same."""
+    if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
+        raise InvalidInput(f"expected rows as a sequence of mappings, one a design, got {rows!r:.80}")
+    names = list(rows[0]) if rows else []
+    for number, row in enumerate(rows, 1):
+        if set(row) != set(names):
+            other = ", ".join(sorted(map(str, set(row) ^ set(names))))
+            raise InvalidInput(f"expected all rows to have the same columns, but row {number} differs in {other}")
+    return names
+
+
 class StudyTable(Record, Mapping[str, NDArray[Any]]):
     """Columns of equal length by name: one row a design, NaN where a figure has no meaning.
 
@@ -43,7 +55,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
     """
 
     def __init__(self, rows: Sequence[Mapping[str, Any]]) -> None:
-        names = list(rows[0]) if rows else []
+        names = _common_names(rows)
         self._columns = {name: np.array([row[name] for row in rows]) for name in names}
         for column in self._columns.values():
             column.setflags(write=False)

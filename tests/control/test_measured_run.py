@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import exo_pin as ep
 from exo_pin.cli import main
 from exo_pin.control import MeasuredRun, read_run, write_run
-from exo_pin.core.errors import FileFormatError, InvalidInput
+from exo_pin.core.errors import FileFormatError, InvalidInput, UnknownName
 
 
 @pytest.fixture
@@ -17,6 +17,13 @@ def run():
     device = near(ep.load("prototype"), rng)
     arm = poses(rng, 40)
     return MeasuredRun(*measured(device, arm, rng, 3e-4))
+
+
+def test_an_unknown_side_is_refused_whatever_the_columns(tmp_path):
+    run = MeasuredRun(Rotation.identity(2), np.ones((2, 3)))
+    write_run(run, tmp_path / "run.csv")
+    with pytest.raises(UnknownName, match="right"):
+        read_run(tmp_path / "run.csv", side="rigth")
 
 
 def test_a_run_is_read_back_bit_for_bit(tmp_path, run):

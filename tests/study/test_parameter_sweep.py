@@ -165,6 +165,12 @@ def test_tables(prototype, tmp_path):
     with pytest.raises(ValueError, match="read-only"):
         table["alpha_1"][0] = 0.0
     assert str(StudyTable([])) == ""
+    for rows in (3, None, "ab", [1, 2]):
+        with pytest.raises(ep.InvalidInput, match="sequence of mappings"):
+            StudyTable(rows)
+    for other in ({"a": 1.0, "b": 2.0}, {}, {"b": 1.0}):
+        with pytest.raises(ep.InvalidInput, match="row 2 differs in"):
+            StudyTable([{"a": 1.0}, other])
 
 
 def test_pandas_is_optional(prototype, monkeypatch):

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
-from ...core.validation import FloatArray, as_real, as_single_rotation
+from ...core.validation import FloatArray, as_real, as_single_rotation, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import as_query, carried, require_massless
@@ -88,6 +88,7 @@ def tensions_for_motion(
         If a limb has mass, or orientation or limits have a wrong shape or are NaN; InfeasibleBounds if a lower limit
         stands above its upper one.
     """
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     require_massless(mechanism)
     if mechanism.arm is None:
         raise MissingData(["arm"], "a tension program", mechanism.name)

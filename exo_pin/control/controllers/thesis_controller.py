@@ -18,7 +18,7 @@ Source: thesis Table 5-5, Figure 5-8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -90,7 +90,7 @@ class ContractionController:
         self._by_lengths = reference is None
         require_callable(self._followed, f"{'lengths' if self._by_lengths else 'reference'} as a function of time")
         count = mechanism.limb_count
-        if gains is not None and not isinstance(gains, Iterable):
+        if gains is not None and not np.iterable(gains):
             raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {gains!r:.60}")
         chosen = table_5_5_gains(self.contractions.nominal.tolist()) if gains is None else tuple(gains)
         if len(chosen) != count:

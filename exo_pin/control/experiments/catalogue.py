@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
 from ...core.files.toml_tables import Table, read_toml
-from ...core.validation import as_choice, require_type
+from ...core.validation import as_choice, as_finite, require_type
 from ...design import Mechanism, preset
 from ..plant.faults import Fault
 from ..plant.options import PlantOptions
@@ -44,10 +44,8 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
     InvalidInput
         If it is none of these; FileFormatError if a file cannot be read.
     """
-    if given == "abduction":
-        return abduction(side=side)
-    if given == "flexion":
-        return flexion(side=side)
+    if isinstance(given, str) and given in ("abduction", "flexion"):
+        return abduction(side=side) if given == "abduction" else flexion(side=side)
     if isinstance(given, str | PathLike):
         return read_reference(given, side)
     if not isinstance(given, Reference):
@@ -80,8 +78,9 @@ def hung_outward(mechanism: Mechanism, y: float | None = None) -> Mechanism:
     """
     require_type("mechanism", mechanism, Mechanism, "a Mechanism")
     arm = mechanism.require_arm("another centre of mass")
-    inward = OUTWARD if mechanism.side == "left" else -OUTWARD
-    centre = np.array([arm.centre_of_mass[0], inward if y is None else y, arm.centre_of_mass[2]])
+    usual = OUTWARD if mechanism.side == "left" else -OUTWARD
+    across = usual if y is None else float(as_finite("y", y, ()))
+    centre = np.array([arm.centre_of_mass[0], across, arm.centre_of_mass[2]])
     return mechanism.replace(arm=replace(arm, centre_of_mass=centre), name=f"{mechanism.name}, arm hung outward")
 
 

@@ -116,12 +116,14 @@ def fourth_muscle_holes(
     tolerance : float
         Moment, N m, that may be missing in a pose that counts as held.
     """
+    require_type("mechanism", mechanism, Mechanism, "a Mechanism")
+    angles = np.arange(-180.0, 180.0, 10.0) if angles_deg is None else as_finite("angles_deg", angles_deg, (None,))
     shares = {}
-    for angle in np.arange(-180.0, 180.0, 10.0).tolist() if angles_deg is None else angles_deg:
+    for angle in angles.tolist():
         try:
             design = with_fourth_muscle(mechanism, angle)
         except InvalidInput:
             continue
         plant = Plant(with_longer_muscles(design, poses if sized_for is None else sized_for))
-        shares[float(angle)] = float((missing_moments(plant, poses) <= tolerance).mean())
+        shares[angle] = float((missing_moments(plant, poses) <= tolerance).mean())
     return shares

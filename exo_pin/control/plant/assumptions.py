@@ -59,8 +59,12 @@ def assumptions_of(mechanism: Mechanism, drives: Sequence[Drive], options: Plant
                        "estimate: the tackle and an exit pulley, two to three sheaves on ball bearings")
         )  # fmt: skip
     for word, name in (("cable", "winch"), ("actuator", "linear_actuator")):
-        if any(isinstance(drive, MotorDrive) and drive.word == word for drive in drives):
-            found += _motor(name, options)
+        pairs = zip(mechanism.limbs, drives, strict=True)
+        motors = [limb.actuator for limb, drive in pairs if isinstance(drive, MotorDrive) and drive.word == word]
+        if motors:
+            # The design's speed limits take the place of the estimate.
+            limited = all(motor is not None and motor.speed_limit is not None for motor in motors)
+            found += _motor(name, options, ("no_load_speed",) if limited else ())
     return tuple(_as_given(each, options) for each in (*found, *_shoulder(mechanism, options)))
 
 
@@ -125,13 +129,14 @@ def _muscles(mechanism: Mechanism, options: PlantOptions) -> list[Assumption]:
     return found
 
 
-def _motor(name: str, options: PlantOptions) -> list[Assumption]:
-    """The parameters of winches or linear actuators, each with what it is an estimate for."""
+def _motor(name: str, options: PlantOptions, replaced: tuple[str, ...]) -> list[Assumption]:
+    """The parameters of winches or linear actuators, but those ``replaced``, each with what it is an estimate for."""
     given = getattr(options, name)
     return [
         Assumption(f"{name}.{item.name}", f"{getattr(given, item.name):g} {item.metadata['unit']}".rstrip(),
                    f"estimate: {item.metadata['basis']}")
         for item in fields(given)
+        if item.name not in replaced
     ]  # fmt: skip
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
+
+import numpy as np
 
 from ...core.errors import InvalidInput
 from ...core.fields import set_positive
@@ -87,16 +89,17 @@ class Fault:
         return self.start <= time < self.end
 
 
-def as_faults(faults: Fault | Sequence[Fault], motors: Sequence[bool]) -> tuple[Fault, ...]:
-    """Faults of a plant whose limbs have motors or not.
+def as_faults(
+    faults: Fault | Sequence[Fault], motors: Sequence[bool], duration: float = float("inf")
+) -> tuple[Fault, ...]:
+    """Faults of a plant whose limbs have motors or not, in a run of a duration in s.
 
     Raises
     ------
     InvalidInput
-        If something is no fault, of a limb that is not there, or one that its drive cannot have.
+        If something is no fault, of a limb that is not there, one that its drive cannot have, or begins after the run.
     """
-    require_type("faults", faults, Fault | Iterable, "Fault records")
-    every = (faults,) if isinstance(faults, Fault) else tuple(faults)
+    every = tuple(faults) if not isinstance(faults, Fault) and np.iterable(faults) else (faults,)
     for fault in every:
         require_type("faults", fault, Fault, "Fault records")
         if fault.limb >= len(motors):
@@ -104,4 +107,9 @@ def as_faults(faults: Fault | Sequence[Fault], motors: Sequence[bool]) -> tuple[
         if fault.kind in (_OF_MUSCLES if motors[fault.limb] else _OF_MOTORS):
             drive = "a motor" if motors[fault.limb] else "pneumatic muscles"
             raise InvalidInput(f"limb {fault.limb} has {drive}, and no fault {fault.kind!r}")
+        if fault.start >= duration:
+            raise InvalidInput(
+                f"expected a fault that begins within the run of {duration:g} s, got {fault.kind!r} of limb "
+                f"{fault.limb} at {fault.start:g} s"
+            )
     return every

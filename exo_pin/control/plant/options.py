@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
+
+import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.fields import set_positive
@@ -100,11 +102,13 @@ class PlantOptions:
     def __post_init__(self) -> None:
         require_type("supply", self.supply, Supply | None, "a Supply or None")
         units = (self.valves,) if isinstance(self.valves, ValveUnit) else self.valves
-        units = tuple(units) if isinstance(units, Iterable) else ()
+        units = tuple(units) if np.iterable(units) else ()
         if not units or not all(isinstance(unit, ValveUnit) for unit in units):
             raise InvalidInput("expected valves to be a ValveUnit, or a sequence of one a muscle")
         if not isinstance(self.valves, ValveUnit):
             object.__setattr__(self, "valves", units)
+        if not isinstance(self.second_flange, bool | np.bool_):
+            raise InvalidInput(f"expected second_flange as True or False, got {self.second_flange!r:.40}")
         kappa = float(as_finite("polytropic_exponent", self.polytropic_exponent, ()))
         if not 1.0 <= kappa <= 1.4:
             raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")

@@ -256,7 +256,7 @@ class Plant(Record):
         control_rate : float
             Hz.
         faults : Fault or sequence of Fault
-            Of muscles, valves and motors.
+            Of muscles, valves and motors, each of which begins within the run.
         sensor : callable, optional
             From time and exact measurement to the one that the controller gets.
         sample_rate : float, optional
@@ -288,7 +288,7 @@ class Plant(Record):
             require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")
         clock = Clock(duration, control_rate, control_rate if sample_rate is None else sample_rate)
         simulation = simulate_chain if as_choice("method", method, METHODS) == "chain" else simulate_minimal
-        every = as_faults(faults, self.motors.tolist())
+        every = as_faults(faults, self.motors.tolist(), clock.duration)
         return simulation(Scenario(self, controller, clock, start, every, sensor, as_tolerance(rtol), progress))
 
     def __repr__(self) -> str:

@@ -10,11 +10,12 @@ from typing import Any
 
 from ...core.errors import InvalidInput, UnknownName
 from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
+from ...core.validation import require_type
 from ..laws.dynamic import DynamicModel
 from ..laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
 from ..laws.static import BAR, StaticModel
 from .published import muscle_model, muscle_models
-from .static_files import parameter_content, parse_parameters
+from .static_files import as_notes, parameter_content, parse_parameters
 
 __all__ = ["dynamic_model", "dynamic_models", "load_dynamic", "save_dynamic"]
 
@@ -42,6 +43,7 @@ def save_dynamic(
     InvalidInput
         If the friction law has no file format.
     """
+    require_type("model", model, DynamicModel)
     law = model.friction
     if isinstance(law, LoadDependentFriction):
         values = (law.N_2 * BAR, law.N_1 * BAR, law.N_0 * BAR, law.load / BAR)
@@ -53,7 +55,7 @@ def save_dynamic(
     content: dict[str, Any] = {
         "name": model.name,
         "source": model.source,
-        "notes": list(notes),
+        "notes": as_notes(notes),
         "friction": friction,
         "damping": {
             "D_1_N_s2_per_m2_bar": model.damping.D_1 * BAR,

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from os import PathLike
 from typing import Any
 
+import numpy as np
+
 from ...core.errors import InvalidInput
 from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
+from ...core.validation import require_type
 from ..identification.static_identification import coefficient_name
 from ..laws.literature import ChouHannaford, Colbrunn, TonduLopez, Wickramatunge
 from ..laws.polynomial_law import PolynomialModel
 from ..laws.static import BAR, StaticModel
 from ..laws.validity import Validity
 
-__all__ = ["load_parameters", "parameter_content", "parse_parameters", "save_parameters"]
+__all__ = ["as_notes", "load_parameters", "parameter_content", "parse_parameters", "save_parameters"]
 
 _BRAID = {"braid_length": "braid_length_m", "turns": "turns"}
 #: Law of each form, and the keys of its constants in the file, by attribute.
@@ -91,6 +94,7 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     InvalidInput
         If the model is scaled or of a form that has no file format.
     """
+    require_type("model", model, StaticModel)
     if model.scale != 1.0:
         raise InvalidInput(f"expected a model of its reference length {model.reference_length:g} m, got a scaled one")
     forms = {kind: form for form, (kind, _) in _CONSTANTS.items()} | {PolynomialModel: "polynomial"}
@@ -99,7 +103,7 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     content = {
         "name": model.name,
         "source": model.source,
-        "notes": list(notes),
+        "notes": as_notes(notes),
         "reference_length_m": model.reference_length,
         "form": forms[type(model)],
         "validity": _validity_table(model.validity),
@@ -111,6 +115,14 @@ def parameter_content(model: StaticModel, notes: tuple[str, ...] = ()) -> dict[s
     if isinstance(model, Colbrunn):
         constants["efficiency_per_bar"] = [c * BAR**k for k, c in enumerate(model.efficiency)]
     return content | {"constants": constants}
+
+
+def as_notes(notes: Iterable[str]) -> list[str]:
+    """Remarks of a file, which the reader takes as strings only."""
+    remarks = list(notes) if np.iterable(notes) and not isinstance(notes, str) else [notes]
+    for remark in remarks:
+        require_type("each note", remark, str, "a string")
+    return remarks
 
 
 def _validity_table(validity: Validity) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...core.errors import InvalidInput
 from ...core.errors.muscles import OutsideValidity
 from ...core.records import Record
-from ...core.validation import FloatArray, as_finite, as_positive, frozen
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, frozen, require_type
 from ..argument_checks import rising_times
 from ..laws.dynamic import DynamicModel, G
 from ..laws.validity import as_outside
@@ -25,6 +25,8 @@ __all__ = ["QUICK", "SettlingCurve", "settling_against_lag", "simulate"]
 
 #: Settings for many responses that are compared with each other: fewer digits, no second integration, no error.
 QUICK: dict[str, Any] = {"outside": "mark", "rtol": 1e-8, "atol": 1e-10, "estimate_error": False}
+#: Methods of ``solve_ivp``; more steps than this are a slip in the longest one.
+_METHODS, _MOST_STEPS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"), 10_000_000
 #: The thesis records each response for so long, s (Section 3.2).
 RECORD = 8.0
 
@@ -89,6 +91,8 @@ def simulate(
     SolverFailed
         If the integration does not end.
     """
+    require_type("model", model, DynamicModel)
+    require_type("pressure", pressure, PressureInput)
     load = as_positive("mass", mass)
     t = rising_times("times", times)
     end_stop = float(as_finite("stop", stop, ()))
@@ -101,8 +105,11 @@ def simulate(
     if x < end_stop or (x == end_stop and speed < 0):
         raise InvalidInput(f"expected a start at or above the stop of {end_stop:g} m, moving away, got {x:g} m")
     start = np.array([x, speed, 0.0, 0.0, 0.0])
-    if not max_step > 0:
-        raise InvalidInput(f"expected max_step to be above zero, got {max_step!r}")
+    if max_step != inf and (t[-1] - t[0]) / as_positive("max_step", max_step) > _MOST_STEPS:
+        raise InvalidInput(
+            f"expected max_step in s, at most {_MOST_STEPS:,} steps in {t[-1] - t[0]:g} s, got {max_step:g}"
+        )
+    as_choice("method", method, _METHODS)
     tolerances = (as_positive("rtol", rtol), as_positive("atol", atol))
 
     def integrated(rtol: float, atol: float) -> tuple[Phases, FloatArray]:

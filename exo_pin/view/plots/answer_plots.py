@@ -135,7 +135,7 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
     for k, group in enumerate(groups):
         rows = np.flatnonzero(table[second[0]] == group) if second else np.arange(table.row_count)
         rows = rows[np.argsort(table[first][rows])]
-        name = None if group is None else f"{_words(second[0])}: {group:.4g}"
+        name = None if group is None else _value_words(second[0], group)
         axes.plot(table[first][rows], values[rows], **line(k), linewidth=1.8, marker="o", label=name)
     axes.set(xlabel=_words(first), ylabel=_words(figure))
     tidy(axes)
@@ -152,11 +152,11 @@ def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None)
         figure.suptitle(f"No forces: the pose is {str(reaction.status).replace('_', ' ')}", fontsize=11)
     f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
     names = [f"limb {i + 1}\npull f" for i in range(len(f))]
-    heights, known = list(f), list(sure.actuator_forces)
+    heights, limbs = list(f), list(sure.actuator_forces)
     if np.nan_to_num(np.abs(g)).max(initial=0.0) > 0.0:
         names += [f"limb {i + 1}\nside g" for i in range(len(g))]
-        heights, known = [*heights, *g], [*known, *sure.constraint_forces]
-    _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], known)
+        heights, limbs = [*heights, *g], [*limbs, *sure.constraint_forces]
+    _bars(left, names, heights, [BLUE if value >= 0 else ORANGE for value in heights], limbs)
     if limits is not None:
         _limit_marks(left, limits, len(f))
     left.set(ylabel="force, N", title="limbs: blue pulls, orange pushes")
@@ -165,9 +165,9 @@ def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None)
     known = [whole, *sure.shoulder_force]
     _bars(right, ["|F_s|", "x\nforward", "y\nleft", "z\nup"], values, [RED, SKY, SKY, SKY], known)
     share = reaction.percent_body_weight
-    weight = "" if share is None or not np.isfinite(share) else f", {float(share):.1f} % of body weight"
+    weight = "" if share is None or not np.isfinite(share) else f":\n{float(share):.1f} % of body weight"
     right.set_title(f"shoulder on the arm{weight}")
-    if not (all(known) and sure.constraint_forces.all()):
+    if not (all(limbs) and all(known)):
         state += "; hatched: equilibrium alone does not determine it"
     figure.supxlabel(state, fontsize=9, color="0.3")
     return figure
@@ -256,6 +256,12 @@ def _varied(table: StudyTable) -> list[str]:
         if column.dtype.kind in "fiu" and len(np.unique(column)) > 1:
             found.append(name)
     return found
+
+
+def _value_words(column: str, value: Any) -> str:
+    """A value of a column, with its unit, as in "r_B = 0.05 m"."""
+    name, _, unit = _words(column).partition(", ")
+    return f"{name} = {value:.4g} {unit}".rstrip()
 
 
 def _words(column: str) -> str:

@@ -16,7 +16,9 @@ from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.validation import FloatArray, as_rotation
 from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
+from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
+from ..scene.shapes import along
 from .plot_style import axes_or_new, legend_below, pyplot
 
 if TYPE_CHECKING:
@@ -27,8 +29,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
 
-#: Length of an arrow, m per N.
-_METRES_PER_NEWTON = 0.002
+#: Most limbs whose tensions equilibrium determines.
+_DETERMINED = 3
+#: Length of the longest arrow and of a head, m.
+_LONGEST, _HEAD = 0.15, 0.03
 
 
 def use_file_backend() -> None:
@@ -71,11 +75,12 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
         look = {"color": colour, "linestyle": dashes, "linewidth": 3.5, "marker": "o", "markersize": 4}
         ax.plot(*np.stack([a[i], b[i]], axis=1), **look, label=f"limb {i + 1} {known}")
         ax.text(*(1.12 * a[i]), str(i + 1), fontsize=9, ha="center", va="center")
-    weight = arm.mass * exo.mechanism.gravity
-    _arrow(ax, R @ arm.centre_of_mass, weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
-    shoulder = np.nan_to_num(answer.shoulder_force)
+    weight, shoulder = arm.mass * exo.mechanism.gravity, np.nan_to_num(answer.shoulder_force)
+    scale = _LONGEST / max(float(np.linalg.norm(weight)), float(np.linalg.norm(shoulder)), 1e-9)
+    centre = R @ arm.centre_of_mass
+    _arrow(ax, centre, scale * weight, GREEN, f"weight {np.linalg.norm(weight):.0f} N")
     if answer.has_answer:
-        _arrow(ax, np.zeros(3), shoulder, RED, f"shoulder on the arm {np.linalg.norm(shoulder):.0f} N")
+        _arrow(ax, np.zeros(3), scale * shoulder, RED, f"shoulder on the arm {np.linalg.norm(shoulder):.0f} N")
     else:
         ax.plot([], [], " ", label=f"pose is {answer.status}: no forces")
     ax.set(xlabel="x forward, m", ylabel="y left, m", zlabel="z up, m")
@@ -84,7 +89,7 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     ax.tick_params(labelsize=8, pad=1)
     ax.zaxis.set_rotate_label(False)
     ax.zaxis.label.set_rotation(90)
-    tips = np.stack([np.zeros(3), hand, _METRES_PER_NEWTON * shoulder])
+    tips = np.stack([np.zeros(3), hand, scale * shoulder, centre + scale * weight])
     _equal_axes(ax, np.vstack([a, b, tips]))
     ax.legend(fontsize=8.5, loc="upper center", bbox_to_anchor=(0.5, -0.02), ncols=2, frameon=False)
     return ax
@@ -100,9 +105,15 @@ def _ring(points: FloatArray, axis: FloatArray | None) -> FloatArray:
     return np.asarray(centre + np.cos(turns) * first + np.sin(turns) * np.cross(axis, first))
 
 
-def _arrow(ax: Any, start: FloatArray, force: FloatArray, color: str, label: str) -> None:
-    tip = _METRES_PER_NEWTON * force
-    ax.quiver(*start, *tip, color=color, linewidth=3, arrow_length_ratio=0.2, label=label)
+def _arrow(ax: Any, start: FloatArray, arrow: FloatArray, color: str, label: str) -> None:
+    """A shaft and a head of four barbs, of which some show from every side."""
+    tip, length = start + arrow, float(np.linalg.norm(arrow))
+    gap = np.full((1, 3), np.nan)
+    pieces = [start[None], tip[None]]
+    if length > 0.0:
+        x, y, z = along(arrow / length).T * min(_HEAD, length)
+        pieces += [piece for barb in (x, -x, y, -y) for piece in (gap, np.stack([tip, tip - z + 0.5 * barb]))]
+    ax.plot(*np.vstack(pieces).T, color=color, linewidth=3, solid_capstyle="round", label=label)
 
 
 def _equal_axes(ax: Any, points: FloatArray) -> None:
@@ -154,7 +165,10 @@ def shoulder_force_map(
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-    ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
+    title = "Force on the shoulder joint, limbs without side force"
+    if exo.geometry.limb_count > _DETERMINED:
+        title += "\nand without limits: each may push as well as pull"
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", title=title)
     if ax.get_legend_handles_labels()[1]:
         legend_below(ax)
     return ax
@@ -175,9 +189,11 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
     left.view_init(elev=14, azim=58)
     draw_mechanism(exo, orientation, left)
     flexion, abduction, internal = shoulder_angles(orientation, exo.side, degrees=True)
-    left.set_title(f"{exo.name}: flexion {flexion:.0f}°, abduction {abduction:.0f}°")
+    left.set_title(f"{exo.name}:\n{angle_words(orientation, exo.side)}")
     right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
-    right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
+    limited = exo.geometry.limb_count > _DETERMINED
+    label = "the pose on the left, where limits count" if limited else "the pose on the left"
+    right.plot(flexion, abduction, "o", **mark, label=label)
     legend_below(right)
     return figure

@@ -142,6 +142,16 @@ def plot_measured(models: Mapping[str, StaticModel], states: SteadyStates | None
     return figure
 
 
+def _facts(response: StepResponse) -> str:
+    """What the legend says of a response."""
+    try:
+        settle = response.settling_time()
+    except InvalidInput:
+        return "ends where it began"
+    settled = f"settles in {settle:.2f} s" if np.isfinite(settle) else "has not settled"
+    return f"overshoot {100 * response.overshoot:.0f} %, {settled}"
+
+
 def plot_responses(
     responses: Mapping[str, StepResponse],
     rest_bands: Mapping[str, tuple[DynamicModel, float]] | None = None,
@@ -177,9 +187,7 @@ def plot_responses(
         x = response.contraction * 1e3
         held = np.where(response.inside, x, np.nan)
         top.plot(response.time, x, color=color, linewidth=1.2, linestyle=":")
-        settle = response.settling_time()
-        facts = f"overshoot {100 * response.overshoot:.0f} %, settles in {settle:.2f} s"
-        top.plot(response.time, held, color=color, linewidth=1.8, label=f"{label}: {facts}")
+        top.plot(response.time, held, color=color, linewidth=1.8, label=f"{label}: {_facts(response)}")
         bottom.plot(response.time, response.pressure / BAR, color=_INK, linewidth=1.4)
         if rest_bands is not None and label in rest_bands:
             model, pressure = rest_bands[label]

@@ -19,6 +19,7 @@ from .additions import Additions
 from .chain_picture import ChainPicture, closure_words
 from .shapes import draw_ground
 from .stage import Stage
+from .viewpoint import seen_along
 
 __all__ = ["ChainScene"]
 
@@ -241,10 +242,7 @@ class ChainScene(Additions, Pages):
             towards = flat + 0.15 * np.array([0.0, -1.0, 0.3])
         towards /= np.linalg.norm(towards)
         away = _ROOM * self._picture.size / 2 / np.sin(_HALF_VIEW)
-        right = np.cross([0.0, 0.0, 1.0], towards)
-        right /= np.linalg.norm(right)
-        up = np.cross(towards, right)
-        aside, above = (float(np.abs((points - target) @ axis).max()) for axis in (right, up))
+        aside, above = (float(np.abs((points - target) @ axis).max()) for axis in seen_along(towards))
         room = 0.12 * self._picture.size
         return target + away * towards, target, [aside + room, above + room]
 

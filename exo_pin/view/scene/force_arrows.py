@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
     from ...person import JointContact
 
-__all__ = ["LONGEST", "ForcePicture", "PoseContact", "PoseForces", "round_up"]
+__all__ = ["GOOD_LENGTH", "LONGEST", "ForcePicture", "PoseContact", "PoseForces", "round_up"]
 
 #: Length of the largest force at most, where the arrows scale themselves, m; at least two thirds of it.
-_GOOD_LENGTH = 0.24
+GOOD_LENGTH = 0.24
 #: No arrow is drawn longer, m; shorter ones than the second are not drawn, nor is their label.
 LONGEST, _SHORTEST = 0.40, 0.003
 #: Share of a motion's poses whose largest force the scale goes by: the others lie near a singular pose and are cut.
@@ -177,7 +177,7 @@ class ForcePicture(OneProcess):
         known = largest[firm if firm.any() else np.isfinite(largest)]
         weight = float(np.linalg.norm(self._weight))
         top = max(weight, float(np.percentile(known, _SHARE)) if known.size else 0.0) or 1.0
-        self.scale = 0.1 / round_up(0.1 * top / _GOOD_LENGTH) if self._given is None else self._given
+        self.scale = 0.1 / round_up(0.1 * top / GOOD_LENGTH) if self._given is None else self._given
         tensions = np.array([forces.tensions for forces in poses if np.isfinite(forces.tensions).all()])
         #: Top of the scale of the muscles' colours, N.
         self.tension_top = round_up(min(float(tensions.max(initial=0.0)), max(top, weight)) or 1.0)

@@ -20,10 +20,11 @@ from ..page.page_output import Pages
 from ..page.panels import numbers_panel
 from ..page.playing import Playing
 from .additions import bar
-from .force_arrows import ForcePicture, PoseForces
+from .force_arrows import GOOD_LENGTH, ForcePicture, PoseForces
 from .mechanism_picture import MechanismPicture
 from .offset_marks import Offset, OffsetMarks, same_offset
 from .stage import Stage
+from .viewpoint import widened
 from .wrist_additions import WristAdditions, single_pose
 
 if TYPE_CHECKING:
@@ -277,12 +278,16 @@ class Scene(WristAdditions, Playing, Pages):
         outward = 1.0 if self._exo.side == "left" else -1.0
         # Before the shoulder and outside of it, a little from above.
         away = np.array([1.04, 1.32 * outward, 0.42])
-        if not self._figure.is_there:
-            target = np.array([0.05, 0.02 * outward, -0.06])
-            return target + away, target, [0.28, 0.32]
-        # Head and elbow are in the picture.
-        target = np.array([0.05, -0.04 * outward, -0.02])
-        return target + away, target, [0.36, 0.46]
+        own, arm = self._exo.geometry, self._exo.arm
+        points = [*own.base_points, *own.platform_points] if self._device else [np.zeros(3)]
+        if self._figure.is_there:
+            # Head and elbow are in the picture.
+            target, extent = np.array([0.05, -0.04 * outward, -0.02]), (0.36, 0.46)
+        else:
+            target, extent = np.array([0.05, 0.02 * outward, -0.06]), (0.28, 0.32)
+            points += [] if arm is None else [arm.centre_of_mass - np.array([0.0, 0.0, GOOD_LENGTH])]
+        target, shown = widened(np.array(points), target, away, extent)
+        return target + away, target, shown
 
 
 def _drawable(exo: ShoulderExo) -> tuple[ShoulderExo, list[str]]:

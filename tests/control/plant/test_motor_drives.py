@@ -285,6 +285,28 @@ def test_every_estimate_of_a_drive_is_listed_with_its_basis(name, kind):
     assert not any("air" in each.basis for each in listed.values())
 
 
+def test_a_speed_limit_of_the_design_is_no_estimate():
+    exo = ep.load("four-cables")
+    fast = [replace(limb, actuator=replace(limb.actuator, speed_limit=0.8)) for limb in exo.limbs]
+    listed = {}
+    for count in (0, 3, 4):
+        plant = ep.Plant(exo.replace(limbs=[*fast[:count], *exo.limbs[count:]]))
+        listed[count] = {each.name for each in plant.assumptions}
+        assert [drive.parameters.no_load_speed for drive in plant.drives] == [0.8] * count + [0.6] * (4 - count)
+    assert listed[0] == listed[3] == listed[4] | {"winch.no_load_speed"}
+    assert "winch.no_load_speed" not in listed[4]
+
+
+def test_presets_that_make_a_plant_are_named_where_one_does_not():
+    with pytest.raises(MissingData) as caught:
+        ep.Plant(ep.load("scenario-one"))
+    assert caught.value.missing[:2] == ("limbs[0].actuator.force_law", "limbs[0].stroke.end_fitting")
+    named = str(caught.value).partition("presets with all of it: ")[2].split(", ")
+    assert {"prototype", *MOTORS} < set(named)
+    for name in named:
+        ep.Plant(ep.load(name))
+
+
 def test_only_the_given_numbers_of_a_drive_are_no_estimates():
     options = ep.PlantOptions(winch=control.Winch(coulomb=3.0, gear_ratio=30.0), stop_damping=2.0)
     given = {each.name for each in ep.Plant(ep.load("four-cables"), options).assumptions if each.basis == "given"}

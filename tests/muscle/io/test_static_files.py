@@ -116,6 +116,19 @@ def test_a_scaled_model_is_not_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_only_models_with_notes_that_can_be_read_are_written(tmp_path):
+    path = tmp_path / "set.toml"
+    for save, model in ((save_parameters, muscle_model("best")), (save_dynamic, dynamic_model("tang-3-31"))):
+        with pytest.raises(InvalidInput, match="each note to be a string"):
+            save(model, path, notes=(1, 2))
+        with pytest.raises(InvalidInput, match="expected model to be a"):
+            save(3, path)
+    assert list(tmp_path.iterdir()) == []
+    save_parameters(muscle_model("best"), path, notes="one remark")
+    assert tomllib.loads(path.read_text())["notes"] == ["one remark"]
+    load_parameters(path)
+
+
 def test_a_file_is_never_half_written(tmp_path):
     path = tmp_path / "set.toml"
     path.write_text("kept = true\n")

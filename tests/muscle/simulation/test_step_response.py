@@ -256,6 +256,11 @@ def test_bad_input_is_named():
         ({"contraction": -0.01}, "stop"),
         ({"rtol": 0.0}, "rtol"),
         ({"max_step": 0.0}, "max_step"),
+        ({"max_step": 1e-9}, "at most 10,000,000 steps in 1 s"),
+        ({"max_step": np.nan}, "max_step"),
+        ({"method": "RK4"}, "RK45"),
+        ({"model": 3}, "model to be a DynamicModel"),
+        ({"pressure": 3.6e5}, "pressure to be a PressureInput"),
     ):
         with pytest.raises(InvalidInput, match=message):
             simulate(**{"model": model, "mass": 2.0, "pressure": step, "times": times} | bad)

@@ -80,9 +80,9 @@ def assert_words_are_apart(figure):
     ]
     width, height = figure.canvas.get_width_height()
     for i, (text, box) in enumerate(boxes):
-        assert box.x1 > 0
-        assert box.x0 < width, text
-        assert -1 <= box.y0 < height, text
+        assert box.x0 >= -1, text
+        assert box.x1 <= width + 1, text
+        assert -1 <= box.y0 < box.y1 <= height + 1, text
         for other, there in boxes[:i]:
             wide = min(box.x1, there.x1) - max(box.x0, there.x0)
             high = min(box.y1, there.y1) - max(box.y0, there.y0)
@@ -155,7 +155,7 @@ def test_a_map_is_a_picture_or_a_curve(exo, grid):
 def test_a_study_is_curves_or_bars(table):
     figure = table.plot()
     (axes,) = figure.axes
-    assert [line.get_label() for line in axes.get_lines()] == ["h_B, m: 0.1", "h_B, m: 0.2"]
+    assert [line.get_label() for line in axes.get_lines()] == ["h_B = 0.1 m", "h_B = 0.2 m"]
     np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), [10.1, 15.1])
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("r_A, m", "peak |F_s|, N")
     assert_words_are_apart(figure)
@@ -179,6 +179,41 @@ def test_the_overview_has_no_colliding_words(exo):
         for label in [axis.label, *axis.get_ticklabels()]:
             box = label.get_window_extent(renderer)
             assert not (label.get_text() and box.overlaps(legend)), label.get_text()
+
+
+@pytest.mark.parametrize("name", ["prototype", "four-cables"])
+@pytest.mark.parametrize("degrees", [(60.0, 30.0), (-0.2, 3.0)])
+def test_arrows_of_the_mechanism_are_seen_at_every_size(name, degrees):
+    exo = ep.load(name)
+    orientation = ep.shoulder_rotation(*degrees, 0, degrees=True)
+    answer = exo.holding_reaction(orientation)
+    weight = exo.arm.mass * exo.mechanism.gravity
+    axes = force_plots.draw_mechanism(exo, orientation)
+    lines = {line.get_label(): np.array(line.get_data_3d()).T for line in axes.lines}
+    drawn = {
+        word: next(points for label, points in lines.items() if label.startswith(word))
+        for word in ("weight", "shoulder")
+    }
+    assert max(np.linalg.norm(points[1] - points[0]) for points in drawn.values()) == pytest.approx(0.15)
+    scale = np.linalg.norm(drawn["weight"][1] - drawn["weight"][0]) / np.linalg.norm(weight)
+    np.testing.assert_allclose(drawn["shoulder"][1] - drawn["shoulder"][0], scale * answer.shoulder_force, atol=1e-12)
+    for points in drawn.values():
+        # Barbs in two planes, so that two are seen from every side.
+        barbs = points[4::3] - points[1]
+        assert np.linalg.matrix_rank(barbs, tol=1e-4) == 3
+        for axis, (low, high) in enumerate((axes.get_xlim(), axes.get_ylim(), axes.get_zlim())):
+            assert (low < points[:2, axis]).all()
+            assert (points[:2, axis] < high).all()
+
+
+def test_the_overview_says_what_its_panels_assume():
+    for name, limited in (("prototype", False), ("four-cables", True)):
+        exo = ep.load(name)
+        orientation = ep.shoulder_rotation(-0.2, 10, 25, degrees=True)
+        left, right, _ = force_plots.overview(exo, orientation).axes
+        assert left.get_title() == f"{name}:\nflexion 0°, abduction 10°, internal rotation 25°"
+        marked = [text.get_text() for text in right.get_legend().get_texts()][-1]
+        assert ("without limits" in right.get_title()) == limited == ("limits count" in marked)
 
 
 @pytest.mark.parametrize(

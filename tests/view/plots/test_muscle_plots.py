@@ -56,3 +56,17 @@ def test_responses(tmp_path):
     figure.savefig(tmp_path / "responses.png", dpi=50)
     with pytest.raises(InvalidInput, match="one to three"):
         plot_responses({})
+
+
+def test_responses_that_do_not_settle_or_move_say_so():
+    times, model = np.linspace(0, 1.5, 151), dynamic_model("tang-3-31")
+    made = {
+        name: simulate(model, mass, PressureStep(0.0, 3e5), times, outside="mark", estimate_error=False)
+        for name, mass in (("light", 3.0), ("heavy", 50.0))
+    }
+    assert np.isinf(made["light"].settling_time())
+    labels = [text.get_text() for text in plot_responses(made).axes[0].get_legend().get_texts()]
+    assert labels == [
+        f"light: overshoot {100 * made['light'].overshoot:.0f} %, has not settled",
+        "heavy: ends where it began",
+    ]

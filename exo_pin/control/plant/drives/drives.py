@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ....core.errors import MissingData
-from ....design import Limb, Mechanism
+from ....design import Limb, Mechanism, preset, presets
 from ..options import PlantOptions
 from .drive import Drive
 from .motor_drive import motor_drive
@@ -31,6 +31,15 @@ def drives_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Drive, ...]:
     MissingData
         If an actuator, a force law or limit, a stroke or an end fitting is not known.
     """
+    found, missing = _made(mechanism, options)
+    if missing:
+        complete = [name for name in presets() if not _made(preset(name), options)[1]]
+        raise MissingData(missing, "a plant", mechanism.name, f"presets with all of it: {', '.join(complete)}")
+    return tuple(found)
+
+
+def _made(mechanism: Mechanism, options: PlantOptions) -> tuple[list[Drive], list[str]]:
+    """The drives of the limbs that have one, and what the others lack."""
     found: list[Drive] = []
     missing: list[str] = []
     for i, limb in enumerate(mechanism.limbs):
@@ -39,6 +48,4 @@ def drives_of(mechanism: Mechanism, options: PlantOptions) -> tuple[Drive, ...]:
             found.append(made(limb, f"limbs[{i}]", options))
         except MissingData as error:
             missing += error.missing
-    if missing:
-        raise MissingData(missing, "a plant", mechanism.name)
-    return tuple(found)
+    return found, missing

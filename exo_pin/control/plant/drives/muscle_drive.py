@@ -117,7 +117,7 @@ def muscle_drive(limb: Limb, place: str, options: PlantOptions) -> MuscleDrive:
     if stroke is None or stroke.end_fitting is None:
         missing.append(f"{place}.stroke.end_fitting")
     if missing:
-        raise MissingData(missing[:1], "a plant with pneumatic muscles")
+        raise MissingData(missing, "a plant with pneumatic muscles")
     assert actuator is not None
     assert stroke is not None
     assert stroke.end_fitting is not None

@@ -166,6 +166,7 @@ class Kernel:
         own = self._function
         used = {name: form(own.__globals__[name]) for name in _globals_of(code) if name in own.__globals__}
         used["__name__"] = own.__module__
+        used["__builtins__"] = own.__globals__["__builtins__"]  # C code that imports, as NumPy's first sum, looks here
         twin = FunctionType(code, used, own.__name__)
         twin.__qualname__, twin.__module__, twin.__doc__ = own.__qualname__, own.__module__, own.__doc__
         return twin

@@ -1,5 +1,6 @@
 """Kernels: plain and compiled forms agree, one is chosen by counts, and the cache notices every edit."""
 
+import ctypes
 import dis
 import os
 import subprocess
@@ -37,6 +38,13 @@ def quotient(x, y):
 @kernel
 def shifted(x):
     return quotient(x, 2.0) + 1.0
+
+
+@kernel
+def imported(name):
+    load = ctypes.pythonapi.PyImport_Import
+    load.restype, load.argtypes = ctypes.py_object, (ctypes.py_object,)
+    return load(name)
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +134,12 @@ def test_division_by_zero_is_infinite_in_every_mode(name):
         assert np.isnan(quotient(0.0, 0.0))
         assert type(shifted(3.0)) is float
         assert shifted(3.0) == 2.5
+
+
+def test_plain_form_lets_compiled_libraries_import():
+    # NumPy imports a module at the first sum of a process, with the built-ins of the function that called it.
+    with mode("plain"):
+        assert imported("math") is sys.modules["math"]
 
 
 @needs_jit

@@ -148,10 +148,10 @@ class ForceQuestions(Subject):
     def holding_reaction(
         self, orientation: Rotation, motion: Motion | None = None, load: Load | None = None, **options: Any
     ) -> Reaction:
-        """Forces that the design's actuators can give, if they can hold every pose; else those of plain equilibrium.
+        """Forces that the design's actuators can give, in every pose that they can hold; else those of equilibrium.
 
         More than three limbs leave a choice of tensions. :meth:`reaction` takes the shortest, which may be pushes of
-        cables; here they are within the limits of the actuators (``actuator_bounds="design"``) if that is possible.
+        cables; here they are within the limits of the actuators in each pose in which that is possible.
 
         Parameters
         ----------
@@ -167,7 +167,7 @@ class ForceQuestions(Subject):
         answer = self.reaction(orientation, motion, load, **options)
         if options.get("actuator_bounds") is not None or not answer.has_better_tensions:
             return answer
-        return self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
+        return self.reaction(orientation, motion, load, **options | {"actuator_bounds": answer.bounds_where_held})
 
     def remedy(self, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.

@@ -181,6 +181,19 @@ def test_the_overview_has_no_colliding_words(exo):
             assert not (label.get_text() and box.overlaps(legend)), label.get_text()
 
 
+def test_map_of_cables_has_tensions_within_their_limits():
+    cables = ep.load("four-cables")
+    axes = force_plots.shoulder_force_map(cables, step=10.0)
+    shown = axes.collections[0].get_array().reshape(11, 14)
+    row, column = 3, 8  # abduction 26°, flexion 60°
+    pose = cables.pose(60, 26)
+    held = cables.holding_reaction(pose)
+    assert cables.reaction(pose).actuator_forces.min() < 0.0
+    assert shown[row, column] == pytest.approx(held.percent_body_weight)
+    assert np.ma.getmaskarray(shown)[10, 13]  # no tensions hold flexion 110°, abduction 96°
+    assert "cannot be held" in axes.get_legend_handles_labels()[1]
+
+
 @pytest.mark.parametrize(
     ("draw", "message"),
     [

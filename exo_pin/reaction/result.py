@@ -182,7 +182,7 @@ class Reaction(ShownReaction, ReadOnly):
 
     @property
     def has_better_tensions(self) -> bool:
-        """Whether in some pose the actuators cannot give the tensions of the answer, but others that hold it as well."""
+        """Whether in some pose the actuators cannot give the tensions of the answer, but others that hold it too."""
         return bool((self.limits.tensions != self.actuator_forces)[self._held].any())
 
     @property

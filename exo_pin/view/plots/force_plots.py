@@ -120,8 +120,8 @@ def shoulder_force_map(
 ) -> Axes:
     """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
 
-    More than three limbs leave a choice of tensions: they are those of :meth:`exo_pin.ShoulderExo.holding_reaction`, and
-    poses that no tensions within the limits hold are left grey.
+    More than three limbs leave a choice of tensions: they are those of
+    :meth:`exo_pin.ShoulderExo.holding_reaction`, and poses that no tensions within the limits hold are left grey.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def shoulder_force_map(
 
 
 def _coloured(ax: Axes, flexion: FloatArray, abduction: FloatArray, force: FloatArray, body_mass: float | None) -> None:
-    """Colour the map by |F_s|, shape (abduction, flexion), with a bar; in percent of body weight where that is known."""
+    """Colour the map by |F_s|, shape (abduction, flexion), with a bar; in percent of body weight if that is known."""
     from matplotlib.colors import LogNorm
     from matplotlib.ticker import LogLocator, NullFormatter
 

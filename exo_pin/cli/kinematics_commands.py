@@ -221,8 +221,7 @@ def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing
         return "\nthe hanging arm is itself singular: no range of motion lies on either side of it"
     lines = ["\nseen from rest, share of each range of motion"]
     lines.append(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
-    for item in crossings:
-        lines.append(f"  {item.range.name:36} {item.across:8.1%} {item.unreachable:8.1%} {item.close:15.1%}")
+    lines += [f"  {c.range.name:36} {c.across:8.1%} {c.unreachable:8.1%} {c.close:15.1%}" for c in crossings]
     return "\n".join(lines)
 
 

@@ -130,13 +130,13 @@ def add_offset(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_limits(parser: argparse.ArgumentParser) -> None:
+def add_limits(parser: argparse.ArgumentParser, default: str = "as the design's actuators") -> None:
     """Add the limits of the limbs' forces."""
     add_flag(parser, "--pull", "let limbs only pull, whatever their actuators are")
     parser.add_argument(
         "--tension",
         metavar="MIN,MAX",
-        help="least and greatest limb force, N, tension positive, such as 0,200 (default: as the design's actuators)",
+        help=f"least and greatest limb force, N, tension positive, such as 0,200 (default: {default})",
     )
 
 

@@ -101,6 +101,11 @@ def test_a_pose_is_bars_with_limits(pose):
     marks = np.vstack([segment for lines in limbs.collections for segment in lines.get_segments()])
     assert sorted(set(marks[:, 1])) == [0.0, 300.0, 400.0]
     assert "% of body weight" in shoulder.get_title()
+    assert "The device cannot hold this pose" in figure.get_suptitle()
+    figure.canvas.draw()
+    for ax in figure.axes:
+        title = ax.title.get_window_extent()
+        assert 0.0 <= title.x0 <= title.x1 <= figure.bbox.width
     assert_words_are_apart(figure)
 
 

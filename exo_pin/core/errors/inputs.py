@@ -64,10 +64,11 @@ class MissingData(ExoPinError, ValueError):
         Names of the values that are needed.
     """
 
-    def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "") -> None:
+    def __init__(self, missing: Iterable[str], needed_for: str, mechanism: str = "", remedy: str = "") -> None:
         self.missing = tuple(missing)
         owner = f"mechanism {mechanism!r} has no " if mechanism else "missing: "
-        super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs")
+        advice = f"; {remedy}" if remedy else ""
+        super().__init__(f"{owner}{', '.join(self.missing)}, which {needed_for} needs{advice}")
 
 
 class MissingExtra(ExoPinError, ImportError):

@@ -225,6 +225,14 @@ def test_a_changed_design_does_not_cite_the_source_for_its_own_numbers(tmp_path)
     assert worn.replace(arm=ep.Arm(2.0, [0, 0, -0.2])).mechanism.sources.keys() <= worn.mechanism.sources.keys()
 
 
+def test_metres_under_a_key_in_millimetres_are_refused(tmp_path):
+    path, geometry = tmp_path / "own.toml", preset("four-cables").geometry
+    base, platform = geometry.base_points.tolist(), geometry.platform_points.tolist()
+    path.write_text(f'schema = 1\nname = "own"\n[geometry.points]\nbase_mm = {base}\nplatform_mm = {platform}\n')
+    with pytest.raises(FileFormatError, match=r"geometry.points: the farthest joint is 0\.3.* mm .*metres"):
+        read_mechanism(path)
+
+
 def stroke_file(stroke):
     text = preset_file("four-cables")
     start = text.index("stroke = ")

@@ -12,6 +12,8 @@ import pytest
 
 import exo_pin as ep
 from exo_pin.cli import main
+from exo_pin.core.files.toml_tables import UNITS
+from exo_pin.design.io.mechanism_keys import _KEYS
 from exo_pin.thesis import condensed
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
@@ -59,6 +61,23 @@ def run_code_of(page, monkeypatch, folder):
     for code in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(code, names)
     return names
+
+
+def test_example_of_a_design_is_what_the_page_says(monkeypatch, capsys, tmp_path):
+    page = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(re.search(r"<!-- file: mine.toml -->\n```toml\n(.*?)```", page, re.DOTALL)[1])
+    run_code_of("designs.md", monkeypatch, tmp_path)
+    shown = re.search(r"<!-- output: flexion -->\n```text\n(.*?)\n```", page, re.DOTALL)[1]
+    assert_same(shown, capsys.readouterr().out.rstrip())
+
+
+def test_every_key_of_a_design_is_on_its_page():
+    page = (Path(__file__).parents[1] / "docs" / "designs.md").read_text(encoding="utf-8")
+    words = set(re.findall(r"[a-zA-Z_0-9]+", page))
+    for record, keys in _KEYS.items():
+        for key in keys:
+            units = [""] if isinstance(key.kind, type) or key.kind == "text" else UNITS[key.kind]
+            assert words & {key.name + unit for unit in units}, f"{record.__name__}: {key.name}"
 
 
 def test_code_on_dynamics_runs(monkeypatch, capsys):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from ..core.files import write_figure
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES
-from ..wrist import AssemblyModes
-from ..wrist.singularities.singularity_free_region import daily_crossings, side_of_rest
+from ..wrist import AssemblyModes, NearestSingularity, Singularity
+from ..wrist.singularities.singularity_free_region import RangeCrossing, daily_crossings, side_of_rest
 from . import add_file, add_flag
 from .options.option_values import numbers
 from .options.query_options import add_approach, add_design, add_pose, design, pose, pose_words, print_approach
@@ -154,59 +155,95 @@ def _singularity(options: argparse.Namespace) -> int:
         raise InvalidInput("--approach prints a table: leave --json out")
     exo = design(options)
     orientation = pose(options, exo)
-    state, nearest = exo.singularity(orientation), exo.nearest_singularity(orientation)
+    state = exo.singularity(orientation)
+    # More than three limbs have no singular surface, hence no sides and no way to its nearest point.
+    nearest = exo.nearest_singularity(orientation) if exo.geometry.limb_count == 3 else None
     crossings = []
-    if side_of_rest(exo.geometry) != 0:
+    if nearest is not None and side_of_rest(exo.geometry) != 0:
         crossings = daily_crossings(exo.geometry, (ADL_BOX, *DAILY_RANGES), side=exo.side)
-    sensors = {label: exo.sensor_sensitivity(orientation, names) for label, names in _SENSORS}
-    there = shoulder_angles(nearest.pose, exo.side, degrees=True)
     if options.json:
-        answer = {
-            "mechanism": exo.name,
-            "side": exo.side,
-            "kind": str(state.kind),
-            "det_X": _number(state.determinant),
-            "distance_deg": _number(nearest.degrees),
-            "nearest_singular_pose_deg": there.tolist(),
-            "amplification_N_per_Nm": _number(state.amplification),
-            "centre_shift_mm_per_mm": _number(state.centre_shift),
-            "condition": _number(state.condition),
-            "lost_direction": state.lost_direction.tolist(),
-            "across": {item.range.name: item.across for item in crossings},
-            "unreachable": {item.range.name: item.unreachable for item in crossings},
-        }
-        print(json.dumps(answer, indent=2))
+        print(_singularity_json(exo, state, nearest, crossings))
     else:
-        # Rounded first, so that no -0.0 is printed.
-        x, y, z = np.round(state.lost_direction, 3) + 0.0
-        there = np.round(there, 1) + 0.0
-        print(
-            f"{exo.mechanism.title or exo.name}\n"
-            f"{pose_words(options, exo)}: {state.kind}\n\n"
-            f"det X                           {state.determinant:+.5f}\n"
-            f"reach h_i                       {', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm\n"
-            f"nearest singular pose           {nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, "
-            f"abduction {there[1]:.1f}°, internal rotation {there[2]:.1f}°\n"
-            f"limb force per moment, worst    {_bounded(float(state.amplification), 'N per N m')}\n"
-            f"axis that the limbs hold worst  ({x:.3f}, {y:.3f}, {z:.3f})\n"
-            f"centre shift without ball joint {_bounded(float(state.centre_shift), 'mm per mm of play in each limb')}\n"
-            f"condition of the limbs          {_bounded(float(state.condition), '')}\n"
-        )
-        print("turn of the arm per unit of sensor error, worst")
-        for label, sensor in sensors.items():
+        print(f"{exo.mechanism.title or exo.name}\n{pose_words(options, exo)}: {state.kind}\n")
+        print(_singularity_table(exo, state, nearest))
+        print("\nturn of the arm per unit of sensor error, worst")
+        for label, names in _SENSORS:
+            sensor = exo.sensor_sensitivity(orientation, names)
             unit, factor = ("° per mm", np.degrees(1e-3)) if label == "limb lengths" else ("° per °", 1.0)
             print(f"  {label:32} {_bounded(float(sensor.sensitivity) * factor, unit, 2)}")
-        if not crossings:
-            print("\nthe hanging arm is itself singular: no range of motion lies on either side of it")
-        else:
-            print("\nseen from rest, share of each range of motion")
-            print(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
-        for item in crossings:
-            print(f"  {item.range.name:36} {item.across:8.1%} {item.unreachable:8.1%} {item.close:15.1%}")
+        print(_sides(nearest, crossings))
     if options.approach is not None:
         print_approach(exo, orientation, options.approach)
     _draw(exo, options)
     return 0
+
+
+def _singularity_table(exo: ShoulderExo, state: Singularity, nearest: NearestSingularity | None) -> str:
+    # Rounded first, so that no -0.0 is printed.
+    x, y, z = np.round(state.lost_direction, 3) + 0.0
+    rows = {
+        "det X": f"{state.determinant:+.5f}{_side(exo, state)}",
+        "reach h_i": f"{', '.join(f'{h * 1e3:.1f}' for h in state.reach)} mm",
+        "nearest singular pose": "",
+        "limb force per moment, worst": _bounded(float(state.amplification), "N per N m"),
+        "axis that the limbs hold worst": f"({x:.3f}, {y:.3f}, {z:.3f})",
+        "centre shift without ball joint": _bounded(float(state.centre_shift), "mm per mm of play in each limb"),
+        "condition of the limbs": _bounded(float(state.condition), ""),
+    }
+    if nearest is None:
+        for name in ("det X", "nearest singular pose", "centre shift without ball joint"):
+            del rows[name]
+    else:
+        there = np.round(shoulder_angles(nearest.pose, exo.side, degrees=True), 1) + 0.0
+        rows["nearest singular pose"] = (
+            f"{nearest.degrees:.2f}° away, at flexion {there[0]:.1f}°, abduction {there[1]:.1f}°, "
+            f"internal rotation {there[2]:.1f}°"
+        )
+    return "\n".join(f"{name:31} {value}" for name, value in rows.items())
+
+
+def _side(exo: ShoulderExo, state: Singularity) -> str:
+    """Whether a pose lies on the same side of the singular surface as the hanging arm, in words."""
+    rest = side_of_rest(exo.geometry) if exo.geometry.limb_count == 3 else 0
+    if rest == 0 or state.kind not in ("regular", "near"):
+        return ""
+    return ", on the side of rest" if state.determinant * rest > 0.0 else ", across det X = 0 from rest"
+
+
+def _sides(nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing]) -> str:
+    """How the ranges of motion lie about the singular surface."""
+    if nearest is None:
+        return (
+            "\nThe singular poses of more than three limbs form no surface, but curves or single poses: they have no\n"
+            "sides, and a movement can go round them."
+        )
+    if not crossings:
+        return "\nthe hanging arm is itself singular: no range of motion lies on either side of it"
+    lines = ["\nseen from rest, share of each range of motion"]
+    lines.append(f"  {'':36} {'across':>8} {'cut off':>8} {'|det X| < 0.05':>15}")
+    lines += [f"  {c.range.name:36} {c.across:8.1%} {c.unreachable:8.1%} {c.close:15.1%}" for c in crossings]
+    return "\n".join(lines)
+
+
+def _singularity_json(
+    exo: ShoulderExo, state: Singularity, nearest: NearestSingularity | None, crossings: Sequence[RangeCrossing]
+) -> str:
+    there = None if nearest is None else shoulder_angles(nearest.pose, exo.side, degrees=True).tolist()
+    answer = {
+        "mechanism": exo.name,
+        "side": exo.side,
+        "kind": str(state.kind),
+        "det_X": _number(state.determinant),
+        "distance_deg": None if nearest is None else _number(nearest.degrees),
+        "nearest_singular_pose_deg": there,
+        "amplification_N_per_Nm": _number(state.amplification),
+        "centre_shift_mm_per_mm": _number(state.centre_shift),
+        "condition": _number(state.condition),
+        "lost_direction": state.lost_direction.tolist(),
+        "across": {item.range.name: item.across for item in crossings},
+        "unreachable": {item.range.name: item.unreachable for item in crossings},
+    }
+    return json.dumps(answer, indent=2)
 
 
 def _number(value: Any) -> float | None:

@@ -37,6 +37,7 @@ from .options.query_options import (
     pose_words,
     print_approach,
 )
+from .pose_table import add_way, report_way
 from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
 
 __all__ = ["add_commands"]
@@ -47,6 +48,7 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("reaction")
     add_design(parser)
     add_pose(parser)
+    add_way(parser)
     add_person(parser)
     parser.add_argument(
         "--side-force-limit",
@@ -123,6 +125,9 @@ def _add_splits(parser: argparse.ArgumentParser) -> None:
 
 
 def _reaction(options: argparse.Namespace) -> int:
+    if options.to is not None:
+        exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
+        return _hold_status([report_way(exo, _chosen_split(exo, bounds, options), bounds, options)], options)
     if options.trajectory is not None:
         exo, bounds = _fitted(design(options), options), _bounds(options.side_force_limit)
         movement = follow(exo, _chosen_split(exo, bounds, options), bounds, options)

@@ -221,7 +221,7 @@ def moving_mass(exo: ShoulderExo) -> str:
     if own is None:
         return f"moving part of the device {arm.mass:.3g} kg, without a person's arm"
     if own.mass == arm.mass:
-        return f"moving part {arm.mass:.3g} kg"
+        return f"arm {arm.mass:.3g} kg, massless device"
     return f"arm {own.mass:.3g} kg, moving part of the device {arm.mass - own.mass:.3g} kg"
 
 

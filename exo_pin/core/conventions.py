@@ -181,7 +181,7 @@ def shoulder_angles(orientation: Rotation, side: str = "left", degrees: bool = F
         Shape (..., 3), rad or degrees, abduction within ±90°. At ±90° of abduction the internal rotation is 0.
     """
     sign = _outward(side)
-    angles = _euler(orientation, "YXZ") * np.array([-1.0, sign, -sign])
+    angles = _euler(orientation, "YXZ") * np.array([-1.0, sign, -sign]) + 0.0  # no -0.0
     return np.degrees(angles) if degrees else angles
 
 

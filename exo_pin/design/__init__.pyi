@@ -9,6 +9,7 @@ from .geometry import WristGeometry as WristGeometry
 from .interface import Interface as Interface
 from .interface import Interfaces as Interfaces
 from .io.mechanism_files import preset as preset
+from .io.mechanism_files import preset_file as preset_file
 from .io.mechanism_files import presets as presets
 from .io.mechanism_files import published as published
 from .io.mechanism_files import read_mechanism as read_mechanism

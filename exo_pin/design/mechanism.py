@@ -122,7 +122,8 @@ class Mechanism(Record):
             If there is none, or if its inertia is needed and not known.
         """
         if self.arm is None:
-            raise MissingData(["arm mass", "arm centre of mass"], needed_for, self.name)
+            remedy = "give it an arm, or a person who wears it (--person, worn_by)"
+            raise MissingData(["arm mass", "arm centre of mass"], needed_for, self.name, remedy)
         if inertia and self.arm.inertia is None:
             raise MissingData(["arm inertia"], needed_for, self.name)
         return self.arm

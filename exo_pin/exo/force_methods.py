@@ -6,6 +6,7 @@ import functools
 from typing import Any
 
 from numpy.typing import ArrayLike
+import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
@@ -148,10 +149,10 @@ class ForceQuestions(Subject):
     def holding_reaction(
         self, orientation: Rotation, motion: Motion | None = None, load: Load | None = None, **options: Any
     ) -> Reaction:
-        """Forces that the design's actuators can give, if they can hold every pose; else those of plain equilibrium.
+        """Forces that the design's actuators can give, in every pose that they can hold; else those of equilibrium.
 
         More than three limbs leave a choice of tensions. :meth:`reaction` takes the shortest, which may be pushes of
-        cables; here they are within the limits of the actuators (``actuator_bounds="design"``) if that is possible.
+        cables; here they are within the limits of the actuators in each pose in which that is possible.
 
         Parameters
         ----------
@@ -167,9 +168,14 @@ class ForceQuestions(Subject):
         answer = self.reaction(orientation, motion, load, **options)
         if options.get("actuator_bounds") is not None or not answer.has_better_tensions:
             return answer
-        held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": "design"})
+        lower, upper = answer.bounds_where_held
+        held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": (lower, upper)})
         # A cone may leave no such tensions.
-        return held if held.has_answer.all() else answer
+        lost = (answer.has_answer & ~held.has_answer)[..., None]
+        if lost.any():
+            bounds = np.where(lost, -np.inf, lower), np.where(lost, np.inf, upper)
+            held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": bounds})
+        return held
 
     def remedy(self, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.

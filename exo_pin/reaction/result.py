@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import FloatArray, ReadOnly
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
+from .holding.actuator_limits import ForceLimits
 from .holding.hold_check import HoldCheck, hold_check
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
@@ -182,15 +183,28 @@ class Reaction(ShownReaction, ReadOnly):
 
     @property
     def has_better_tensions(self) -> bool:
-        """Whether the actuators cannot give the tensions of the answer, but others that hold every pose as well.
+        """Whether in some pose the actuators cannot give the tensions of the answer, but others that hold it too.
 
         False where the actuator of a limb is not known.
         """
         if any(limb.actuator is None for limb in self.source.poses.mechanism.limbs):
             return False
-        if not self.has_answer.all() or self.limits.violated.any():
-            return False
-        return not np.array_equal(self.limits.tensions, self.actuator_forces)
+        return bool((self.limits.tensions != self.actuator_forces)[self._held].any())
+
+    @property
+    def bounds_where_held(self) -> tuple[FloatArray, FloatArray]:
+        """Limits of the actuators in the poses that they hold, infinite in all others: ``actuator_bounds`` of a query.
+
+        Shapes (..., n), N.
+        """
+        poses, held = self.source.poses, self._held[..., None]
+        own = ForceLimits.of_design(poses.mechanism, poses.lengths)
+        lower, upper = (limit.reshape(self.actuator_forces.shape) for limit in own)
+        return np.where(held, lower, -np.inf), np.where(held, upper, np.inf)
+
+    @property
+    def _held(self) -> NDArray[np.bool_]:
+        return self.has_answer & ~self.limits.violated
 
     @property
     def can_hold(self) -> NDArray[np.bool_]:

@@ -58,7 +58,7 @@ def test_reaction_of_a_file_with_a_payload(capsys, tmp_path):
     [
         (["reaction", "prototyp"], "did you mean 'prototype'"),
         (["reaction", "none.toml"], "cannot be read"),
-        (["reaction", "scenario-one"], "has no arm mass"),
+        (["reaction", "scenario-one"], "a person who wears it (--person"),
         (["reaction", "--person", "175,75,male"], "0.5 to 2.6 m"),
         (["reaction", "--person", "tall"], "HEIGHT,MASS,SEX"),
         (["reaction", "--payload", "1"], "--person"),

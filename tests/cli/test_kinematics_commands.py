@@ -69,6 +69,22 @@ def test_singularity_report(capsys, tmp_path):
     assert json.loads(run(capsys, "singularity", "--abduction", "90", "--json")[1])["kind"] == "singular"
 
 
+def test_singularity_report_says_on_which_side_a_pose_lies(capsys):
+    assert "+0.07098, across det X = 0 from rest" in run(capsys, "singularity", "prototype", "--flexion", "45")[1]
+    assert ", on the side of rest" in run(capsys, "singularity", "prototype", "--flexion", "20")[1]
+
+
+def test_singularity_of_more_than_three_limbs_is_reported(capsys):
+    status, out, _ = run(capsys, "singularity", "four-cables", "--flexion", "60", "--abduction", "30")
+    assert status == 0
+    cables = ep.load("four-cables")
+    assert f"{cables.singularity(cables.pose(60, 30)).amplification:.1f} N per N m" in out
+    assert "no surface" in out
+    answer = json.loads(run(capsys, "singularity", "four-cables", "--json")[1])
+    assert answer["kind"] == "regular"
+    assert answer["distance_deg"] is None
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -9,6 +9,7 @@ from command_line import run
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.design import preset_file
 
 
 def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
@@ -93,6 +94,24 @@ def test_a_movement_of_ones_own(capsys, tmp_path):
     assert "of 23°" in out
 
 
+@pytest.mark.parametrize("design", ["without arm", pytest.param("four-linear-actuators", marks=pytest.mark.full)])
+def test_person_wears_a_design_that_has_no_dummy(capsys, tmp_path, design):
+    lift, bare, table = (tmp_path / name for name in ("lift.csv", "bare.toml", "run.csv"))
+    lift.write_text(
+        "time_s,flexion_deg,abduction_deg,internal_rotation_deg\n0,0,0,0\n0.1,1,0,0\n0.2,2,0,0\n0.3,3,0,0\n"
+    )
+    text = preset_file("four-cables")
+    bare.write_text(text[: text.index("[arm]")] + text[text.index("[[limbs]]") :])
+    status, _, err = run(capsys, "track", str(lift), "--design", str(bare))
+    assert status == 2
+    assert "give --person" in err
+    name = str(bare) if design == "without arm" else design
+    arguments = ["--design", name, "--person", "1.70,65,female", "--payload", "1", "--out", str(table)]
+    assert run(capsys, "track", str(lift), *arguments)[0] == 0
+    arm = ep.load(name).worn_by(ep.Arm.from_anthropometry(1.70, 65, "female", payload=1.0)).arm
+    assert f"moving mass {arm.mass:.6g} kg" in table.read_text()
+
+
 def test_experiments_are_listed(capsys):
     status, out, _ = run(capsys, "track", "--list")
     assert status == 0
@@ -111,7 +130,7 @@ def test_experiments_are_listed(capsys):
         (["abduction", "--supply", "400000"], "bar"), (["abduction", "--supply", "nan"], "bar"),
         (["abduction", "--sensitivity", "--plot", "x.png", "--json"], "--plot, --json"),
         (["abduction", "--fault", "no-current,1,2"], "pneumatic muscles"),
-        (["four-cables-abduction", "--fault", "burst,1,2"], "a motor"),
+        (["four-cables-abduction", "--fault", "burst,2,2"], "'torn', 'no current', 'slipping brake' of limb 2"),
         (["four-cables-abduction", "--fault", "torn,5,2"], "1 to 4"),
         (["four-cables-abduction", "--supply", "3"], "pneumatic muscles"),
         (["abduction", "--fault", "burst,3,99"], "when the run ends"), (["abduction", "--noise", "-1"], "got -1"),

@@ -1,5 +1,6 @@
 """Kernels: plain and compiled forms agree, one is chosen by counts, and the cache notices every edit."""
 
+import ctypes
 import dis
 import os
 import subprocess

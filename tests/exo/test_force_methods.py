@@ -150,6 +150,18 @@ def test_without_a_shoulder_only_tensions_that_leave_it_unloaded_count(sides, ca
     assert (exo.reaction(poses).can_hold & ~alone.can_hold).any() == (sides < 3)
 
 
+def test_pose_that_cannot_be_held_leaves_the_tensions_of_the_others_within_their_limits(cables):
+    poses = cables.pose([60, 110, 20], [30, 96, 0])
+    held, plain = cables.holding_reaction(poses), cables.reaction(poses)
+    assert held.can_hold.tolist() == [True, False, True]
+    for row in (0, 2):
+        assert plain.actuator_forces[row].min() < 0.0
+        alone = cables.holding_reaction(poses[row])
+        np.testing.assert_allclose(held.actuator_forces[row], alone.actuator_forces, rtol=1e-12, atol=1e-12)
+        assert held.actuator_forces[row].min() >= -1e-9
+    np.testing.assert_array_equal(held.actuator_forces[1], plain.actuator_forces[1])
+
+
 def test_remedy_leads_to_a_pose_that_can_be_held(exo):
     weak = strong(ep.load("prototype"), pull_limit=20.0, push_limit=20.0)
     pose = weak.pose(40, 20, 10)

@@ -269,3 +269,17 @@ def test_movement_on_the_command_line(capsys, tmp_path, prototype):
         status, out, err = run(capsys, "reaction", *bad)
         assert (status, out) == (2, "")
         assert message in err
+
+
+def test_sweep_command_keeps_cables_from_pushing(capsys, tmp_path):
+    path = tmp_path / "table.csv"
+    arguments = ["four-cables", "--vary", "lean_forward_deg=0", "--step", "50", "--out", str(path)]
+    assert run(capsys, "sweep", *arguments)[0] == 0
+    header, row = path.read_text().splitlines()[-2:]
+    figures = dict(zip(header.split(","), row.split(","), strict=True))
+    cables = ep.load("four-cables")
+    held = cables.reaction(ep.adl_box(50.0), actuator_bounds="design")
+    assert cables.reaction(ep.adl_box(50.0)).has_answer.all()
+    assert 0.0 < held.has_answer.mean() < 1.0
+    assert float(figures["holdable"]) == pytest.approx(held.has_answer.mean())
+    assert float(figures["peak_F_s_N"]) == pytest.approx(np.nanmax(held.magnitude), rel=1e-5)

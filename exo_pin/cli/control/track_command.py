@@ -15,9 +15,11 @@ from ...core.files import write_figure
 from ...core.validation import as_choice
 from .. import add_file, add_flag, add_number, add_repeated
 from ..options.option_values import numbers, require_ending
+from ..options.query_options import add_person, person_arm, wearer
 
 if TYPE_CHECKING:
     from ...control import Experiment, Fault, Tracking
+    from ...exo.shoulder_exo import ShoulderExo
 
 __all__ = ["add_commands"]
 
@@ -63,7 +65,10 @@ def add_commands(commands: Any) -> None:
         "torn, burst, stuck-open, stuck-shut or no-current, number of the limb from 1, time in s; may be repeated",
     )
     add_flag(parser, "--sensitivity", "run it again with every estimated parameter changed, as a table")
-    parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help="contact force in that wearer's shoulder joint too")
+    add_person(
+        parser,
+        "contact force in that wearer's shoulder joint too; a --design carries their arm, a dummy its own",
+    )
     add_flag(parser, "--no-progress", "show no bar (none is shown in a pipe or file)")
     add_flag(parser, "--json", "print JSON")
     add_file(parser, "--out", "everything over time, or the table, as CSV")
@@ -151,7 +156,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
     from ...exo.shoulder_exo import load
 
     if options.study in MOVEMENTS and options.design is not None:
-        exo = load(options.design)
+        exo = _carried(load(options.design), options)
         reference = reference_of(options.study, exo.side)
         title = f"{options.study}, {exo.mechanism.name}"
         chosen = Experiment(options.study, title, exo.mechanism, reference, options=options_for(exo.mechanism))
@@ -160,7 +165,7 @@ def _experiment(options: argparse.Namespace) -> Experiment:
             raise InvalidInput("--design is for abduction, flexion or a file's movement: an experiment has its own")
         chosen = experiment(options.study)
     elif Path(options.study).suffix.lower() == ".csv":
-        exo = load(options.design or "prototype")
+        exo = _carried(load(options.design or "prototype"), options)
         reference = read_reference(options.study, exo.side)
         name = Path(options.study).stem
         chosen = Experiment(name, name, exo.mechanism, reference, options=options_for(exo.mechanism))
@@ -186,6 +191,15 @@ def _experiment(options: argparse.Namespace) -> Experiment:
         count, duration = chosen.mechanism.limb_count, chosen.reference.duration
         changes["faults"] = tuple(_fault(text, count, duration) for text in options.fault)
     return chosen.replace(**changes)
+
+
+def _carried(exo: ShoulderExo, options: argparse.Namespace) -> ShoulderExo:
+    """The design with the arm of the person; a dummy, whose moving part has no person's arm, stays as it is."""
+    arm = exo.mechanism.arm
+    if arm is None and options.person is None:
+        raise InvalidInput(f"{exo.name} has no arm to move: give --person")
+    dummy = arm is not None and arm.person is None
+    return exo if options.person is None or dummy else exo.worn_by(person_arm(options))
 
 
 def _imu(options: argparse.Namespace) -> Any:
@@ -233,16 +247,13 @@ def _contact(options: argparse.Namespace, tracking: Tracking) -> dict[str, float
     """Contact force of the wearer's shoulder joint along the run, with the run's tensions."""
     from ...exo.shoulder_exo import ShoulderExo
     from ...load_case import Motion
-    from ...person import Person
-    from ..options.query_options import person_numbers
 
-    height, mass, sex = person_numbers(options.person)
     exo = ShoulderExo.from_mechanism(tracking.experiment.mechanism)
     run, count = tracking.run, len(tracking.times)
     rows = slice(None, None, max(round((count - 1) / max(tracking.times[-1] * _CONTACT_RATE, 1.0)), 1))
     found = exo.joint_contact(
         run.rotations[rows],
-        Person(height, mass, sex),
+        wearer(options),
         forces=run.tensions[rows],
         motion=Motion(run.angular_velocity[rows], run.angular_acceleration[rows]),
         outside="mark",

@@ -35,6 +35,7 @@ __all__ = [
     "design",
     "limits",
     "offset",
+    "person_arm",
     "person_numbers",
     "pose",
     "pose_angles",
@@ -87,13 +88,13 @@ def add_pose(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f"--{name}", type=float, default=0.0, metavar="DEG", help=f"{text}, degrees (default 0)")
 
 
-def add_person(parser: argparse.ArgumentParser) -> None:
+#: What ``--person`` is for most commands.
+_WEARER = "the wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design)"
+
+
+def add_person(parser: argparse.ArgumentParser, meaning: str = _WEARER) -> None:
     """Add who wears the device."""
-    parser.add_argument(
-        "--person",
-        metavar="HEIGHT,MASS,SEX",
-        help="the wearer: height in m, mass in kg, male or female, such as 1.75,75,male (default: as in the design)",
-    )
+    parser.add_argument("--person", metavar="HEIGHT,MASS,SEX", help=meaning)
     add_number(parser, "--elbow-flexion", "DEG", "bend of the person's elbow, degrees", 0.0)
     add_number(parser, "--payload", "KG", "mass in the person's hand, kg, not N", 0.0)
 
@@ -129,13 +130,13 @@ def add_offset(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_limits(parser: argparse.ArgumentParser) -> None:
+def add_limits(parser: argparse.ArgumentParser, default: str = "as the design's actuators") -> None:
     """Add the limits of the limbs' forces."""
     add_flag(parser, "--pull", "let limbs only pull, whatever their actuators are")
     parser.add_argument(
         "--tension",
         metavar="MIN,MAX",
-        help="least and greatest limb force, N, tension positive, such as 0,200 (default: as the design's actuators)",
+        help=f"least and greatest limb force, N, tension positive, such as 0,200 (default: {default})",
     )
 
 
@@ -151,7 +152,7 @@ def design(options: argparse.Namespace) -> ShoulderExo:
     """Load the design, on a person if one is given."""
     exo = load(options.design, side=options.side)
     if getattr(options, "person", None) is not None:
-        return exo.worn_by(_person(options.person, options.elbow_flexion, options.payload))
+        return exo.worn_by(person_arm(options))
     if getattr(options, "payload", 0.0) or getattr(options, "elbow_flexion", 0.0):
         raise InvalidInput("--payload and --elbow-flexion belong to a person's arm: give --person too")
     return exo
@@ -189,10 +190,12 @@ def person_numbers(text: str) -> tuple[float, float, str]:
         raise InvalidInput(f"expected --person HEIGHT,MASS,SEX such as 1.75,75,male, got {text!r}") from None
 
 
-def _person(text: str, elbow_flexion: float, payload: float) -> Arm:
-    height, mass, sex = person_numbers(text)
+def person_arm(options: argparse.Namespace) -> Arm:
+    """The arm of ``--person``, with what is in the hand."""
+    height, mass, sex = person_numbers(options.person)
+    bend, load = options.elbow_flexion, options.payload
     with _cautions():
-        return Arm.from_anthropometry(height, mass, sex, elbow_flexion=elbow_flexion, payload=payload, degrees=True)
+        return Arm.from_anthropometry(height, mass, sex, elbow_flexion=bend, payload=load, degrees=True)
 
 
 def wearer(options: argparse.Namespace, **more: Any) -> Person:

@@ -105,8 +105,11 @@ def as_faults(
         if fault.limb >= len(motors):
             raise InvalidInput(f"expected a fault of limb 0 to {len(motors) - 1}, got limb {fault.limb}")
         if fault.kind in (_OF_MUSCLES if motors[fault.limb] else _OF_MOTORS):
-            drive = "a motor" if motors[fault.limb] else "pneumatic muscles"
-            raise InvalidInput(f"limb {fault.limb} has {drive}, and no fault {fault.kind!r}")
+            drive, others = ("a motor", _OF_MUSCLES) if motors[fault.limb] else ("pneumatic muscles", _OF_MOTORS)
+            known = ", ".join(repr(kind) for kind in FAULTS if kind not in others)
+            raise InvalidInput(
+                f"expected one of {known} of limb {fault.limb + 1}, which has {drive}; got {fault.kind!r}"
+            )
         if fault.start >= duration:
             raise InvalidInput(
                 f"expected a fault that begins within the run of {duration:g} s, got {fault.kind!r} of limb "

@@ -12,7 +12,7 @@ from ..mechanism import Mechanism
 from .mechanism_reading import read_root
 from .mechanism_writing import SCHEMA, mechanism_table
 
-__all__ = ["preset", "presets", "published", "read_mechanism", "write_mechanism"]
+__all__ = ["preset", "preset_file", "presets", "published", "read_mechanism", "write_mechanism"]
 
 
 #: Folders of the mechanisms that come with the package: published ones, and those that a search has found.
@@ -45,12 +45,22 @@ def preset(name: str) -> Mechanism:
     return _loaded(as_choice("preset", name, presets()))
 
 
+def preset_file(name: str) -> str:
+    """Text of the file of a mechanism that comes with the package.
+
+    Raises
+    ------
+    UnknownName
+        If there is none of that name; the message lists those there are.
+    """
+    folder = _PUBLISHED if as_choice("preset", name, presets()) in published() else _FOUND
+    return files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8")
+
+
 @cache
 def _loaded(name: str) -> Mechanism:
     """A mechanism is frozen throughout, so that all who load it may share it."""
-    folder = _PUBLISHED if name in published() else _FOUND
-    text = files("exo_pin.design").joinpath(*folder, f"{name}.toml").read_text(encoding="utf-8")
-    return _mechanism(parse_toml(text, f"{name}.toml"))
+    return _mechanism(parse_toml(preset_file(name), f"{name}.toml"))
 
 
 def read_mechanism(path: str | PathLike[str]) -> Mechanism:

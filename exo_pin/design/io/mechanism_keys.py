@@ -138,6 +138,8 @@ def read_record(kind: type, table: Table | None, sources: dict[str, str]) -> Any
 def read_fields(kind: type, table: Table, sources: dict[str, str]) -> dict[str, Any]:
     """The fields of a record that a table has."""
     note_source(table, sources)
+    if kind is Stroke and (between := _lengths_of_stroke(table)) is not None:
+        return between
     fields: dict[str, Any] = {}
     for key in _KEYS[kind]:
         if isinstance(key.kind, type):
@@ -147,6 +149,20 @@ def read_fields(kind: type, table: Table, sources: dict[str, str]) -> dict[str, 
         else:
             fields[key.field] = table.quantity(key.kind, key.name, key.shape, key.required)
     return {name: value for name, value in fields.items() if value is not None}
+
+
+def _lengths_of_stroke(table: Table) -> dict[str, Any] | None:
+    """The fields of a stroke that is given as two lengths between the joint centres; None if it is not."""
+    shortest, longest = (table.quantity("length", name, required=False) for name in ("shortest", "longest"))
+    if shortest is None and longest is None:
+        return None
+    if shortest is None or longest is None:
+        raise table.error("missing beside the other length", "shortest" if shortest is None else "longest")
+    if not 0.0 < shortest <= longest:
+        raise table.error(
+            f"expected more than 0 and at most the longest, {longest:g} m; got {shortest:g} m", "shortest"
+        )
+    return {"nominal_length": longest, "shortest": shortest / longest, "longest": 1.0, "end_fitting": 0.0}
 
 
 def record_table(record: object) -> dict[str, Any]:

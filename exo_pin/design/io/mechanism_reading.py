@@ -16,6 +16,9 @@ from .mechanism_keys import note_source, read_fields, read_record
 
 __all__ = ["read_root"]
 
+#: Distance of the farthest joint from the shoulder, m, below which metres are likely to stand under a key in mm.
+_NEAREST = 3e-3
+
 
 def read_root(root: Table) -> Mechanism:
     """The mechanism that the root table of a file describes; every key must be known."""
@@ -65,11 +68,20 @@ def _read_geometry(table: Table, side: str, sources: dict[str, str]) -> WristGeo
         circles.finish()
     else:
         geometry = read_record(WristGeometry, points, sources)
+        _check_size(geometry, table)
     if quaternion is None:
         return geometry
     if abs(np.linalg.norm(quaternion) - 1.0) > 1e-9:
         raise table.error("expected a unit quaternion", "neutral_quaternion_xyzw")
     return geometry.replace(neutral=Rotation.from_quat(quaternion))
+
+
+def _check_size(geometry: WristGeometry, table: Table) -> None:
+    """Raise for joints so near the shoulder that metres were typed for millimetres."""
+    joints = np.concatenate([geometry.base_points, geometry.platform_points])
+    farthest = float(np.linalg.norm(joints, axis=1).max())
+    if farthest < _NEAREST:
+        raise table.error(f"the farthest joint is {1e3 * farthest:.3g} mm from the shoulder (metres?)", "points")
 
 
 def _read_arm(table: Table, sources: dict[str, str]) -> Arm:

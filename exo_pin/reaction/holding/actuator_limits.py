@@ -137,6 +137,13 @@ class ForceLimits(NamedTuple):
         rows = self.reachable
         return bool((self.lower[rows] >= 0.0).all() or (self.upper[rows] <= 0.0).all())
 
+    @classmethod
+    def of_design(cls, mechanism: Mechanism, lengths: FloatArray) -> ForceLimits:
+        """Limits of the design's actuators at limb lengths, shape (N, n), m; one that is not known is left out."""
+        own = design_limits(mechanism, lengths)
+        lower = np.where(np.isnan(own.lower), -np.inf, own.lower)
+        return cls(lower, np.where(np.isnan(own.upper), own.ceiling, own.upper))
+
     def row(self, k: int) -> ForceLimits:
         """Limits of pose k, a stack of one."""
         return ForceLimits(self.lower[k : k + 1], self.upper[k : k + 1])
@@ -168,14 +175,12 @@ class DesignActuators:
 
     def limits(self, lengths: FloatArray) -> ForceLimits:
         """Limits of f at limb lengths, shape (N, n), m."""
-        own = design_limits(self._mechanism, lengths)
-        lower = np.where(np.isnan(own.lower), -np.inf, own.lower)
-        upper = np.where(np.isnan(own.upper), own.ceiling, own.upper)
+        own = ForceLimits.of_design(self._mechanism, lengths)
         if self._stroke:
             low, high = length_limits(self._mechanism)
             outside = ((lengths < low) | (lengths > high)).any(axis=1)
-            lower[outside], upper[outside] = np.nan, np.nan
-        return ForceLimits(lower, upper)
+            own.lower[outside], own.upper[outside] = np.nan, np.nan
+        return own
 
 
 @lru_cache(maxsize=64)

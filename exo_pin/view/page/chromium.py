@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -14,6 +15,9 @@ try:
     from choreographer.errors import BrowserClosedError, BrowserFailedError, ChannelClosedError
 finally:
     sys.argv = _arguments
+# To end, choreographer writes "{bye}" into its own pipe. Read together with a last answer of the browser it is no JSON,
+# which is ignored, and reported with a traceback.
+logging.getLogger("choreographer.channels.pipe").setLevel(logging.CRITICAL)
 
 __all__ = ["CHROMIUM_ERRORS", "chromium"]
 

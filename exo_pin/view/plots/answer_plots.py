@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -147,9 +148,9 @@ def study_figure(table: StudyTable, figure: str = "peak_F_s_N") -> Figure:
 def _pose_figure(reaction: Reaction, limits: tuple[ArrayLike, ArrayLike] | None) -> Figure:
     """Limb forces with their limits, and F_s with its components, both in N."""
     figure, (left, right) = new_figure(9.2, 4.4, ncols=2, width_ratios=[1.25, 1.0])
-    state = f"split “{reaction.split}”, {reaction.status}".replace("_", " ")
-    if not reaction.has_answer:
-        figure.suptitle(f"No forces: the pose is {str(reaction.status).replace('_', ' ')}", fontsize=11)
+    state = f"split “{reaction.split}”".replace("_", " ")
+    none = "" if reaction.has_answer else f"No forces: the pose is {str(reaction.status).replace('_', ' ')}\n"
+    figure.suptitle(none + textwrap.fill(reaction.verdict, 100), fontsize=11)
     f, g, sure = reaction.actuator_forces, reaction.constraint_forces, reaction.certificate
     names = [f"limb {i + 1}\npull f" for i in range(len(f))]
     heights, limbs = list(f), list(sure.actuator_forces)
@@ -183,7 +184,7 @@ def _bars(axes: Any, names: list[str], heights: list[float], colours: list[str],
             bar.set(hatch="////", edgecolor="white", linewidth=0.0)
     room = 0.02 * max(float(np.ptp([0.0, *drawn])), 1e-9)
     for place, value, height in zip(places, heights, drawn, strict=True):
-        text = f"{value + 0.0:.0f}" if np.isfinite(value) else "none"
+        text = f"{np.round(value) + 0.0:.0f}" if np.isfinite(value) else "none"
         up = height >= 0
         # On white, so that a line of a limit does not cross the number.
         axes.text(

@@ -6,6 +6,7 @@ distinguish the curves in grey prints as well, and units on every axis.
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,10 +30,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
 
-#: Most limbs whose tensions equilibrium determines.
-_DETERMINED = 3
 #: Length of the longest arrow and of a head, m.
 _LONGEST, _HEAD = 0.15, 0.03
+#: Colour of poses that no forces within the limits hold.
+_NOT_HELD = "0.75"
 
 
 def use_file_backend() -> None:
@@ -124,67 +125,89 @@ def _equal_axes(ax: Any, points: FloatArray) -> None:
 
 
 def shoulder_force_map(
-    exo: ShoulderExo, ax: Axes | None = None, internal_rotation: float = 0.0, step: float = 0.5
+    exo: ShoulderExo, ax: Axes | None = None, internal_rotation: float = 0.0, step: float | None = None
 ) -> Axes:
     """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
+
+    More than three limbs leave a choice of tensions: they are those of
+    :meth:`exo_pin.ShoulderExo.holding_reaction`, and poses that no tensions within the limits hold are left grey.
 
     Parameters
     ----------
     exo : ShoulderExo
-        With an arm and massless limbs.
+        With an arm; three limbs without mass.
     ax : matplotlib Axes, optional
         Where to draw; a new figure if left out.
     internal_rotation : float
         Held fixed, degrees.
-    step : float
-        Of the grid, degrees.
+    step : float, optional
+        Of the grid, degrees; 0.5 for three limbs and 1 for more if left out.
 
     Returns
     -------
     matplotlib.axes.Axes
     """
-    from matplotlib.colors import LogNorm
-
     ax = axes_or_new(ax, 6, 5)
+    spare = exo.geometry.limb_count > 3
+    step = step or (1.0 if spare else 0.5)
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
-    force = np.asarray(reaction_map(exo.mechanism, poses, keep=("magnitude",)).magnitude)
     arm = exo.mechanism.require_arm("a map of forces")
-    unit, name = 1.0, "|F_s|, N"
-    if arm.body_mass is not None:
-        unit = 100.0 / (arm.body_mass * STANDARD_GRAVITY)
-        name = "|F_s|, % of body weight"
-    low, high = np.nanpercentile(force * unit, [0.5, 98.5])
-    shown = np.clip(force * unit, low, high)
-    scale = LogNorm(low, high) if 0.0 < low < high else None  # an unloaded arm has no logarithm
-    image = ax.pcolormesh(flexion, abduction, shown, norm=scale, cmap="cividis", shading="nearest", rasterized=True)
-    bar = ax.figure.colorbar(image, ax=ax, extend="both", label=name)
-    bar.ax.yaxis.set_major_formatter("{x:g}")
+    if spare:
+        answer = exo.holding_reaction(poses)
+        force = np.where(answer.status == "beyond_limits", np.nan, answer.magnitude)
+        title = "Force on the shoulder joint, limb forces within their limits"
+    else:
+        force = np.asarray(reaction_map(exo.mechanism, poses, keep=("magnitude",)).magnitude)
+        title = "Force on the shoulder joint, limbs without side force"
+    _coloured(ax, flexion, abduction, force, arm.body_mass)
+    if spare and np.isnan(force).any():
+        ax.set_facecolor(_NOT_HELD)
+        ax.plot([], [], "s", color=_NOT_HELD, markeredgecolor=BLACK, label="cannot be held")
     if exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-    title = "Force on the shoulder joint, limbs without side force"
-    if exo.geometry.limb_count > _DETERMINED:
-        title += "\nand without limits: each may push as well as pull"
     ax.set(xlabel="flexion, °", ylabel="abduction, °", title=title)
     if ax.get_legend_handles_labels()[1]:
         legend_below(ax)
     return ax
 
 
+def _coloured(ax: Axes, flexion: FloatArray, abduction: FloatArray, force: FloatArray, body_mass: float | None) -> None:
+    """Colour the map by |F_s|, shape (abduction, flexion), with a bar; in percent of body weight if that is known."""
+    from matplotlib.colors import LogNorm
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    unit, name = 1.0, "|F_s|, N"
+    if body_mass is not None:
+        unit, name = 100.0 / (body_mass * STANDARD_GRAVITY), "|F_s|, % of body weight"
+    if np.isfinite(force).any():
+        low, high = np.nanpercentile(force * unit, [0.5, 98.5])
+    else:
+        low, high = 0.0, 1.0
+    scale = LogNorm(low, high) if 0.0 < low < high else None  # an unloaded arm has no logarithm
+    shown = np.clip(force * unit, low, high)
+    image = ax.pcolormesh(flexion, abduction, shown, norm=scale, cmap="cividis", shading="nearest", rasterized=True)
+    bar = ax.figure.colorbar(image, ax=ax, extend="both", label=name)
+    if scale is not None:
+        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))
+        bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+
+
 def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
-    """The mechanism with its forces in a pose, and that pose on the map of shoulder force.
+    """The mechanism with its forces in a pose, that pose on the map of shoulder force, and whether it can be held.
 
     Parameters
     ----------
     exo : ShoulderExo
-        With an arm and massless limbs.
+        With an arm; three limbs without mass.
     orientation : Rotation
         A single pose.
     """
-    figure = pyplot().figure(figsize=(12, 5.8), layout="constrained")
+    figure = pyplot().figure(figsize=(12, 6.1), layout="constrained")
     left = figure.add_subplot(1, 2, 1, projection="3d")
     left.view_init(elev=14, azim=58)
     draw_mechanism(exo, orientation, left)
@@ -192,8 +215,7 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
     left.set_title(f"{exo.name}:\n{angle_words(orientation, exo.side)}")
     right = shoulder_force_map(exo, figure.add_subplot(1, 2, 2), internal)
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
-    limited = exo.geometry.limb_count > _DETERMINED
-    label = "the pose on the left, where limits count" if limited else "the pose on the left"
-    right.plot(flexion, abduction, "o", **mark, label=label)
+    right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
     legend_below(right)
+    figure.suptitle(textwrap.fill(exo.holding_reaction(orientation).verdict, 120), fontsize=12)
     return figure

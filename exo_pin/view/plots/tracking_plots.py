@@ -27,7 +27,7 @@ def tracking_figure(tracking: Tracking) -> Figure:
     """Six plots over time; see :meth:`exo_pin.control.Tracking.plot`.
 
     Wanted curves are thin, reached ones thick. A grey background marks wanted poses that the drives cannot hold. Limbs
-    with motors have motor forces in place of pressures.
+    with motors have motor forces in place of pressures. A dotted line marks the beginning of a fault.
     """
     figure, axes = new_figure(10.4, 9.2, nrows=3, ncols=2, sharex=True)
     run, t = tracking.run, tracking.times
@@ -47,8 +47,11 @@ def tracking_figure(tracking: Tracking) -> Figure:
     _lines(axes[2, 1], t, force, ("F_s x forward", "F_s y left", "F_s z up"), "shoulder on the arm, N")
     axes[2, 1].plot(t, np.linalg.norm(force, axis=1), color=BLACK, linewidth=2.2, label="|F_s|", zorder=1)
     axes[2, 1].axhline(0.0, color="0.6", linewidth=0.8)
+    faults = tracking.experiment.faults
     for ax in axes.flat:
         _shade(ax, t, ~tracking.reachable)
+        for fault in faults:
+            ax.axvline(fault.start, color=BLACK, linewidth=1.0, linestyle=":", zorder=0)
         tidy(ax)
         if ax.get_legend_handles_labels()[0]:
             ax.legend(fontsize=8, frameon=False, loc="best")
@@ -57,6 +60,8 @@ def tracking_figure(tracking: Tracking) -> Figure:
     axes[0, 0].set_xlim(t[0], t[-1])
     figure.suptitle(tracking.verdict, fontsize=11, x=0.01, ha="left")
     notes = "thin: wanted; thick: reached"
+    for fault in faults:
+        notes += f"; dotted: limb {fault.limb + 1}, {fault.kind} from {fault.start:g} s on"
     if not tracking.reachable.all():
         notes += "; grey: wanted poses that the drives cannot hold at rest"
     if (np.abs(np.cos(np.radians(tracking.angles()[:, 1]))) < _LOCK).any():

@@ -38,7 +38,7 @@ _MAIN, _LIMB, _SIDE, _BESIDE = 0.0075, 0.0055, 0.0035, 0.032
 _LEGEND = (
     ("shoulder", {"glyph": "tail", "colour": RED, "text": "shoulder reaction F_s"}),
     ("contact", {"glyph": "tail", "colour": BLACK, "text": "joint's contact force"}),
-    ("weight", {"glyph": "arrow", "colour": GREEN, "text": "weight of moving part"}),
+    ("weight", {"glyph": "arrow", "colour": GREEN, "text": "weight of arm and device"}),
     ("pull", {"glyph": "arrow", "colour": BLUE, "text": "limb pulls, f > 0"}),
     ("push", {"glyph": "double", "colour": ORANGE, "text": "limb pushes, f < 0"}),
     ("side", {"glyph": "thin", "colour": PURPLE, "text": "side force of a limb, g"}),

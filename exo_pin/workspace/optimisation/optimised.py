@@ -84,7 +84,8 @@ class Optimised(Record):
         return sum(run.evaluations for run in self.runs)
 
     def __str__(self) -> str:
-        lines = [f"{len(self.runs)} runs, {self.evaluations} designs evaluated, {len(self.front)} reported."]
+        runs = "1 run" if len(self.runs) == 1 else f"{len(self.runs)} runs"
+        lines = [f"{runs}, {self.evaluations} designs evaluated, {len(self.front)} reported."]
         for candidate in self.front:
             found = ", ".join(f"{name} {candidate.run.objectives[name]:.4g}" for name in self.objectives)
             works = ": the design works" if candidate.works else ""

@@ -141,7 +141,7 @@ def kind_of(margin: FloatArray, folded: NDArray[np.bool_]) -> NDArray[np.str_]:
 
 
 def require_three_limbs(geometry: WristGeometry) -> None:
-    """Raise InvalidInput for other than three limbs: more lose their hold in isolated poses, not on a surface."""
+    """Raise InvalidInput for other than three limbs: of more the singular poses are curves or single poses."""
     if geometry.limb_count != 3:
         raise InvalidInput(f"expected three limbs, whose singular poses form a surface, got {geometry.limb_count}")
 

@@ -165,7 +165,7 @@ def nearest_singularity(geometry: WristGeometry, orientation: Rotation) -> Neare
     Raises
     ------
     InvalidInput
-        For other than three limbs: more limbs lose their hold in isolated poses, not on a surface.
+        For other than three limbs: of more the singular poses are curves or single poses.
     """
     require_three_limbs(geometry)
     shape, matrices = pose_matrices(orientation)

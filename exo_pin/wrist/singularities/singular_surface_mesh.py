@@ -72,7 +72,7 @@ def locus_function(geometry: WristGeometry, orientation: Rotation) -> tuple[Floa
     Raises
     ------
     InvalidInput
-        For other than three limbs: more limbs lose their hold in isolated poses, not on a surface.
+        For other than three limbs: of more the singular poses are curves or single poses.
     """
     require_three_limbs(geometry)
     shape, matrices = pose_matrices(orientation)

@@ -134,6 +134,10 @@ def test_faults_are_reported_with_the_shoulder_force_that_is_reached(capsys):
     status, out, _ = run(capsys, "track", "four-cables-flexion", "--fault", "no-current,2,1", "--no-progress")
     assert status == 0
     assert "cable 2: no current from 1 s on" in out
+    figure = torn.plot()
+    assert "dotted: limb 1, torn from 2.5 s on" in figure.get_supxlabel()
+    for ax in figure.axes:
+        assert [2.5, 2.5] in [list(line.get_xdata()) for line in ax.lines]
 
 
 @pytest.mark.parametrize("design", ["four-cables", "three-linear-actuators"])

@@ -19,6 +19,7 @@ from exo_pin.design import (
     Stroke,
     WristGeometry,
     preset,
+    preset_file,
     presets,
     published,
     read_mechanism,
@@ -222,3 +223,41 @@ def test_a_changed_design_does_not_cite_the_source_for_its_own_numbers(tmp_path)
     # An arm's source goes with the arm.
     worn = ep.load("prototype").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
     assert worn.replace(arm=ep.Arm(2.0, [0, 0, -0.2])).mechanism.sources.keys() <= worn.mechanism.sources.keys()
+
+
+def test_metres_under_a_key_in_millimetres_are_refused(tmp_path):
+    path, geometry = tmp_path / "own.toml", preset("four-cables").geometry
+    base, platform = geometry.base_points.tolist(), geometry.platform_points.tolist()
+    path.write_text(f'schema = 1\nname = "own"\n[geometry.points]\nbase_mm = {base}\nplatform_mm = {platform}\n')
+    with pytest.raises(FileFormatError, match=r"geometry.points: the farthest joint is 0\.3.* mm .*metres"):
+        read_mechanism(path)
+
+
+def stroke_file(stroke):
+    text = preset_file("four-cables")
+    start = text.index("stroke = ")
+    return text[:start] + f"stroke = {{ {stroke} }}" + text[text.index("\n", start) :]
+
+
+def test_stroke_can_be_two_lengths_between_the_joints(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(stroke_file("shortest_mm = 210, longest_m = 0.4"))
+    stroke = read_mechanism(path).limbs[0].stroke
+    assert stroke.end_fitting == 0.0
+    assert stroke.nominal_length * stroke.shortest == pytest.approx(0.21)
+    assert stroke.nominal_length * stroke.longest == 0.4
+
+
+@pytest.mark.parametrize(
+    ("stroke", "message"),
+    [
+        ("shortest_mm = 210", "limbs\\[0\\].stroke.longest: missing"),
+        ("shortest_mm = 410, longest_mm = 400", "at most the longest, 0.4 m; got 0.41 m"),
+        ("shortest_mm = 210, longest_mm = 400, nominal_mm = 300", "unknown key"),
+    ],
+)
+def test_wrong_lengths_of_a_stroke_are_named(tmp_path, stroke, message):
+    path = tmp_path / "own.toml"
+    path.write_text(stroke_file(stroke))
+    with pytest.raises(FileFormatError, match=message):
+        read_mechanism(path)

@@ -13,6 +13,7 @@ from PIL import Image
 
 from exo_pin.core.errors import BrowserFailed
 from exo_pin.view import Browser
+from exo_pin.view.page import chromium
 
 
 @pytest.mark.full
@@ -51,3 +52,17 @@ def test_the_arguments_of_the_program_are_left_alone():
     code = "import sys; sys.argv = ['a', '--l', '1']; import exo_pin.view.page.chromium; print(sys.argv)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "['a', '--l', '1']\n"
+
+
+def test_the_end_of_the_browser_is_no_error_on_the_terminal(caplog):
+    assert chromium.CHROMIUM_ERRORS  # the module that is imported with the browser
+    from choreographer.channels.pipe import Pipe
+
+    pipe = Pipe()
+    pipe.open()
+    try:
+        os.write(pipe._write_from_browser, b'{"id": 1}\0{bye}\n\0')
+        assert pipe.read_jsons()[0] == [{"id": 1}]
+    finally:
+        pipe.close()
+    assert not caplog.records

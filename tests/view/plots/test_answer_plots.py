@@ -101,6 +101,11 @@ def test_a_pose_is_bars_with_limits(pose):
     marks = np.vstack([segment for lines in limbs.collections for segment in lines.get_segments()])
     assert sorted(set(marks[:, 1])) == [0.0, 300.0, 400.0]
     assert "% of body weight" in shoulder.get_title()
+    assert "The device cannot hold this pose" in figure.get_suptitle()
+    figure.canvas.draw()
+    for ax in figure.axes:
+        title = ax.title.get_window_extent()
+        assert 0.0 <= title.x0 <= title.x1 <= figure.bbox.width
     assert_words_are_apart(figure)
 
 
@@ -207,13 +212,25 @@ def test_arrows_of_the_mechanism_are_seen_at_every_size(name, degrees):
 
 
 def test_the_overview_says_what_its_panels_assume():
-    for name, limited in (("prototype", False), ("four-cables", True)):
+    for name, words in (("prototype", "without side force"), ("four-cables", "within their limits")):
         exo = ep.load(name)
         orientation = ep.shoulder_rotation(-0.2, 10, 25, degrees=True)
         left, right, _ = force_plots.overview(exo, orientation).axes
         assert left.get_title() == f"{name}:\nflexion 0°, abduction 10°, internal rotation 25°"
-        marked = [text.get_text() for text in right.get_legend().get_texts()][-1]
-        assert ("without limits" in right.get_title()) == limited == ("limits count" in marked)
+        assert words in right.get_title()
+
+
+def test_map_of_cables_has_tensions_within_their_limits():
+    cables = ep.load("four-cables")
+    axes = force_plots.shoulder_force_map(cables, step=10.0)
+    shown = axes.collections[0].get_array().reshape(11, 14)
+    row, column = 3, 8  # abduction 26°, flexion 60°
+    pose = cables.pose(60, 26)
+    held = cables.holding_reaction(pose)
+    assert cables.reaction(pose).actuator_forces.min() < 0.0
+    assert shown[row, column] == pytest.approx(held.percent_body_weight)
+    assert np.ma.getmaskarray(shown)[10, 13]  # no tensions hold flexion 110°, abduction 96°
+    assert "cannot be held" in axes.get_legend_handles_labels()[1]
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_the_legend_lists_what_is_drawn_and_nothing_else(exo):
     answer = scene.show(pose(60, 30, 0))
     assert (answer.actuator_forces > 0).any()
     assert listed() == [
-        "shoulder reaction F_s", "weight of moving part", "limb pulls, f > 0", "limb pushes, f < 0",
+        "shoulder reaction F_s", "weight of arm and device", "limb pulls, f > 0", "limb pushes, f < 0",
     ]  # fmt: skip
     scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80))
     assert "side force of a limb, g" in listed()

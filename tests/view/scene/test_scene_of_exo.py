@@ -130,7 +130,7 @@ def test_a_pose_without_solution_is_reported(exo):
     assert str(answer.status) == "singular"
     numbers = panel(scene, "numbers")
     assert any("cannot resist a moment" in note["text"] for note in numbers["notes"])
-    assert [item["text"] for item in panel(scene, "legend")["items"]] == ["weight of moving part"]
+    assert [item["text"] for item in panel(scene, "legend")["items"]] == ["weight of arm and device"]
     assert numbers["headline"] == "Singular pose: no solution"
     assert [item["name"] for item in numbers["values"]] == ["margin, det X"]
     assert not any("shoulder" in label["text"] for label in panel(scene, "labels"))

@@ -198,7 +198,7 @@ def test_bare_arm_is_drawn_without_the_device(device):
     assert texts == [f"weight {weight:.0f} N", f"contact {contact.magnitude:.0f} N"]
     assert {item["text"] for item in panel(scene, "legend")["items"]} == {
         "joint's contact force",
-        "weight of moving part",
+        "weight of arm and device",
         "rim of the socket, and where the force passes",
     }
     # A pose where the device would be singular is one like any other.

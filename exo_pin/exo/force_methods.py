@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from numpy.typing import ArrayLike
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput

@@ -1,6 +1,5 @@
 """Kernels: plain and compiled forms agree, one is chosen by counts, and the cache notices every edit."""
 
-import ctypes
 import dis
 import os
 import subprocess

@@ -89,6 +89,7 @@ class _Writer:
         pin.forwardKinematics(chain.model, self._data, q)
         self._elements = {0: world}
         self._helper_mass = _HELPER_SHARE * sum(inertia.mass for inertia in chain.model.inertias)
+        self._stems = _stems(chain, joined)
         self.qpos: list[float] = []
         self.tendons, self.equalities = ET.Element("tendon"), ET.Element("equality")
 
@@ -112,7 +113,7 @@ class _Writer:
 
     def _add_helper(self, c: int, closure: Closure) -> None:
         """A small body that moves on frame b of a closure as the closure allows, with the site welded to frame a."""
-        topology, name = self._chain.topology, f"{closure.name}_helper"
+        topology, name = self._chain.topology, f"{self._stems[c]}_helper"
         joints = topology.joints[c].tolist()
         a, b = (self._data.oMi[joints[end]] * topology.frame(c, end) for end in (0, 1))
         moved = b.actInv(a)
@@ -138,7 +139,8 @@ class _Writer:
                 element.set("joint2", closure.frame_a)
             element.set("polycoef", as_numbers(_from_zero(closure)))
             return
-        sites = [f"{name}_a", f"{name}_helper_site" if kind in _HELPED else f"{name}_b"]
+        stem = self._stems[c]
+        sites = [f"{stem}_a", f"{stem}_helper_site" if kind in _HELPED else f"{stem}_b"]
         for end in (0,) if kind in _HELPED else (0, 1):
             place, element = chain.topology.frame(c, end), self._elements[int(chain.topology.joints[c, end])]
             ET.SubElement(element, "site", {"name": sites[end], **_pose(place)})
@@ -148,9 +150,10 @@ class _Writer:
         if kind == "rigid" or kind in _HELPED:
             ET.SubElement(self.equalities, "weld", name=name, site1=sites[0], site2=sites[1])
         elif kind in ("spherical", "revolute"):
-            for more in ("", "_2") if kind == "revolute" else ("",):
-                one, other = sites[0] + more, sites[1] + more
-                ET.SubElement(self.equalities, "connect", name=name + more, site1=one, site2=other)
+            ET.SubElement(self.equalities, "connect", name=name, site1=sites[0], site2=sites[1])
+            if kind == "revolute":
+                one, other = (f"{site}_2" for site in sites)
+                ET.SubElement(self.equalities, "connect", name=f"{stem}_2", site1=one, site2=other)
         else:
             tendon = ET.SubElement(self.tendons, "spatial", name=name)
             for site in sites:
@@ -159,6 +162,24 @@ class _Writer:
             rest = float(residual(chain, chain.neutral())[chain.rows(name)][0])
             polynomial = as_numbers([-rest, 1, 0, 0, 0])
             ET.SubElement(self.equalities, "tendon", name=name, tendon1=name, polycoef=polynomial)
+
+
+def _stems(chain: ChainState, joined: list[JoinedBody]) -> list[str]:
+    """What the names of a closure's parts begin with: its own name, or one like it if a part's name is taken."""
+    taken = {closure.name for closure in chain.closures} | set(chain.model.names) | {each.body.name for each in joined}
+    found = []
+    for closure in chain.closures:
+        ends = ["a", "b"]
+        if closure.type == "revolute":
+            ends += ["2", "a_2", "b_2"]
+        elif closure.type in _HELPED:
+            ends = ["a", "helper", "helper_site", "helper_0", "helper_1"]
+        stem = closure.name
+        while taken & {f"{stem}_{end}" for end in ends}:
+            stem += "_"
+        taken |= {f"{stem}_{end}" for end in ends}
+        found.append(stem)
+    return found
 
 
 def _inertial(element: ET.Element, inertia: pin.Inertia) -> None:

@@ -17,7 +17,7 @@ import pinocchio as pin
 from ....core.errors import InvalidInput
 from ...structure.chain_state import ChainState
 from ...structure.description import Closures, JointProperties, Root
-from ..bodies import TreeBody, tree_bodies, world_link
+from ..bodies import TreeBody, free_name, tree_bodies, world_link
 from ..joint_data import NO_LIMIT, refuse_data
 from .urdf_document import Body, Document, JointStrength
 from .urdf_mimic import linear
@@ -121,7 +121,7 @@ def _properties(bodies: list[TreeBody], given: tuple[JointProperties, ...]) -> t
 
 def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -> None:
     """Links without a joint of their own, as welded ones, so that closures and roles still find them."""
-    known = {*links.values(), "universe"}
+    known, joints = {*links.values(), "universe"}, set(chain.model.names)
     for frame in chain.model.frames:
         if frame.type not in (pin.FrameType.BODY, pin.FrameType.OP_FRAME) or frame.name in known:
             continue
@@ -129,5 +129,6 @@ def _more_frames(chain: ChainState, document: Document, links: dict[int, str]) -
             continue
         name, carrier, place = frame.name, links[frame.parentJoint], frame.placement
         document.link(name, None)
-        document.joint(f"{name}_weld", "fixed", carrier, name, place.translation, [1, 0, 0], rotation=place.rotation)
+        weld = free_name(f"{name}_weld", joints)
+        document.joint(weld, "fixed", carrier, name, place.translation, [1, 0, 0], rotation=place.rotation)
         known.add(name)

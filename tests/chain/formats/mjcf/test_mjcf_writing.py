@@ -1,5 +1,7 @@
 """MuJoCo sees the tree and the loops that are written for it, and reads equalities as they are read here."""
 
+import dataclasses
+
 import mujoco
 import numpy as np
 import pinocchio as pin
@@ -204,3 +206,14 @@ def test_mjcf_equalities_are_what_mujoco_makes_of_them(equality, tmp_path):
         data.qpos[:] = [*closed[:2], closed[5], *closed[2:5]]
         mujoco.mj_forward(model, data)
         assert np.abs(data.efc_pos[data.efc_type == 0]).max() < 1e-10
+
+
+def test_closures_whose_parts_would_have_the_name_of_another_closure(tmp_path):
+    # A hinge is two connects, of which the second is called after the first.
+    chain, q = MASSIVE["3rrr"]
+    names = {closure.name: f"tip{'_2' * k}" for k, closure in enumerate(chain.closures)}
+    closures = tuple(dataclasses.replace(closure, name=names[closure.name]) for closure in chain.closures)
+    renamed = ClosedChain(chain.model, dataclasses.replace(chain.description, closures=closures))
+    again = ClosedChain.from_mjcf(renamed.to_mjcf(tmp_path, q))
+    assert sorted(closure.name for closure in again.closures) == ["tip", "tip_2", "tip_2_2", "tip__2"]
+    assert np.abs(again.residual(again.reference_configuration("closed"))).max() < 1e-11

@@ -46,3 +46,16 @@ def test_closures_with_axes_and_distances_come_back(tmp_path):
         chain, _ = CHAINS[name]
         path = chain.to_urdf(tmp_path)
         assert read_closures(path.with_suffix(".closures.toml")).closures == chain.closures
+
+
+def test_a_welded_link_beside_a_joint_called_like_its_weld(tmp_path):
+    body = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    hinge = (
+        '<joint name="tip_weld" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="1 0 0"/></joint>'
+    )
+    weld = '<joint name="fix" type="fixed"><origin xyz="0 0 1"/><parent link="arm"/><child link="tip"/></joint>'
+    links = f'<link name="base"/><link name="arm">{body}</link><link name="tip"/>'
+    chain = ClosedChain.from_urdf(f'<robot name="r">{links}{hinge}{weld}</robot>', Closures("r"))
+    again = ClosedChain.from_urdf(chain.to_urdf(tmp_path))
+    assert list(again.model.names)[1:] == ["tip_weld"]
+    np.testing.assert_array_equal(again.placement(again.neutral(), "tip").translation, [0, 0, 1])

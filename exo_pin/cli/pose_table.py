@@ -15,23 +15,12 @@ from .options.option_values import numbers
 from .options.query_options import limits, offset, pose_angles
 from .reaction_report import moving_mass
 
-__all__ = ["add_way", "report_way"]
+__all__ = ["report_way"]
 
 #: Most rows of a table.
 _MOST = 1000
 #: Options that are for a single pose.
 _OF_ONE_POSE = ("approach", "certificate", "compare", "json", "muscles", "out", "table", "trajectory")
-
-
-def add_way(parser: argparse.ArgumentParser) -> None:
-    """Add where the way ends, and how many poses it has."""
-    parser.add_argument(
-        "--to",
-        metavar="F,A,I",
-        help="a table of poses, at rest in each, from the given one to these angles: flexion, abduction and internal "
-        "rotation, degrees",
-    )
-    parser.add_argument("--poses", type=int, default=10, metavar="N", help="with --to: number of poses (default 10)")
 
 
 def report_way(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argparse.Namespace) -> Reaction:

@@ -37,7 +37,7 @@ from .options.query_options import (
     pose_words,
     print_approach,
 )
-from .pose_table import add_way, report_way
+from .pose_table import report_way
 from .reaction_report import certificates, joint_load, json_report, moving_mass, pose_report, with_muscles
 
 __all__ = ["add_commands"]
@@ -48,7 +48,13 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("reaction")
     add_design(parser)
     add_pose(parser)
-    add_way(parser)
+    parser.add_argument(
+        "--to",
+        metavar="F,A,I",
+        help="a table of poses, at rest in each, from the given one to these angles: flexion, abduction and internal "
+        "rotation, degrees",
+    )
+    parser.add_argument("--poses", type=int, default=10, metavar="N", help="with --to: number of poses (default 10)")
     add_person(parser)
     parser.add_argument(
         "--side-force-limit",

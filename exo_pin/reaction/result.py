@@ -192,12 +192,14 @@ class Reaction(ShownReaction, ReadOnly):
         return bool((self.limits.tensions != self.actuator_forces)[self._held].any())
 
     @property
-    def bounds_where_held(self) -> tuple[FloatArray, FloatArray]:
+    def bounds_where_held(self) -> str | tuple[FloatArray, FloatArray]:
         """Limits of the actuators in the poses that they hold, infinite in all others: ``actuator_bounds`` of a query.
 
-        Shapes (..., n), N.
+        "design" if they hold all of them and all are known, else arrays of shape (..., n), N.
         """
         poses, held = self.source.poses, self._held[..., None]
+        if held.all() and all(limb.actuator is not None for limb in poses.mechanism.limbs):
+            return "design"
         own = ForceLimits.of_design(poses.mechanism, poses.lengths)
         lower, upper = (limit.reshape(self.actuator_forces.shape) for limit in own)
         return np.where(held, lower, -np.inf), np.where(held, upper, np.inf)

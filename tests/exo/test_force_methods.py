@@ -162,6 +162,13 @@ def test_pose_that_cannot_be_held_leaves_the_tensions_of_the_others_within_their
     np.testing.assert_array_equal(held.actuator_forces[1], plain.actuator_forces[1])
 
 
+def test_limb_without_actuator_has_no_limits(cables):
+    limbs = [*cables.limbs[:3], replace(cables.limbs[3], actuator=None)]
+    answer = cables.replace(limbs=limbs).holding_reaction(cables.pose([60, 20], [30, 0]))
+    assert answer.unknown.all()
+    assert (answer.actuator_forces[:, :3] >= -1e-9).all()
+
+
 def test_remedy_leads_to_a_pose_that_can_be_held(exo):
     weak = strong(ep.load("prototype"), pull_limit=20.0, push_limit=20.0)
     pose = weak.pose(40, 20, 10)

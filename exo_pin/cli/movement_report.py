@@ -45,7 +45,7 @@ def follow(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argp
     query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}
     answer = exo.follow(movement, actuator_bounds=limits(options), **query)
     if limits(options) is None and answer.reaction.has_better_tensions:
-        answer = exo.follow(movement, actuator_bounds=answer.reaction.bounds_where_held, **query)
+        answer = exo.follow(movement, actuator_bounds=answer.reaction.bounds_where_held(), **query)
     print(exo.mechanism.title or exo.name)
     print(f"{exo.side} shoulder, {len(movement.times)} samples; {moving_mass(exo)}\n")
     print(answer)

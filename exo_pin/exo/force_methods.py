@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
@@ -168,12 +167,11 @@ class ForceQuestions(Subject):
         answer = self.reaction(orientation, motion, load, **options)
         if options.get("actuator_bounds") is not None or not answer.has_better_tensions:
             return answer
-        lower, upper = answer.bounds_where_held
-        held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": (lower, upper)})
+        held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": answer.bounds_where_held()})
         # A cone may leave no such tensions.
-        lost = (answer.has_answer & ~held.has_answer)[..., None]
+        lost = answer.has_answer & ~held.has_answer
         if lost.any():
-            bounds = np.where(lost, -np.inf, lower), np.where(lost, np.inf, upper)
+            bounds = answer.bounds_where_held(~lost)
             held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": bounds})
         return held
 

@@ -191,13 +191,13 @@ class Reaction(ShownReaction, ReadOnly):
             return False
         return bool((self.limits.tensions != self.actuator_forces)[self._held].any())
 
-    @property
-    def bounds_where_held(self) -> str | tuple[FloatArray, FloatArray]:
+    def bounds_where_held(self, rows: NDArray[np.bool_] | bool = True) -> str | tuple[FloatArray, FloatArray]:
         """Limits of the actuators in the poses that they hold, infinite in all others: ``actuator_bounds`` of a query.
 
-        "design" if they hold all of them and all are known, else arrays of shape (..., n), N.
+        Only in ``rows``, shape (...), if they are given. "design" if they hold all poses and all limits are known, else
+        arrays of shape (..., n), N.
         """
-        poses, held = self.source.poses, self._held[..., None]
+        poses, held = self.source.poses, (self._held & rows)[..., None]
         if held.all() and all(limb.actuator is not None for limb in poses.mechanism.limbs):
             return "design"
         own = ForceLimits.of_design(poses.mechanism, poses.lengths)

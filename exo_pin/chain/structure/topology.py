@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -190,8 +191,7 @@ def refuse_model(model: pin.Model) -> None:
         If two joints have one name, they are not numbered depth first, there are mimic joints, or a mass or inertia is
         none.
     """
-    names = list(model.names)
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = next((name for name, number in Counter(model.names).items() if number > 1), None)
     if twice is not None:
         raise InvalidInput(f"two joints have the name {twice!r}: expected a name of its own for every joint")
     for joint in range(2, model.njoints):

@@ -185,10 +185,8 @@ class Reaction(ShownReaction, ReadOnly):
     def has_better_tensions(self) -> bool:
         """Whether in some pose the actuators cannot give the tensions of the answer, but others that hold it too.
 
-        False where the actuator of a limb is not known.
+        A limb whose actuator is not known has no limits.
         """
-        if any(limb.actuator is None for limb in self.source.poses.mechanism.limbs):
-            return False
         return bool((self.limits.tensions != self.actuator_forces)[self._held].any())
 
     def bounds_where_held(self, rows: NDArray[np.bool_] | bool = True) -> str | tuple[FloatArray, FloatArray]:

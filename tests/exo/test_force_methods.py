@@ -119,19 +119,18 @@ def test_spare_limbs_are_judged_by_the_best_tensions(cables):
 
 
 def test_spare_limbs_without_a_choice_have_the_forces_of_equilibrium(cables):
-    pose = cables.pose(60, 30)
-    limbs = [*cables.limbs[:3], replace(cables.limbs[3], actuator=None)]
-    unknown = cables.replace(limbs=limbs)
-    np.testing.assert_array_equal(
-        unknown.holding_reaction(pose).actuator_forces, unknown.reaction(pose).actuator_forces
-    )
-    # In some poses the tensions that the cables can give lead F_s out of the socket.
+    """In some poses the tensions that the cables can give lead F_s out of the socket."""
     poses, cone = cables.pose([20, 40, 60, 80, 100, 120], 60), ep.GlenoidCone(muscle_compression=30.0)
     plain, limited = (cables.reaction(poses, cone=cone, actuator_bounds=bounds) for bounds in (None, "design"))
     lost = np.flatnonzero(plain.has_answer & ~limited.has_answer)
     assert lost.size
-    for row in lost:
-        assert cables.holding_reaction(poses[row], cone=cone).has_answer
+    held = cables.holding_reaction(poses, cone=cone)
+    assert held.has_answer[lost].all()
+    np.testing.assert_allclose(held.shoulder_force[lost], plain.shoulder_force[lost], atol=1e-6)
+    # In the other poses of the stack they stay within the limits.
+    kept = limited.has_answer
+    assert kept.any()
+    np.testing.assert_allclose(held.actuator_forces[kept], limited.actuator_forces[kept], atol=1e-6)
 
 
 @pytest.mark.parametrize(("sides", "cables"), [(0, 6), (0, 7), (1, 4), (3, 2)])

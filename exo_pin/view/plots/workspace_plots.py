@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["rotation_ball", "shoulder_force_slices", "workspace_slices"]
 
+#: A largest force that is so many times that of 99 % of the poses is beyond the scale of colours.
+_OUTLYING = 1.5
 #: Criteria in words, and the fill of poses that do not meet them; lightness differs as well as hue.
 _CRITERIA = {
     "joint_angles": ("joint angles", "#882255"),
@@ -122,13 +124,18 @@ def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] 
         As in :func:`workspace_slices`.
     """
     force = np.where(found.inside, found.magnitude, np.nan)
-    highest = float(np.nanmax(force)) if np.isfinite(force).any() else 1.0
+    known = force[np.isfinite(force)]
+    usual, most = np.percentile(known, [99.0, 100.0]).tolist() if known.size else (1.0, 1.0)
+    # A few poses at the edge of what the device can hold would leave one colour for all others.
+    cut = most > _OUTLYING * usual > 0.0
+    highest = usual if cut else most
     figure, panels = _panels(found, internal_rotations)
     image: Any = None
     for ax, x, y, layer in panels:
         ax.set_facecolor("0.88")
         image = _shaded(ax, x, y, force[..., layer], "cividis", 0.0, highest)
-    figure.colorbar(image, ax=figure.axes, label="|F_s|, N (grey: outside)", fraction=0.03)
+    label = f"|F_s|, N (grey: outside{f'; up to {most:.0f} N' if cut else ''})"
+    figure.colorbar(image, ax=figure.axes, label=label, fraction=0.03, extend="max" if cut else "neither")
     figure.suptitle(f"{found.name}: least shoulder force over tensions within the limits")
     return figure
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_finite, require_type
 from ...workspace import Workspace
 from ..colours import BLACK, BLUE, ORANGE, PURPLE, RED
 from .plot_style import new_figure, pyplot, tidy
@@ -54,6 +54,7 @@ def rotation_ball(found: Workspace) -> Figure:
     """
     plt = pyplot()
     figure = plt.figure(figsize=(11.0, 9.5), layout="constrained")
+    require_type("found", found, Workspace)
     vectors = found.orientations.as_rotvec().reshape(-1, 3)
     inside = found.inside.reshape(-1)
     space = figure.add_subplot(2, 2, 1, projection="3d")
@@ -99,6 +100,7 @@ def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | Non
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
+    require_type("found", found, Workspace)
     names = list(found.margins)
     first = np.zeros(found.inside.shape, dtype=int)
     for code, name in reversed(list(enumerate(names, start=1))):
@@ -123,6 +125,7 @@ def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] 
     found, internal_rotations
         As in :func:`workspace_slices`.
     """
+    require_type("found", found, Workspace)
     force = np.where(found.inside, found.magnitude, np.nan)
     known = force[np.isfinite(force)]
     usual, most = np.percentile(known, [99.0, 100.0]).tolist() if known.size else (1.0, 1.0)
@@ -162,7 +165,10 @@ def _panels(
     abduction = shoulder_angles(line[0], found.side, degrees=True)[1] + np.concatenate([[0.0], np.cumsum(turns)])
     layers = np.linspace(0, len(internal) - 1, 6).round().astype(int)
     if chosen is not None:
-        layers = np.array([int(np.abs(internal - angle).argmin()) for angle in chosen])
+        wanted = as_finite("internal_rotations", chosen, (None,))
+        if not len(wanted):
+            raise InvalidInput("expected at least one internal rotation, got none")
+        layers = np.abs(internal - wanted[:, None]).argmin(axis=1)
     layers = np.unique(layers)
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)

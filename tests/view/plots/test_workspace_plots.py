@@ -74,6 +74,16 @@ def test_a_few_large_forces_do_not_take_all_colours():
     assert f"up to {force.max():.0f} N" in figure.axes[-1].get_ylabel()
 
 
+def test_layers_that_are_none_are_refused(found):
+    for layers, message in (([np.nan], "finite"), ([], "at least one"), (15.0, "shape")):
+        for draw in (workspace_slices, shoulder_force_slices):
+            with pytest.raises(InvalidInput, match=message):
+                draw(found, layers)
+    for draw in (workspace_slices, shoulder_force_slices, rotation_ball):
+        with pytest.raises(InvalidInput, match="found to be a Workspace"):
+            draw(3)
+
+
 def test_ball(found):
     assert "% of" in rotation_ball(found).get_suptitle()
 

@@ -9,7 +9,8 @@ from typing import Any
 
 from ...core.errors import FileFormatError, InvalidInput
 from ...core.files.csv_tables import read_csv
-from ...core.validation import FloatArray
+from ...core.files.toml_tables import naming_file
+from ...core.validation import FloatArray, as_positive
 from ...muscle.identification.dynamic_identification import DynamicIdentification, Recording, identify_dynamic
 from ...muscle.identification.static_identification import StaticIdentification, identify_static
 from ...muscle.io.dynamic_files import save_dynamic
@@ -138,7 +139,9 @@ def _identify_dynamic(args: argparse.Namespace) -> int:
     for path, weight in args.response:
         (newtons,) = numbers(weight, f"the weight behind {path} to be a number of N", 1)
         columns = read_columns(path, _RESPONSE)
-        recordings.append(Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, newtons / G))
+        mass = as_positive(f"the weight behind {path}", newtons) / G
+        with naming_file(path):
+            recordings.append(Recording(columns[:, 0], columns[:, 1] / 1e3, columns[:, 2] * BAR, mass))
     names = ", ".join(Path(path).name for path, _ in args.response)
     static = named_static(args.static)
     found = identify_dynamic(recordings, static, name=args.name, source=f"identified from {names}")

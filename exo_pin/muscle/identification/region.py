@@ -28,17 +28,20 @@ Powers = tuple[tuple[int, int], ...]
 
 #: Powers (of contraction, of pressure) of (3-10), in the order K_1, K_2, C_1, S_1, S_2, S_3.
 SECOND_ORDER: Powers = ((2, 1), (1, 1), (0, 1), (2, 0), (1, 0), (0, 0))
+#: More than any pneumatic muscle bears, Pa: a pressure in another unit.
+_MOST_PRESSURE = 1e7
 
 
 def as_measurements(
-    contraction: ArrayLike, pressure: ArrayLike, force: ArrayLike
+    contraction: ArrayLike, pressure: ArrayLike, force: ArrayLike, nominal_length: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Check three columns of measurements, shape (n,) each, in m, Pa and N.
+    """Check three columns of measurements, shape (n,) each, in m, Pa and N, of a muscle of a nominal length in m.
 
     Raises
     ------
     InvalidInput
-        If one is not finite or not of shape (n,), their lengths differ, or a pressure is below zero.
+        If one is not finite or not of shape (n,), their lengths differ, a pressure is below zero or
+        that of no pneumatic muscle, or a contraction is as long as the muscle.
     """
     x = as_finite("contraction", contraction, (None,))
     p = as_finite("pressure", pressure, (None,))
@@ -49,6 +52,11 @@ def as_measurements(
         )
     if (p < 0).any():
         raise InvalidInput(f"expected pressure to be zero or more, got {p.min():g} Pa")
+    if p.max(initial=0.0) > _MOST_PRESSURE:
+        raise InvalidInput(f"expected pressure in Pa, at most {_MOST_PRESSURE / BAR:g} bar, got {p.max() / BAR:g} bar")
+    length, most = as_positive("nominal_length", nominal_length), np.abs(x).max(initial=0.0)
+    if most >= length:
+        raise InvalidInput(f"expected contraction in m, less than the nominal length of {length:g} m, got {most:g} m")
     return x, p, f
 
 
@@ -177,7 +185,7 @@ def find_region(
     NotIdentifiable
         If there are too few measurements for two regimes.
     """
-    x, p, f = as_measurements(contraction, pressure, force)
+    x, p, f = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)
     confidence = as_positive("level", level)
     if confidence >= 1:

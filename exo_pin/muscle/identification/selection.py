@@ -159,7 +159,7 @@ def select_model(
     NotIdentifiable
         If no candidate can be fitted and behaves like a muscle.
     """
-    columns = as_measurements(contraction, pressure, force)
+    columns = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)
     forms = candidates(len(columns[2]))
     scores = _rank(forms, columns, length)

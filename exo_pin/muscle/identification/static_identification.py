@@ -218,7 +218,7 @@ def identify_static(
     -----
     Source: thesis (3-24).
     """
-    x, p, f = as_measurements(contraction, pressure, force)
+    x, p, f = as_measurements(contraction, pressure, force, nominal_length)
     length = as_positive("nominal_length", nominal_length)
     if select not in ("all", "region"):
         raise InvalidInput(f"expected select to be 'all' or 'region', got {select!r}")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray, as_finite
+from ...core.validation import FloatArray, as_finite, require_type
 from ...reaction import Reaction
 from ..colours import BLACK, RED
 from .plot_style import DARK, METHODS, axes_or_new, legend_below, line, right_scale, tidy
@@ -197,6 +197,7 @@ def method_bars(reactions: Sequence[Reaction], names: Sequence[str] | None = Non
 
 def _stamps(times: ArrayLike, reaction: Reaction, label: str) -> FloatArray:
     stamps = as_finite("times", times, (None,))
+    require_type("reaction", reaction, Reaction)
     if reaction.status.shape != stamps.shape or not len(stamps):
         raise InvalidInput(f"expected a pose for every time, got {reaction.status.shape} and {stamps.shape}")
     if label == TIME and (np.diff(stamps) <= 0).any():

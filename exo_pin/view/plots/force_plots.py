@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ... import wrist
 from ...core.conventions import shoulder_angles, shoulder_rotation
-from ...core.validation import FloatArray, as_rotation
+from ...core.validation import FloatArray, as_positive, as_single_rotation, require_method
 from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
@@ -57,9 +57,10 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     -------
     Axes3D
     """
+    require_method("exo", exo, "reaction", "a ShoulderExo")
+    pose = as_single_rotation("orientation", orientation)
     if ax is None:
         ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
-    pose = as_rotation("orientation", orientation)
     answer = exo.holding_reaction(pose)
     arm = exo.mechanism.require_arm("a drawing of forces")
     R = pose.as_matrix()
@@ -147,9 +148,10 @@ def shoulder_force_map(
     -------
     matplotlib.axes.Axes
     """
+    require_method("exo", exo, "reaction", "a ShoulderExo")
     ax = axes_or_new(ax, 6, 5)
     spare = exo.geometry.limb_count > 3
-    step = step or (1.0 if spare else 0.5)
+    step = (1.0 if spare else 0.5) if step is None else as_positive("step", step)
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
     arm = exo.mechanism.require_arm("a map of forces")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import InvalidInput, MissingExtra
+from ...core.validation import as_mapping, require_type
 from ...muscle.io.measured import SteadyStates, steady_states
 from ...muscle.laws.dynamic import DynamicModel
 from ...muscle.laws.static import BAR, StaticModel
@@ -58,6 +59,8 @@ def plot_force_map(model: StaticModel, states: SteadyStates | None = None) -> Fi
     MissingExtra
         If matplotlib is not installed.
     """
+    require_type("model", model, StaticModel)
+    require_type("states", states, SteadyStates | None)
     figure, axis = _figure(7.6, 4.8)
     high = model.validity.strain[1]
     x = np.linspace(0.0, 1.12 * high, 700) * model.length
@@ -117,8 +120,9 @@ def plot_measured(models: Mapping[str, StaticModel], states: SteadyStates | None
     InvalidInput
         If there are no models or more than three.
     """
-    if not 1 <= len(models) <= 3:
+    if not 1 <= len(as_mapping("models", models, "label to model")) <= 3:
         raise InvalidInput(f"expected one to three models, got {len(models)}")
+    require_type("states", states, SteadyStates | None)
     data = steady_states(valid_only=True) if states is None else states
     figure, (left, right) = _figure(9.6, 4.4, ncols=2)
     most = 1.08 * float(data.force.max())
@@ -180,7 +184,7 @@ def plot_responses(
     InvalidInput
         If there are no responses or more than three.
     """
-    if not 1 <= len(responses) <= 3:
+    if not 1 <= len(as_mapping("responses", responses, "label to response")) <= 3:
         raise InvalidInput(f"expected one to three responses, got {len(responses)}")
     figure, (top, bottom) = _figure(8.4, 5.4, nrows=2, sharex=True, height_ratios=[3, 1])
     for (label, response), color in zip(responses.items(), (BLUE, RED, GREEN), strict=False):

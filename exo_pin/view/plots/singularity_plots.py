@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, require_method
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
 from ...reaction.holding.actuator_limits import design_limits
@@ -63,6 +63,7 @@ def determinant_map(
     -------
     matplotlib.axes.Axes
     """
+    require_method("exo", exo, "reaction", "a ShoulderExo")
     ax = axes_or_new(ax, 7.5, 6.0)
     drawn = list(ranges)
     around = RangeOfMotion(
@@ -143,6 +144,7 @@ def locus_surface(
     plt = pyplot()
     from matplotlib.colors import LightSource
 
+    require_method("exo", exo, "reaction", "a ShoulderExo")
     if ax is None:
         ax = plt.figure(figsize=(7.5, 6.5), layout="constrained").add_subplot(projection="3d")
     surface = loci.singular_surface(exo.geometry, box, step, exo.side)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.errors import InvalidInput
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, as_finite, require_type
 from ...workspace import Workspace
 from ..colours import BLACK, BLUE, ORANGE, PURPLE, RED
 from .plot_style import new_figure, pyplot, tidy
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = ["rotation_ball", "shoulder_force_slices", "workspace_slices"]
 
+#: A largest force that is so many times that of 99 % of the poses is beyond the scale of colours.
+_OUTLYING = 1.5
 #: Criteria in words, and the fill of poses that do not meet them; lightness differs as well as hue.
 _CRITERIA = {
     "joint_angles": ("joint angles", "#882255"),
@@ -52,6 +54,7 @@ def rotation_ball(found: Workspace) -> Figure:
     """
     plt = pyplot()
     figure = plt.figure(figsize=(11.0, 9.5), layout="constrained")
+    require_type("found", found, Workspace)
     vectors = found.orientations.as_rotvec().reshape(-1, 3)
     inside = found.inside.reshape(-1)
     space = figure.add_subplot(2, 2, 1, projection="3d")
@@ -97,6 +100,7 @@ def workspace_slices(found: Workspace, internal_rotations: Sequence[float] | Non
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
+    require_type("found", found, Workspace)
     names = list(found.margins)
     first = np.zeros(found.inside.shape, dtype=int)
     for code, name in reversed(list(enumerate(names, start=1))):
@@ -121,14 +125,20 @@ def shoulder_force_slices(found: Workspace, internal_rotations: Sequence[float] 
     found, internal_rotations
         As in :func:`workspace_slices`.
     """
+    require_type("found", found, Workspace)
     force = np.where(found.inside, found.magnitude, np.nan)
-    highest = float(np.nanmax(force)) if np.isfinite(force).any() else 1.0
+    known = force[np.isfinite(force)]
+    usual, most = np.percentile(known, [99.0, 100.0]).tolist() if known.size else (1.0, 1.0)
+    # A few poses at the edge of what the device can hold would leave one colour for all others.
+    cut = most > _OUTLYING * usual > 0.0
+    highest = usual if cut else most
     figure, panels = _panels(found, internal_rotations)
     image: Any = None
     for ax, x, y, layer in panels:
         ax.set_facecolor("0.88")
         image = _shaded(ax, x, y, force[..., layer], "cividis", 0.0, highest)
-    figure.colorbar(image, ax=figure.axes, label="|F_s|, N (grey: outside)", fraction=0.03)
+    label = f"|F_s|, N (grey: outside{f'; up to {most:.0f} N' if cut else ''})"
+    figure.colorbar(image, ax=figure.axes, label=label, fraction=0.03, extend="max" if cut else "neither")
     figure.suptitle(f"{found.name}: least shoulder force over tensions within the limits")
     return figure
 
@@ -155,7 +165,10 @@ def _panels(
     abduction = shoulder_angles(line[0], found.side, degrees=True)[1] + np.concatenate([[0.0], np.cumsum(turns)])
     layers = np.linspace(0, len(internal) - 1, 6).round().astype(int)
     if chosen is not None:
-        layers = np.array([int(np.abs(internal - angle).argmin()) for angle in chosen])
+        wanted = as_finite("internal_rotations", chosen, (None,))
+        if not len(wanted):
+            raise InvalidInput("expected at least one internal rotation, got none")
+        layers = np.abs(internal - wanted[:, None]).argmin(axis=1)
     layers = np.unique(layers)
     columns = min(3, len(layers))
     lines = -(-len(layers) // columns)

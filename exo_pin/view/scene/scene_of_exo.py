@@ -141,6 +141,7 @@ class Scene(WristAdditions, Playing, Pages):
         InvalidInput
             If it is for the other side of the body.
         """
+        require_method("exo", exo, "reaction", "a ShoulderExo")
         if exo.side != self._exo.side:
             raise InvalidInput(f"expected a design for the {self._exo.side} shoulder, got one for the {exo.side}")
         with self._stage.update():

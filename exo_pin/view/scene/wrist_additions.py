@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.validation import as_positive, as_rotation
+from ...core.validation import as_positive, as_rotation, require_method, require_type
 from ...reaction import GlenoidCone
 from ..colours import SKY
 from .additions import Additions
@@ -47,6 +47,7 @@ class WristAdditions(Additions):
         """
         pose = self._orientation if orientation is None else single_pose(orientation)
         design = self._exo if exo is None else exo
+        require_method("exo", design, "reaction", "a ShoulderExo")
         with self._stage.update():
             if self._ghost is None or self._ghost.mechanism is not design.mechanism:
                 self._ghost = MechanismPicture(self._stage, design.mechanism, "ghost", _GHOST)
@@ -75,6 +76,7 @@ class WristAdditions(Additions):
         length : float
             Of the drawn part along its axis, m.
         """
+        require_type("cone", cone, GlenoidCone | None)
         self._cone = GlenoidCone() if cone is None else cone, as_positive("length", length)
         with self._stage.update():
             self._stage.viewer[_CONE].set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))

@@ -177,6 +177,12 @@ def test_bad_calls(run, tmp_path):
         run("identify", tmp_path / "data.csv")
     with pytest.raises(InvalidInput, match="number of N"):
         run("identify", "--response", tmp_path / "data.csv", "heavy")
+    again = tmp_path / "again.csv"
+    again.write_text("time_s,contraction_mm,pressure_bar\n0,0,1\n0,0,1\n")
+    with pytest.raises(FileFormatError, match=r"again.csv: .*rise from sample to sample"):
+        run("identify", "--response", again, 20)
+    with pytest.raises(InvalidInput, match=r"weight behind .*again.csv to be above zero, got -5"):
+        run("identify", "--response", again, -5)
     with pytest.raises(FileFormatError, match="cannot be read"):
         run("identify", tmp_path / "none.csv", "--length-mm", 300)
     with pytest.raises(SystemExit):

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import curve_fit
 
 from exo_pin.core.errors import InvalidInput, NotIdentifiable
-from exo_pin.muscle import find_region, identify_static, muscle_model, steady_states
+from exo_pin.muscle import find_region, identify_static, muscle_model, select_model, steady_states
 from exo_pin.muscle.identification.region import SECOND_ORDER, capability_line, design_matrix
 from exo_pin.muscle.identification.static_identification import collinear
 
@@ -128,6 +128,12 @@ def test_bad_measurements_are_named():
         identify_static(x, p, np.where(f > 60, np.nan, f), 0.3)
     with pytest.raises(InvalidInput, match="zero or more"):
         identify_static(x, -p, f, 0.3)
+    for fit in (identify_static, find_region, select_model):
+        with pytest.raises(InvalidInput, match="at most 100 bar"):
+            fit(x, 1e5 * p, f, 0.3)
+        for contraction, length in ((1e3 * x, 0.3), (x, 3e-4), (-1e3 * x, 0.3)):
+            with pytest.raises(InvalidInput, match="less than the nominal length"):
+                fit(contraction, p, f, length)
     with pytest.raises(InvalidInput, match="'all' or 'region'"):
         identify_static(x, p, f, 0.3, select="some")
     with pytest.raises(InvalidInput, match="between 0 and 1"):

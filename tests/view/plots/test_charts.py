@@ -117,3 +117,23 @@ def test_pictures_can_be_saved(crossing, tmp_path, suffix):
 def test_bad_input_is_refused(crossing, draw, message):
     with pytest.raises(errors.InvalidInput, match=message):
         draw(crossing)
+
+
+def test_plots_refuse_what_they_cannot_draw():
+    exo = ep.load("prototype")
+    several = ep.shoulder_rotation([10, 20], 20, 0, degrees=True)
+    with pytest.raises(errors.InvalidInput, match="single rotation"):
+        plots.draw_mechanism(exo, several)
+    for step in (0.0, -1.0, np.nan):
+        with pytest.raises(errors.InvalidInput, match="step"):
+            plots.shoulder_force_map(exo, step=step)
+    for draw in (
+        lambda: plots.overview(3, several[0]),
+        lambda: plots.shoulder_force_map(3),
+        lambda: plots.determinant_map(3),
+        lambda: plots.locus_surface(3),
+        lambda: plots.force_history([0.0, 1.0], 3),
+        lambda: plots.tension_history([0.0, 1.0], 3),
+    ):
+        with pytest.raises(errors.InvalidInput, match=r"expected (exo|reaction) to be a"):
+            draw()

@@ -64,6 +64,26 @@ def test_force_slices_leave_out_what_is_outside(found):
     assert np.nanmax(values) <= np.nanmax(found.magnitude[found.inside])
 
 
+def test_a_few_large_forces_do_not_take_all_colours():
+    found = ep.load("four-cables").workspace()
+    force = found.magnitude[found.inside]
+    usual = np.percentile(force, 99.0)
+    assert force.max() > 1.5 * usual
+    figure = shoulder_force_slices(found, [1.0])
+    assert {image.norm.vmax for image in images(figure)} == {usual}
+    assert f"up to {force.max():.0f} N" in figure.axes[-1].get_ylabel()
+
+
+def test_layers_that_are_none_are_refused(found):
+    for layers, message in (([np.nan], "finite"), ([], "at least one"), (15.0, "shape")):
+        for draw in (workspace_slices, shoulder_force_slices):
+            with pytest.raises(InvalidInput, match=message):
+                draw(found, layers)
+    for draw in (workspace_slices, shoulder_force_slices, rotation_ball):
+        with pytest.raises(InvalidInput, match="found to be a Workspace"):
+            draw(3)
+
+
 def test_ball(found):
     assert "% of" in rotation_ball(found).get_suptitle()
 

@@ -170,6 +170,14 @@ def test_wrong_arguments_are_typed_errors(call):
         call()
 
 
+def test_numbers_of_numpy_count_as_whole_numbers():
+    fault, imu = ep.Fault("burst", np.int64(2)), control.Imu(seed=np.int64(3))
+    assert (type(fault.limb), fault.limb, type(imu.seed), imu.seed) == (int, 2, int, 3)
+    for limb in (True, 1.0, -1):
+        with pytest.raises(ep.InvalidInput, match="limb"):
+            ep.Fault("burst", limb)
+
+
 @pytest.mark.parametrize("maker", [calibrate, suggestion, trajectory])
 def test_malformed_calls_raise_typed_errors(maker):
     rng, refused = np.random.default_rng(70), 0

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.errors import InvalidInput
 from ...core.files import write_figure, write_text
 from ...core.files.csv_tables import csv_text
 from ...core.validation import FloatArray
@@ -18,6 +19,7 @@ from ...muscle.laws.dynamic import DynamicModel, G
 from ...muscle.laws.friction import ConstantFriction
 from ...muscle.laws.static import BAR, StaticModel
 from ...muscle.simulation.pressure import PressureStep
+from ...muscle.simulation.response import StepResponse
 from ...muscle.simulation.step_response import simulate
 from ...view.plots.muscle_plots import plot_force_map, plot_responses
 from .. import add_flag, add_number, aligned
@@ -159,8 +161,7 @@ def _step(args: argparse.Namespace) -> int:
     print(f"{model.name}, {mass:.3f} kg, {args.from_bar:g} to {args.to_bar:g} bar with a lag of {args.lag_s:g} s")
     print(f"contraction    {response.contraction[0] * 1e3:.2f} to {response.steady_state * 1e3:.2f} mm")
     print(f"at rest        {'yes' if response.at_rest else 'no'}")
-    print(f"overshoot      {100 * response.overshoot:.1f} %")
-    print(f"settling time  {response.settling_time():.3f} s (2 %)")
+    print("\n".join(_step_facts(response)))
     print(f"inside range   {100 * response.inside.mean():.1f} % of the time")
     print(f"error          {response.error_estimate:.1e} m (integration)")
     if args.csv:
@@ -172,6 +173,16 @@ def _step(args: argparse.Namespace) -> int:
         write_figure(args.plot, plot_responses({model.name: response, constant.name: beside}))
         print(f"wrote {args.plot}")
     return 0
+
+
+def _step_facts(response: StepResponse) -> list[str]:
+    """Lines about overshoot and settling, which a mass that ends where it began does not have."""
+    try:
+        time = response.settling_time()
+    except InvalidInput:
+        return ["no step        the mass ends where it began"]
+    settled = f"{time:.3f} s (2 %)" if np.isfinite(time) else "longer than the response (2 %)"
+    return [f"overshoot      {100 * response.overshoot:.1f} %", f"settling time  {settled}"]
 
 
 def _write_csv(path: str, response: Any) -> None:

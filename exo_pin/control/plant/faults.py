@@ -9,8 +9,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from ...core.errors import InvalidInput
-from ...core.fields import set_positive
-from ...core.validation import as_choice, as_finite, as_positive, as_real, require_type
+from ...core.fields import set_fields, set_positive
+from ...core.validation import as_choice, as_count, as_finite, as_positive, as_real, require_type
 from ...muscle.valve.flow import Valve
 
 __all__ = ["FAULTS", "Fault", "as_faults"]
@@ -64,8 +64,7 @@ class Fault:
 
     def __post_init__(self) -> None:
         as_choice("kind", self.kind, FAULTS)
-        if isinstance(self.limb, bool) or not isinstance(self.limb, int) or self.limb < 0:
-            raise InvalidInput(f"expected limb as an index from 0, got {self.limb!r}")
+        set_fields(self, limb=as_count("limb", self.limb))
         as_positive("start", self.start, zero=True)
         end = as_real("end", self.end)
         if end.shape != () or not end > self.start:

@@ -15,8 +15,16 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
-from ...core.fields import set_positive
-from ...core.validation import FloatArray, as_finite, as_real, as_single_rotation, as_unit_vector, require_type
+from ...core.fields import set_fields, set_positive
+from ...core.validation import (
+    FloatArray,
+    as_count,
+    as_finite,
+    as_real,
+    as_single_rotation,
+    as_unit_vector,
+    require_type,
+)
 from ...wrist.velocity.sensors import OrientationChain
 
 __all__ = ["PRINTED_DRIFT", "Imu", "ImuReading", "ImuSignal"]
@@ -70,9 +78,7 @@ class Imu:
             as_single_rotation(name, getattr(self, name))
         require_type("chain", self.chain, OrientationChain | None, "an OrientationChain")
         set_positive(self, "noise", "velocity_noise", "delay", zero=True)
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise InvalidInput(f"expected seed as a whole number of zero or more, got {self.seed!r:.40}")
-        object.__setattr__(self, "drift", float(as_finite("drift", self.drift, ())))
+        set_fields(self, seed=as_count("seed", self.seed), drift=float(as_finite("drift", self.drift, ())))
         axis = (0.0, 0.0, 1.0) if self.drift_axis is None else self.drift_axis
         object.__setattr__(self, "drift_axis", tuple(as_unit_vector("drift_axis", axis).tolist()))
         lost = as_real("lost", self.lost if np.size(self.lost) else np.zeros((0, 2)))

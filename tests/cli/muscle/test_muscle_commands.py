@@ -137,6 +137,12 @@ def test_step(run, tmp_path):
     assert abs(float(written[-1]["contraction_mm"]) - response.steady_state * 1e3) < 1e-5
     with pytest.raises(OutsideValidity, match="strain"):
         run("step", "--weight-N", 22.74, "--to-bar", 3.6)
+    short = run("step", "--mass-kg", 3, "--to-bar", 3, "--mark", "--duration-s", 0.5)
+    assert "settling time  longer than the response" in short
+    heavy = run("step", "--mass-kg", 50, "--to-bar", 3, "--mark", "--duration-s", 0.1, "--csv", path)
+    assert "no step        the mass ends where it began" in heavy
+    assert "inside range" in heavy
+    assert len(path.read_text().splitlines()) == 102
     assert "inside range   9" in run("step", "--mass-kg", 2.3, "--to-bar", 3.6, "--mark")
 
 

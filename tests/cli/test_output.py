@@ -34,6 +34,7 @@ def test_a_reader_that_has_ended(arguments):
     assert ended.stderr == ""
 
 
+@pytest.mark.full
 def test_a_full_disk():
     with open("/dev/full", "w") as full:
         ended = run(["presets"], stdout=full)

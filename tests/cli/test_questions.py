@@ -164,6 +164,7 @@ def test_no_browser_is_said_in_one_line(capsys, monkeypatch, tmp_path):
     assert "EXO_PIN_BROWSER" in err
 
 
+@pytest.mark.full
 def test_stiffnesses_count_along_a_movement(files, capsys, monkeypatch):
     """Default splits are those of a pose: by stiffness where the options give all of them."""
     monkeypatch.chdir(files)

@@ -23,6 +23,7 @@ def test_track_prints_the_verdict_first_and_writes_files(capsys, tmp_path):
     assert picture.stat().st_size > 50_000
 
 
+@pytest.mark.full
 def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     table = tmp_path / "run.csv"
     run(capsys, "track", "held-abduction", "--no-progress", "--out", str(table))
@@ -69,6 +70,7 @@ def test_forces_and_energies_of_the_table_balance(capsys, tmp_path):
     np.testing.assert_allclose(gained, work, atol=1e-4 * np.abs(named["tension_work_J"]).max())
 
 
+@pytest.mark.full
 def test_track_as_json_with_faults_and_sensor(capsys):
     arguments = ["--json", "--no-progress", "--lost-imu", "1,2", "--drift", "0.05", "--fault", "burst,1,3", "--flange"]
     status, out, _ = run(capsys, "track", "flexion", *arguments)

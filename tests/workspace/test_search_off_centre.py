@@ -44,6 +44,7 @@ def test_merit_is_that_of_the_workspace_off_centre():
     assert judged(exo, (None, None)).merit == pytest.approx(judged(exo, (None,)).merit, abs=1e-12)
 
 
+@pytest.mark.full
 def test_result_of_a_search_is_checked_with_every_offset(tmp_path):
     pytest.importorskip("optuna")
     pytest.importorskip("cmaes")

@@ -120,6 +120,7 @@ def test_killed_worker_costs_the_designs_in_flight(tmp_path):
         assert run["merit"] == pytest.approx(alone.value, rel=1e-6)
 
 
+@pytest.mark.full
 def test_sleeping_worker_leaves_its_run_to_the_one_that_took_it(tmp_path, monkeypatch):
     description = {"of": "the test"}
     sleeper, other = (StoredStudy(tmp_path / "study.db", "study", ("index",), description) for _ in range(2))

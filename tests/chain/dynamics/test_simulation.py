@@ -34,6 +34,7 @@ def test_energy_and_loops_of_a_free_swing_are_constant_for_ten_seconds(name):
         assert np.abs(case.chain.constraint_jacobian(q) @ v).max() <= 1e-10 * (1 + np.abs(v).max())
 
 
+@pytest.mark.full
 def test_a_hinge_is_not_two_points_within_a_step():
     """Where the loop is open by a step's error, its two points contradict each other: steps would have to be short."""
     case, times = moving("revolute loop"), np.linspace(0.0, 1.0, 6)

@@ -44,7 +44,7 @@ def test_without_friction_feed_forward_follows(name):
     assert np.degrees(error.max()) < 0.5
 
 
-@pytest.mark.parametrize("name", MOTORS)
+@pytest.mark.parametrize("name", [MOTORS[0], *(pytest.param(name, marks=pytest.mark.full) for name in MOTORS[1:])])
 @pytest.mark.parametrize("kind", [control.ModelController, control.LengthController])
 def test_both_controllers_follow_with_friction(name, kind):
     plant = ep.Plant(ep.load(name))

@@ -220,6 +220,7 @@ def test_held_poses_are_those_that_statics_allows():
     assert (missing[(forces < -0.5).any(axis=1)] > 1e-4).all()
 
 
+@pytest.mark.full
 def test_sensitivity_is_a_table_of_named_changes():
     chosen = [change for change in CHANGES if change[0] in ("centre of mass of the arm", "end fitting of limb 1")]
     table = sensitivity(ep.experiment("abduction").replace(duration=3.0), chosen[:3])

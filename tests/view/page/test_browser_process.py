@@ -28,6 +28,7 @@ def test_command_writes_a_picture_of_the_given_size(tmp_path):
     assert image.std() > 10
 
 
+@pytest.mark.full
 def test_failing_browser_is_reported(tmp_path):
     with pytest.raises(BrowserFailed, match="/bin/false: it ended during the start"):
         Browser(SIZE, program="/bin/false")

@@ -23,7 +23,7 @@ class Programs(Spherical):
 def test_tensions_within_limits_agree_with_the_program(limbs, offset):
     rng = np.random.default_rng(100 * limbs + (offset is not None))
     exo = ShoulderExo.from_mechanism(random_mechanism(rng, n=limbs))
-    poses = regular_poses(exo.mechanism, rng, 20, margin=0.05)
+    poses = regular_poses(exo.mechanism, rng, 40, margin=0.05)
     free = exo.reaction(poses, centre_offset=offset)
     largest, typical = np.abs(free.actuator_forces).max(), np.quantile(np.abs(free.actuator_forces), 0.8)
     held = bound = 0

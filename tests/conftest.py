@@ -1,6 +1,7 @@
 """Fixtures that tests of several rooms use."""
 
 import os
+from pathlib import Path
 
 import pytest
 from scenes import PERSON
@@ -9,6 +10,13 @@ import exo_pin as ep
 from exo_pin.chain import write_closures
 from exo_pin.core import compiled
 from exo_pin.thesis import ledger
+
+FOLDER = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items):
+    """Put tests of the package as a whole last: by then kernels are compiled, and no two processes compile the same."""
+    items.sort(key=lambda item: item.path.parent == FOLDER)
 
 
 @pytest.fixture(scope="session", autouse=True)

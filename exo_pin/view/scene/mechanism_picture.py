@@ -1,4 +1,4 @@
-"""The mechanism in the scene: its URDF's visuals by Pinocchio's MeshcatVisualizer, and muscles in place of rods."""
+"""The mechanism in the scene: its URDF's visuals by MeshcatVisualizer, cables and muscles in place of rods."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...core.validation import FloatArray
 from ...design import Arm, Limb, Mechanism
 from ...wrist import inverse_kinematics
 from ...wrist_chain import EquilibriumModel, mechanism_urdf
-from ..colours import GREY
+from ..colours import BLACK, GREY, hexadecimal
 from ..figure.harness_and_cuff import HarnessAndCuff
 from ..meshcat_viewer import mg
 from .offset_marks import Offset, displaced
@@ -27,6 +27,8 @@ __all__ = ["MechanismPicture", "urdf_visuals"]
 #: Radius of a muscle at its nominal length and of its end fittings, m, and the angle of its braid there: for the
 #: picture only. Threads that do not stretch make the radius follow from the length.
 _RADIUS, _FITTING_RADIUS, _BRAID = 0.011, 0.006, np.radians(25.0)
+#: Radius of a cable, m, thick enough to be seen.
+_CABLE_RADIUS = 0.003
 #: Share of the joint distance at each end that is not muscle, where the design has no value.
 _FITTING_SHARE = 0.15
 #: Colours of the URDF's rods between the joints of base and platform.
@@ -47,7 +49,7 @@ class MechanismPicture(OneProcess):
     colour : tuple of float, optional
         One colour and opacity for all of it, as for a ghost; its own colours if left out.
     muscles : bool
-        Whether the limbs are drawn as muscles and not as telescoping rods.
+        Whether the limbs are drawn as muscles, and not as cables or telescoping rods.
     with_arm : bool
         Whether the arm is drawn; a human figure brings its own.
     see_through : bool
@@ -88,6 +90,7 @@ class MechanismPicture(OneProcess):
         visuals, self.notes = urdf_visuals(model, own if urdf is None else urdf, "as exo_pin draws wrists")
         if visuals is None:
             visuals = _read_visuals(model, own)
+        self._cables = () if muscles or urdf is not None else _cables(mechanism)
         hidden = []
         for shape in visuals.geometryObjects:
             if not with_arm and np.allclose(shape.meshColor, COLOURS["arm"], atol=1e-6):
@@ -95,7 +98,8 @@ class MechanismPicture(OneProcess):
             # Harness and cuff take the place of the rods between the joints, which a URDF of one's own may need.
             if urdf is None and any(np.allclose(shape.meshColor, COLOURS[part], atol=1e-6) for part in _FRAMES):
                 hidden.append(shape.name)
-            if muscles and ("platform_body" in shape.name or "base_body" in shape.name):
+            rod = "platform_body" in shape.name or "base_body" in shape.name
+            if rod and (muscles or any(shape.name.startswith(f"limb_{i + 1}_") for i in self._cables)):
                 hidden.append(shape.name)
         for name in hidden:
             visuals.removeGeometryObject(name)
@@ -106,6 +110,9 @@ class MechanismPicture(OneProcess):
             self._worn = HarnessAndCuff(stage, worn.geometry, worn.side, root, colour, offset, see_through)
         if muscles:
             self._load_muscles(colour)
+        for i in self._cables:
+            material = flat_material(BLACK) if colour is None else flat_material(hexadecimal(colour[:3]), colour[3])
+            stage.viewer[self._cable(i).removeprefix("/meshcat/")].set_object(frustum(1.0, 1.0), material)
 
     def show(self, orientation: Rotation) -> None:
         """Move it into a pose.
@@ -118,17 +125,23 @@ class MechanismPicture(OneProcess):
         self._picture.display(self._equilibrium.configuration(orientation.as_matrix(), orientation.as_quat()))
         if self._worn is not None:
             self._worn.show(orientation.as_matrix())
-        if self._muscles:
+        if self._muscles or self._cables:
             base = self.mechanism.geometry.base_points
             platform = inverse_kinematics(self.mechanism.geometry, orientation).platform_points
             for i, limb in enumerate(self.mechanism.limbs):
-                self._place_muscle(i, limb, base[i], platform[i])
+                if self._muscles:
+                    self._place_muscle(i, limb, base[i], platform[i])
+                elif i in self._cables:
+                    self._stage.set_transform(self._cable(i), segment(base[i], platform[i], _CABLE_RADIUS))
 
     def colour_muscles(self, colours: FloatArray) -> None:
         """Colour the muscles, shape (n, 3)."""
         if self._muscles:
             for i, colour in enumerate(colours):
                 self._stage.set_colour(f"{self._muscle(i)}/braid", [*colour, 1.0])
+
+    def _cable(self, index: int) -> str:
+        return f"/meshcat/{self.root}/cables/limb_{index + 1}"
 
     def _muscle(self, index: int) -> str:
         return f"/meshcat/{self.root}/muscles/limb_{index + 1}"
@@ -159,6 +172,12 @@ class MechanismPicture(OneProcess):
         self._stage.set_transform(f"{path}/braid", segment(start, end, radius))
         self._stage.set_transform(f"{path}/fitting_a", segment(a, start, _FITTING_RADIUS))
         self._stage.set_transform(f"{path}/fitting_b", segment(end, b, _FITTING_RADIUS))
+
+
+def _cables(mechanism: Mechanism) -> tuple[int, ...]:
+    """Limbs that are cables; what pulls one is on the torso."""
+    actuators = [limb.actuator for limb in mechanism.limbs]
+    return tuple(i for i, actuator in enumerate(actuators) if actuator is not None and actuator.family == "cable")
 
 
 def urdf_visuals(

@@ -52,7 +52,7 @@ class Scene(WristAdditions, Playing, Pages):
         Whether a person is drawn. Left out: the whole person if the figure is installed, else chest and head alone,
         and a note on the page reports it. With a ``person`` it is that one's skeleton.
     limbs : {"rods", "muscles"}
-        Telescoping rods, or muscles that swell as they shorten and take their colour from tension or pressure.
+        Rods and cables, or muscles that swell as they shorten and take their colour from tension or pressure.
     metres_per_newton : float, optional
         The arrows' scale; if left out, one with which the largest force of a pose or a motion is drawn about 20 cm
         long. Poses of a motion near a singular one do not count: their arrows are cut.

@@ -180,6 +180,24 @@ def test_muscles_swell_as_they_shorten_and_take_colour(exo):
     assert "muscle tension, N" in [item["label"] for item in panel(scene, "legend")["bars"]]
 
 
+def test_cables_run_from_joint_to_joint_and_have_no_rods():
+    exo = ep.load("four-cables")
+    linear = exo.replace(limbs=[*exo.limbs[:3], ep.load("four-linear-actuators").limbs[3]])
+    scene, orientation = Scene(linear, human=False), pose(60, 30, 0)
+    scene.show(orientation)
+    state = linear.inverse_kinematics(orientation)
+    drawn = {item["path"] for item in commands(scene) if item["type"] == "set_object"}
+    for i in range(3):
+        ends = place(scene, f"/meshcat/exo/cables/limb_{i + 1}")[:3, 2:] @ [[0.0, 1.0], [1.0, 1.0]]
+        np.testing.assert_allclose(ends.T, [linear.geometry.base_points[i], state.platform_points[i]], atol=1e-9)
+        assert not any(f"limb_{i + 1}_" in path and "body" in path for path in drawn)
+    assert "/meshcat/exo/cables/limb_4" not in drawn
+    assert "/meshcat/exo/visuals/limb_4_base_body_0" in drawn
+    # A ghost has one colour.
+    scene.ghost(pose(30, 0, 0))
+    assert "/meshcat/ghost/cables/limb_1" in {item["path"] for item in commands(scene) if item["type"] == "set_object"}
+
+
 def test_another_design_and_a_ghost_take_its_place(exo):
     scene = Scene(exo, human=False)
     scene.show(pose(60, 30, 0))

@@ -24,6 +24,8 @@ __all__ = ["LeastSquares", "Solution", "solve"]
 _NEAR, _HELD = 1e-6, 1e-9
 #: A step, or the wrong sign of a multiplier, below this is rounding.
 _ROUNDING = 1e-13
+#: A step below this share of z changes no more than its last digit.
+_LAST_DIGIT = 1e-16
 #: ProxQP takes bounds beyond this as absent.
 _INFINITE = 1e20
 _STEPS = 60
@@ -95,8 +97,9 @@ def _from(
     program: LeastSquares, z: FloatArray, equality: FloatArray, inequality: FloatArray, bound: FloatArray
 ) -> Solution:
     """The best that is found from an approximate answer."""
-    polished, side, rows = _walk(program, z, equality, inequality, bound)
-    best = min((polished, judged(program, z, equality, inequality)), key=_quality)
+    best, side, rows = _walk(program, z, equality, inequality, bound)
+    if max(_quality(best)) > _SAME:
+        best = min((best, judged(program, z, equality, inequality)), key=_quality)
     again = _on_working_set(program, side, rows)
     as_good = again.kkt <= max(10.0 * best.kkt, _SAME) and again.gap <= max(10.0 * best.gap, _SAME)
     return again if as_good else best
@@ -109,7 +112,10 @@ def _on_working_set(program: LeastSquares, side: NDArray[np.int64], rows: NDArra
     """
     z = np.where(side < 0, program.low, np.where(side > 0, program.high, 0.0))
     for _ in range(3):  # the second and third time for the rounding of an ill-conditioned step
-        z = z + _step(program, z, side == 0, rows)
+        step = _step(program, z, side == 0, rows)
+        z = z + step
+        if np.abs(step).max(initial=0.0) <= _LAST_DIGIT * np.abs(z).max(initial=1.0):
+            break
     none = np.zeros(len(program.b)), np.zeros(len(program.c))
     return judged(program, z, *_multipliers(program, z, side == 0, rows, *none))
 

@@ -15,8 +15,8 @@ FOLDER = Path(__file__).parent
 
 
 def pytest_collection_modifyitems(items):
-    """Put tests of the package as a whole last: by then kernels are compiled, and no two processes compile the same."""
-    items.sort(key=lambda item: item.path.parent == FOLDER)
+    """Put tests of the whole package and thesis last: by then kernels are compiled, and no two processes do it twice."""
+    items.sort(key=lambda item: item.path.parent in (FOLDER, FOLDER / "thesis"))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -30,6 +30,7 @@ def test_there_are_notebooks():
     } <= {path.name for path in NOTEBOOKS}
 
 
+@pytest.mark.full
 def test_the_notebook_of_the_main_line_runs():
     done = subprocess.run([sys.executable, str(FOLDER / "run.py"), str(MAIN_LINE)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -85,6 +86,7 @@ def test_failing_notebook_is_reported(tmp_path):
     assert "AssertionError" in done.stderr
 
 
+@pytest.mark.full
 def test_a_check_that_does_not_hold_is_reported(tmp_path):
     nbformat = pytest.importorskip("nbformat")
     nbformat.write(nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("a = 1")]), tmp_path / "mine.ipynb")

@@ -106,6 +106,7 @@ def test_side_force_limit_and_elbow_are_heard(capsys):
     assert json.loads(out)["minimal"]["magnitude"] == pytest.approx(float(expected.magnitude))
 
 
+@pytest.mark.full
 def test_plot_of_a_singular_pose_and_of_an_unloaded_arm(capsys, tmp_path):
     assert run(capsys, "plot", "--abduction", "90", "--out", str(tmp_path / "a.png"))[0] == 0
     ep.load("prototype").replace(gravity=[0, 0, 0]).save(tmp_path / "weightless.toml")

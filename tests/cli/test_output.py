@@ -62,6 +62,7 @@ def test_a_table_through_standard_output(tmp_path):
     assert run(arguments, stdout=subprocess.PIPE).stdout == text
 
 
+@pytest.mark.full
 def test_a_warning_is_one_line(tmp_path):
     exo = ep.load("prototype")
     orientations = exo.pose(flexion=[0, 20, 40, 10, 50, 30, 60], abduction=[10, 0, 30, 50, 20, 60, 40])

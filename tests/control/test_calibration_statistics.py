@@ -47,6 +47,7 @@ def test_stated_noise(length, turn):
     assert stats.kstest(probabilities, "uniform").pvalue > 0.005
 
 
+@pytest.mark.full
 def test_estimated_noise():
     rng = np.random.default_rng(21)
     exo = random_exo(rng, 3)
@@ -60,6 +61,7 @@ def test_estimated_noise():
     assert stats.kstest(ratios, stats.f(18, 42).cdf).pvalue > 0.005
 
 
+@pytest.mark.full
 def test_tolerances():
     # Four poses alone determine nothing; the tolerances of the workshop and the poses together do.
     rng = np.random.default_rng(22)

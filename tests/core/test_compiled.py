@@ -197,6 +197,7 @@ OUTER = (
 CALL = "from outer import outer\nfrom exo_pin.core.compiled import compilations\nprint(outer(1.0), compilations())"
 
 
+@pytest.mark.full
 def test_cache_is_read_by_a_second_process_and_notices_edits_in_other_files(tmp_path):
     (tmp_path / "outer.py").write_text(OUTER)
 

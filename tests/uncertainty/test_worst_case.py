@@ -78,6 +78,7 @@ def test_worst_offset_of_four_limbs():
     assert 0.95 * worst.magnitude <= sampled.magnitude.max() <= worst.magnitude * (1 + 1e-6)
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("offset", [pytest.param([0, 0, 0], marks=pytest.mark.full), [0.005, 0.003, -0.01]])
 def test_worst_stiffness(offset, exo):
     poses = regular_poses(exo.mechanism, np.random.default_rng(57), 5, margin=0.05)

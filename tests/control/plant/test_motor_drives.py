@@ -37,6 +37,7 @@ def test_the_motion_is_that_of_an_integration_of_its_own(name):
     assert run.status == "completed"
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", [MOTORS[0], pytest.param(MOTORS[1], marks=pytest.mark.full), "four-muscle-cables"])
 @pytest.mark.parametrize(
     "options", [pytest.param(SMOOTH, id="smooth"), pytest.param(None, id="with friction", marks=pytest.mark.full)]

@@ -9,6 +9,7 @@ import exo_pin as ep
 from exo_pin.view import Scene
 
 
+@pytest.mark.full
 def test_exported_page_needs_no_network_and_shows_the_numbers(browser):
     scene = make_scene(human=False)
     answer = scene.show(named_pose("raised"))

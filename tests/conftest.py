@@ -15,7 +15,7 @@ FOLDER = Path(__file__).parent
 
 
 def pytest_collection_modifyitems(items):
-    """Put tests of the whole package and thesis last: by then kernels are compiled, and no two processes do it twice."""
+    """Put tests of package and thesis as a whole last: by then kernels are compiled, and no two processes do it."""
     items.sort(key=lambda item: item.path.parent in (FOLDER, FOLDER / "thesis"))
 
 

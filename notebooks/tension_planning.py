@@ -58,7 +58,7 @@ def middle_force(exo, poses):
 
 def forces(exo, poses):
     """|F_s| by each of the three ways, NaN where the pose cannot be held, and the fraction held."""
-    limits = {"actuator_bounds": (LOWER, UPPER)}
+    limits = {"limits": (LOWER, UPPER)}
     planned = exo.reaction(poses, split="minimal", **limits)
     least = exo.reaction(poses, **limits).magnitude
     middle = np.where(planned.has_answer, middle_force(exo, poses), np.nan)

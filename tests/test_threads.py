@@ -78,10 +78,10 @@ def _reaction(rng, exo, k):
         {},
         {"split": "minimal"},
         {"split": "minimal", "constraint_bounds": (-8.0, 8.0)},
-        {"split": "minimal", "actuator_bounds": (-200.0, 200.0), "weights": ep.Weights(tension=1e-3)},
+        {"split": "minimal", "limits": (-200.0, 200.0), "weights": ep.Weights(tension=1e-3)},
         {"split": "minimal", "cone": ep.GlenoidCone(0.6, 0.4, penalty=1.0)},
         {"centre_offset": rng.uniform(-0.005, 0.005, 3)},
-        {"actuator_bounds": (-300.0, 300.0)},
+        {"limits": (-300.0, 300.0)},
         {"split": "elastic"},
     ][int(rng.integers(8 if k % 3 == 0 else 5))]
     if k % 3 and "centre_offset" in options:

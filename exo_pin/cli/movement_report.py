@@ -43,9 +43,7 @@ def follow(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: argp
     known = None if options.sensor_noise is None else math.radians(options.sensor_noise)
     movement = read_movement(options.trajectory, exo.side, smoothing, known, options.ends)
     query = {"static": options.static, "split": split, "constraint_bounds": bounds, "progress": options.progress}
-    answer = exo.follow(movement, actuator_bounds=limits(options), **query)
-    if limits(options) is None and answer.reaction.has_better_tensions:
-        answer = exo.follow(movement, actuator_bounds=answer.reaction.bounds_where_held(), **query)
+    answer = exo.follow(movement, limits=limits(options), **query)
     print(exo.mechanism.title or exo.name)
     print(f"{exo.side} shoulder, {len(movement.times)} samples; {moving_mass(exo)}\n")
     print(answer)

@@ -32,12 +32,12 @@ def report_way(exo: ShoulderExo, split: str, bounds: ConstraintBounds, options: 
         raise InvalidInput(f"expected --poses from 2 to {_MOST}, got {options.poses}")
     end = numbers(options.to, "--to F,A,I as 3 numbers with commas between, degrees", 3)
     angles = np.linspace(pose_angles(options), end, options.poses)
-    answer = exo.holding_reaction(
+    answer = exo.reaction(
         exo.pose(*angles.T),
         split=split,
         constraint_bounds=bounds,
         centre_offset=offset(options),
-        actuator_bounds=limits(options),
+        limits=limits(options),
     )
     print(f"{exo.mechanism.title or exo.name}\n{exo.side} shoulder, {options.poses} poses; {moving_mass(exo)}\n")
     print(textwrap.fill(answer.verdict, 100))

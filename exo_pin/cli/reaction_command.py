@@ -169,7 +169,7 @@ def _reaction(options: argparse.Namespace) -> int:
 
 def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
     """What would make the pose possible, where it is not; with given limits the answer itself says what is missing."""
-    if (answer.has_answer and not answer.limits.violated) or answer.infeasibility is not None:
+    if answer.held:
         return None
     # One search with rigid limbs is over long before its functions would be compiled.
     quick = current_mode() == "auto" and not SPLITS[answer.split].moves
@@ -211,12 +211,12 @@ def _answers_of(
     if bounds is not None and not set(bounded) & set(splits):
         raise InvalidInput(f"--side-force-limit belongs to {', '.join(bounded)}: name it in --split or --compare")
     return [
-        exo.holding_reaction(
+        exo.reaction(
             orientation,
             split=split,
             constraint_bounds=bounds if split in bounded else None,
             centre_offset=offset(options),
-            actuator_bounds=limits(options),
+            limits=limits(options),
         )
         for split in splits
     ]

@@ -15,7 +15,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction
-from ..reaction.holding.actuator_limits import DesignLimits, design_limits, length_limits
+from ..reaction.constraints.actuator_limits import DesignLimits, design_limits, length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from . import aligned

@@ -55,7 +55,7 @@ def _forces(exo: ShoulderExo) -> None:
     for pose in (_poses(1)[0], _poses(2)):
         for split in ("spherical", "minimal", "standalone"):
             exo.reaction(pose, split=split)
-            exo.reaction(pose, split=split, actuator_bounds="pull")
+            exo.reaction(pose, split=split, limits="pull")
         exo.reaction(pose, constraint_bounds="actuator", split="minimal")
     for split in ("spherical", "minimal", "standalone"):
         exo.reaction_map(_poses(3), split=split)

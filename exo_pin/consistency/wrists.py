@@ -12,7 +12,7 @@ from ..chain import ClosedChain
 from ..core.errors import ExoPinError
 from ..core.validation import FloatArray
 from ..design import Arm, Mechanism
-from ..reaction.holding.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import length_limits
 from ..wrist import inverse_kinematics, limb_jacobian, singularity
 from ..wrist_chain import EquilibriumModel, mechanism_urdf
 from .report import CLOSED, JACOBIAN, POSES, STEP, Finding, Report, closure_jacobian

@@ -15,10 +15,12 @@ from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..load_case.pose_stacks import Query, as_query, carried, require_massless
 from ..numerics.vectors import SINGULAR_MARGIN
 from ..person import DeviceAction, Person
-from ..reaction import ActuatorBounds, Reaction
-from ..reaction.constraints.limb_limits import as_force_limits
+from ..reaction import Limits, Reaction
+from ..reaction.constraints.actuator_limits import LimbLimits
+from ..reaction.constraints.limb_limits import as_limb_limits
 from ..reaction.constraints.side_force_bounds import two_ends
 from ..reaction.holding.hold_check import hold_check
+from ..reaction.splits.spherical import shortest_tensions
 from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
@@ -40,12 +42,14 @@ def action_of_reaction(reaction: Reaction, orientation: Rotation) -> DeviceActio
         raise InvalidInput(
             f"expected a Reaction of the same poses, of shape {orientation.shape}, got {reaction.status.shape}"
         )
-    f = np.asarray(reaction.actuator_forces)
+    # Forces that the device cannot give relieve nobody: where it cannot hold the pose, the closest that it can give.
+    closest = reaction.closest
+    f = closest.actuator_forces
     nothing = np.zeros((*f.shape, 6))
-    blank = np.asarray(np.isnan(reaction.cuff_wrench).any(axis=-1))
+    blank = np.asarray(np.isnan(closest.cuff_wrench).any(axis=-1))
     # A row without wrench is marked by its bounds.
     f = np.where(blank[..., None], np.nan, f)
-    wrench = np.where(blank[..., None], 0.0, reaction.cuff_wrench)
+    wrench = np.where(blank[..., None], 0.0, closest.cuff_wrench)
     words = f"limb forces of a reaction, split {reaction.split}"
     return DeviceAction(wrench, nothing, f, f, chosen_by=words, caution=_caution(reaction.limits.violated))
 
@@ -65,7 +69,7 @@ def action_of_limbs(
     forces: ArrayLike | str,
     motion: Motion | None,
     load: Load | None,
-    actuator_bounds: ActuatorBounds,
+    limits: Limits,
     constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None,
 ) -> DeviceAction:
@@ -86,13 +90,14 @@ def action_of_limbs(
     caution, lengths = "", partial(limb_lengths, mechanism, query.matrices, (base, cuff))
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
-        lower, upper = as_force_limits(actuator_bounds, mechanism, shape, lengths)
+        allowed = as_limb_limits(limits, mechanism, shape, lengths)
+        # A row without a possible length is marked by its bounds.
+        lower, upper = (np.where(allowed.reachable[:, None], side, np.nan) for side in (allowed.lower, allowed.upper))
         words = _CHOSEN[forces]
         least = forces.removeprefix("least_")
     else:
-        if actuator_bounds is not None:
-            raise InvalidInput('actuator_bounds are for forces="least_effort" and "least_contact": leave them out')
-        lower, words, caution = _given(forces, limbs, device, wearer, mechanism, query, lengths())
+        allowed = as_limb_limits(limits, mechanism, shape, lengths)
+        lower, words, caution = _given(forces, limbs, device, wearer, mechanism, query, allowed)
         upper, least = lower, "effort"
     sides = 0
     if constraint_bounds is None:
@@ -137,7 +142,7 @@ def _given(
     wearer: Person,
     mechanism: Mechanism,
     query: Query,
-    lengths: FloatArray,
+    limits: LimbLimits,
 ) -> tuple[FloatArray, str, str]:
     """Limb forces of a share, or as given, shape (N, n), how they were chosen, and what the device cannot do.
 
@@ -151,8 +156,7 @@ def _given(
             f = np.array(np.broadcast_to(given, (*shape, n)).reshape(count, n))
         except ValueError:
             raise InvalidInput(f"expected forces to broadcast to {(*shape, n)}, got {given.shape}") from None
-        check = hold_check(mechanism, lengths, f, np.zeros((count, n, 0)), np.ones(count, dtype=bool))
-        return f, "given limb forces", _caution(check.violated)
+        return f, "given limb forces", _caution(hold_check(mechanism, limits, f, np.ones(count, dtype=bool)).violated)
     share = float(as_finite("forces", forces, ()))
     if not 0.0 <= share <= 1.0:
         raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
@@ -164,6 +168,10 @@ def _given(
     reach = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
     f = np.einsum("kni,ki->kn", np.linalg.pinv(arms), needed)
     good = values[:, -1] >= SINGULAR_MARGIN * reach
-    check = hold_check(mechanism, lengths, f, np.swapaxes(axes[:, 3:], 1, 2), good)
+    beyond = np.flatnonzero(good & ~limits.met(f, np.arange(count)))
+    if beyond.size and n > 3:
+        stress = np.swapaxes(axes[beyond, 3:], 1, 2)
+        within = shortest_tensions(f[beyond], stress, limits.lower[beyond], limits.upper[beyond])
+        f[beyond] = np.where(np.isnan(within), f[beyond], within)
     words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
-    return np.where(good[:, None], check.tensions, np.nan), words, _caution(check.violated)
+    return np.where(good[:, None], f, np.nan), words, _caution(hold_check(mechanism, limits, f, good).violated)

@@ -13,10 +13,10 @@ from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
 from ..load_case.human_range import warn_outside_human_range
 from ..reaction import (
-    ActuatorBounds,
     ConstraintBounds,
     ElasticDifference,
     GlenoidCone,
+    Limits,
     Reaction,
     Split,
     Weights,
@@ -53,7 +53,7 @@ class ForceQuestions(Subject):
         constraint_bounds: ConstraintBounds = None,
         centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
         *,
-        actuator_bounds: ActuatorBounds = None,
+        limits: Limits = "design",
         cone: GlenoidCone | None = None,
         weights: Weights | None = None,
         progress: bool = False,
@@ -89,19 +89,22 @@ class ForceQuestions(Subject):
             squares; in "minimal" the tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator", number or (lower, upper), optional
             Bounds on g_i for "minimal": none, |g_i| <= |f_i|, |g_i| at most so many N, or N, broadcasting to (..., n).
-            With a centre offset "actuator" means the |f_i| of limbs without side force, unless ``actuator_bounds`` fix
+            With a centre offset "actuator" means the |f_i| of limbs without side force, unless ``limits`` fix
             the sign of f.
         centre_offset : CentreOffset, CentrePath or array_like, optional
             Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base
             and cuff together, a path lets the anatomical centre move as the arm is lifted. Both effects count,
             lever arms and misfit, in the displaced geometry; limbs with mass move as
             :mod:`exo_pin.wrist.forces.limb_inertia` says.
-        actuator_bounds : None, "pull", "design", number, (lower, upper), or actuators, optional
-            Limits of f_i: none; f_i >= 0; |f_i| at most so many N; what the design's own actuators can do at
-            their lengths (:class:`exo_pin.Actuator`); N, broadcasting to (..., n); or one object with
-            ``force_limits(length)`` for all limbs or a sequence of one a limb (see
-            :class:`exo_pin.reaction.ForceLimited`). A pose that cannot be held within them has status "infeasible",
-            and ``infeasibility`` says why.
+        limits : "design", "none", "pull", number, (lower, upper), or actuators, optional
+            Limits of the limbs, met in every pose in which that is possible. "design": what the design's own actuators
+            can do at their lengths (:class:`exo_pin.Actuator`, :class:`exo_pin.Stroke`); a limb whose actuator is not
+            known has no limits, and the verdict says so. "none": plain equilibrium. "pull" (f_i >= 0), a number
+            (|f_i| at most so many N) and (lower, upper), N, broadcasting to (..., n), narrow the design's limits. One
+            object with ``force_limits(length)`` for all limbs, or a sequence of one a limb
+            (:class:`exo_pin.reaction.ForceLimited`), takes the place of the design's actuators. A pose that cannot be
+            held keeps the forces of plain equilibrium, which would be needed; ``can_hold`` is false, ``status`` and
+            ``verdict`` give the reason, and ``infeasibility`` what is missing.
         cone : GlenoidCone, optional
             Keep F_s in the socket, as a constraint or at a price. Give the person's own muscles with it.
         weights : Weights, optional
@@ -139,41 +142,11 @@ class ForceQuestions(Subject):
             split,
             constraint_bounds,
             centre_offset,
-            actuator_bounds=actuator_bounds,
+            limits=limits,
             cone=cone,
             weights=weights,
             progress=progress,
         )
-
-    def holding_reaction(
-        self, orientation: Rotation, motion: Motion | None = None, load: Load | None = None, **options: Any
-    ) -> Reaction:
-        """Forces that the design's actuators can give, in every pose that they can hold; else those of equilibrium.
-
-        More than three limbs leave a choice of tensions. :meth:`reaction` takes the shortest, which may be pushes of
-        cables; here they are within the limits of the actuators in each pose in which that is possible.
-
-        Parameters
-        ----------
-        orientation, motion, load
-            As in :meth:`reaction`.
-        **options
-            More of :meth:`reaction`. With ``actuator_bounds`` among them it is the same as :meth:`reaction`.
-
-        Returns
-        -------
-        Reaction
-        """
-        answer = self.reaction(orientation, motion, load, **options)
-        if options.get("actuator_bounds") is not None or not answer.has_better_tensions:
-            return answer
-        held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": answer.bounds_where_held()})
-        # A cone may leave no such tensions.
-        lost = answer.has_answer & ~held.has_answer
-        if lost.any():
-            bounds = answer.bounds_where_held(~lost)
-            held = self.reaction(orientation, motion, load, **options | {"actuator_bounds": bounds})
-        return held
 
     def remedy(self, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.

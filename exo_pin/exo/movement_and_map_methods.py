@@ -63,7 +63,7 @@ class MovementAndMapQuestions(ForceQuestions):
         static : bool
             Whether to leave out velocity and acceleration, as for a slow movement or an arm without inertia data.
         **options
-            More of :meth:`reaction`: ``split``, ``actuator_bounds``, ``cone``, ``progress``, ...
+            More of :meth:`reaction`: ``split``, ``limits``, ``cone``, ``progress``, ...
 
         Returns
         -------

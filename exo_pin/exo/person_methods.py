@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.validation import require_method
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..reaction import ActuatorBounds, Reaction
+from ..reaction import Limits, Reaction
 from .subject import Subject
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class PersonQuestions(Subject):
         motion: Motion | None = None,
         load: Load | None = None,
         *,
-        actuator_bounds: ActuatorBounds = None,
+        limits: Limits = "design",
         constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None = None,
         centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
         options: ContactOptions | None = None,
@@ -52,7 +52,7 @@ class PersonQuestions(Subject):
               carries, 1 for all, 0 for a device that carries no more than itself;
             * an array of shape (..., n), N, tension positive;
             * a Reaction of the same poses: its wrenches, with side forces and limb masses;
-            * "least_effort": within ``actuator_bounds``, chosen together with the activations for least effort;
+            * "least_effort": within ``limits``, chosen together with the activations for least effort;
             * "least_contact": the same for least contact force, a lower bound.
 
             Of choices that are equally good the last two take the shortest: limb forces that effort does not need, and
@@ -61,7 +61,7 @@ class PersonQuestions(Subject):
             Limbs carry no side force, except in a Reaction or with ``constraint_bounds``.
         motion, load : Motion, Load, optional
             As in :meth:`exo_pin.ShoulderExo.reaction`.
-        actuator_bounds : optional
+        limits : optional
             Limits of the limb forces for the last two, as in :meth:`exo_pin.ShoulderExo.reaction`.
         constraint_bounds : float or (lower, upper), optional
             Side forces g of the UPU limbs within these bounds, N (a number N is -N to N), chosen together with the
@@ -96,7 +96,7 @@ class PersonQuestions(Subject):
         require_method("person", person, "joint_contact", "a Person")
         mechanism, wearer = self.mechanism, person.on_side(self.mechanism.side)
         if isinstance(forces, Reaction):
-            if any(value is not None for value in (centre_offset, actuator_bounds, constraint_bounds)):
+            if centre_offset is not None or constraint_bounds is not None:
                 raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
             action = action_of_reaction(forces, orientation)
         else:
@@ -107,7 +107,7 @@ class PersonQuestions(Subject):
                 forces,
                 motion,
                 load,
-                actuator_bounds,
+                limits,
                 constraint_bounds,
                 centre_offset,
             )

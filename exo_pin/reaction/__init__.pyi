@@ -5,8 +5,8 @@ from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
-from .constraints.limb_limits import ActuatorBounds as ActuatorBounds
 from .constraints.limb_limits import ForceLimited as ForceLimited
+from .constraints.limb_limits import Limits as Limits
 from .constraints.limb_limits import PressureActuator as PressureActuator
 from .constraints.side_force_bounds import ConstraintBounds as ConstraintBounds
 from .elastic_difference import ElasticDifference as ElasticDifference

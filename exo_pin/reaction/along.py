@@ -61,30 +61,31 @@ class MovementReaction:
 
     @property
     def peak(self) -> float:
-        """Largest |F_s| of all samples with an answer, N; NaN if there is none."""
+        """Largest |F_s| of all samples that can be held, N; NaN if there is none."""
         return self.reaction.peak
 
     @property
     def peak_time(self) -> float:
         """When it occurs, s; NaN if there is none."""
-        if not self.reaction.has_answer.any():
+        if not self.reaction.held.any():
             return float("nan")
-        return float(self.movement.times[int(np.nanargmax(self.reaction.magnitude))])
+        held = np.where(self.reaction.held, self.reaction.magnitude, np.nan)
+        return float(self.movement.times[int(np.nanargmax(held))])
 
     @property
     def rms(self) -> float:
-        """Root of the mean square of |F_s| over the time with an answer, N; NaN if there is none."""
+        """Root of the mean square of |F_s| over the time that can be held, N; NaN if there is none."""
         held, square = self._integral(self.reaction.magnitude**2)
         return float(np.sqrt(square / held)) if held > 0.0 else float("nan")
 
     @property
     def impulse(self) -> float:
-        """∫ |F_s| dt over the time with an answer, N s."""
+        """∫ |F_s| dt over the time that can be held, N s."""
         return self._integral(self.reaction.magnitude)[1]
 
     @property
-    def time_answered(self) -> float:
-        """Time between neighbouring samples that both have an answer, s."""
+    def time_held(self) -> float:
+        """Time between neighbouring samples that can both be held, s."""
         return self._integral(self.reaction.magnitude)[0]
 
     @property
@@ -93,11 +94,11 @@ class MovementReaction:
 
         ``reaction.status`` names the reason. Limits that are not known count as met: see ``reaction.verdict``.
         """
-        return float((~self.reaction.has_answer | self.reaction.limits.violated).mean())
+        return float((~self.reaction.held).mean())
 
     def _integral(self, values: FloatArray) -> tuple[float, float]:
-        """Time with an answer, and the integral over it by the trapezium rule."""
-        held, dt = self.reaction.has_answer, np.diff(self.movement.times)
+        """Time that can be held, and the integral over it by the trapezium rule."""
+        held, dt = self.reaction.held, np.diff(self.movement.times)
         both = held[1:] & held[:-1]
         known = np.where(held, values, 0.0)
         return float(dt[both].sum()), float((0.5 * (known[1:] + known[:-1]) * dt)[both].sum())
@@ -110,7 +111,7 @@ class MovementReaction:
             "peak_time_s": self.peak_time,
             "rms_N": self.rms,
             "impulse_N_s": self.impulse,
-            "time_answered_s": self.time_answered,
+            "time_held_s": self.time_held,
             "fraction_not_holdable": self.fraction_not_holdable,
             "singular_crossings": float(len(self.reaction.crossings())),
             "force_noise_N": self.typical_force_noise,
@@ -118,7 +119,7 @@ class MovementReaction:
 
     def _largest(self) -> list[str]:
         """The largest force in a sentence."""
-        if not self.reaction.has_answer.any():
+        if not self.reaction.held.any():
             return []
         weight = self.reaction.body_weight
         share = "" if weight is None else f", {100.0 * self.peak / weight:.1f} % of body weight"

@@ -72,8 +72,8 @@ class ShownReaction:
 
     @property
     def peak(self: Reaction) -> float:  # type: ignore[misc]
-        """Largest |F_s| of all poses with an answer, N; NaN if there is none."""
-        return peak_of(self.magnitude)
+        """Largest |F_s| of all poses that can be held as far as limits are known, N; NaN if there is none."""
+        return peak_of(self.magnitude[self.held])
 
     def to_dataframe(self: Reaction) -> Any:  # type: ignore[misc]
         """A pandas DataFrame, one row a pose: forces, margin, det X and status, with units in the names.

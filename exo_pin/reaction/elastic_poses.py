@@ -15,11 +15,11 @@ from ..load_case.pose_stacks import Query
 from ..wrist.forces.displaced import Displaced
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
 from ..wrist.forces.moved_device import MovedDevice
-from .answer import QUERY_STATUS, answered
-from .indeterminacy.infeasible_poses import shortfall
+from .holding.infeasible_poses import is_held, shortfall
+from .query_status import QUERY_STATUS, answered
 from .splits.elastic import Elastic
 from .splits.elastic_linear import shoulder_stiffness
-from .splits.limb_and_side_forces import choose
+from .splits.limb_and_side_forces import Pose, choose
 from .splits.split import PoseStack
 
 __all__ = ["ElasticPoses"]
@@ -49,7 +49,7 @@ class ElasticPoses(Record):
     Attributes
     ----------
     status : ndarray of int8
-        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`.
+        Shape (N,), index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`.
     device : MovedDevice
         At the equilibrium; in rows without one, in the given pose.
     """
@@ -96,21 +96,34 @@ class ElasticPoses(Record):
 
     def within_limits(self, poses: PoseStack, progress: bool = False) -> PoseStack:
         """The poses at their equilibrium within limits and cone, and how the device moved to it."""
-        limited = poses.socket is not None or (poses.limits is not None and self.mechanism.limb_count > 3)
-        if limited and not self.split.locked:
-            for row in track(answered(self.status).tolist(), "elastic limits", progress):
-                self._limit(poses, row)
+        infeasible = np.zeros(len(self.status), dtype=bool)
+        rows = self._to_limit(poses)
+        for row in track(rows.tolist(), "elastic limits", progress):
+            infeasible[row] = not self._limit(poses, row)
+        if rows.size:
             self._move()
         self._mark_overloaded()
         return _moved(poses, self.device)._replace(
+            infeasible=infeasible,
             movement=self.device.movement,
             unmoved=self.unmoved.tensions.shoulder,
             load_share=self.reached,
             guide_load=self.guide_load,
         )
 
-    def _limit(self, poses: PoseStack, row: int) -> None:
-        """Move one pose to the geometry to which the forces within its limits lead."""
+    def _to_limit(self, poses: PoseStack) -> NDArray[np.intp]:
+        """Rows whose tensions can be chosen and have to be, because those without limits do not meet them."""
+        rows = answered(self.status)
+        if self.split.locked or (poses.socket is None and self.mechanism.limb_count == 3):
+            return rows[:0]
+        rows = rows[poses.limits.reachable[rows]]
+        if poses.socket is not None:
+            return rows
+        f, _ = self.split.plain(_moved(poses, self.device), rows)
+        return rows[~poses.limits.met(f, rows)]
+
+    def _limit(self, poses: PoseStack, row: int) -> bool:
+        """Move one pose to the geometry to which the forces within its limits lead; return whether they hold it."""
         start, scale = self.x[row].copy(), self.equations.scale
 
         def apart(y: FloatArray) -> FloatArray:
@@ -118,22 +131,26 @@ class ElasticPoses(Record):
 
         try:
             if np.abs(apart(start / scale) * scale).max() <= _SAME:
-                return
+                return is_held(self._program(poses, row, start)[0])
             found = scipy.optimize.root(apart, start / scale, method="hybr", options={"xtol": 1e-13})
-            good = np.abs(apart(found.x) * scale).max() <= _SAME
+            if not np.abs(apart(found.x) * scale).max() <= _SAME:
+                return False
+            held = is_held(self._program(poses, row, found.x * scale)[0])
         except (SolverFailed, np.linalg.LinAlgError):
-            good = False
-        if good:
+            return False
+        if held:
             self.x[row] = found.x * scale
-        else:
-            self.status[row] = QUERY_STATUS.index("no_equilibrium")
+        return held
+
+    def _program(self, poses: PoseStack, row: int, x: FloatArray) -> tuple[Pose, MovedDevice]:
+        """The program of one pose at the unknowns x, and the device there."""
+        device = MovedDevice(self.equations, np.array([row]), x[None])
+        return self.split.program(_moved(poses, device)._replace(limits=poses.limits.row(row)), 0), device
 
     def _led_to(self, poses: PoseStack, row: int, x: FloatArray) -> FloatArray:
         """Unknowns that follow from the forces that the program chooses at the unknowns x, or from the closest ones."""
-        device = MovedDevice(self.equations, np.array([row]), x[None])
-        own, limits = device.displaced, None if poses.limits is None else poses.limits.row(row)
-        program = self.split.program(_moved(poses, device)._replace(limits=limits), 0)
-        missing = shortfall(program)
+        program, device = self._program(poses, row, x)
+        own, missing = device.displaced, shortfall(program)
         f = choose(program).f if missing is None else missing.f
         assert program.follower is not None
         g = program.follower.g + program.follower.g_of_f @ f

@@ -47,7 +47,7 @@ class PressurePlan:
     @property
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose is held and the pressure and stiffness of every muscle are known."""
-        return np.asarray(self.reaction.has_answer & np.isfinite(self.stiffness).all(axis=(-1, -2)))
+        return np.asarray(self.reaction.held & np.isfinite(self.stiffness).all(axis=(-1, -2)))
 
     @property
     def pressures_bar(self) -> FloatArray:
@@ -77,18 +77,18 @@ def plan_pressures(
     **options: Any,
 ) -> PressurePlan:
     """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`."""
-    if "actuator_bounds" in options:
-        raise InvalidInput("the actuators set the limits of f here: actuator_bounds cannot be given as well")
+    if "limits" in options:
+        raise InvalidInput("the actuators set the limits of f here: limits cannot be given as well")
     if options.get("centre_offset") is not None:
         raise InvalidInput(
             "expected no centre_offset: pressures and their stiffness are those of a device whose centre is the "
-            "shoulder's. reaction takes an offset, with the muscles as actuator_bounds"
+            "shoulder's. reaction takes an offset, with the muscles as limits"
         )
     law = as_split(options.setdefault("split", "minimal"))
     if law.moves:
         raise InvalidInput(
             f"pressures and their stiffness are those of a device without displacement, got split={law.name!r}: use "
-            'split="elastic_linear", or reaction with the muscles as actuator_bounds'
+            'split="elastic_linear", or reaction with the muscles as limits'
         )
     n = model.mechanism.limb_count
     muscles = each_limb(
@@ -97,10 +97,10 @@ def plan_pressures(
         PressureActuator,
         "force_limits(length), pressure_for(force, length) and stiffness(length, pressure)",
     )
-    answer = reaction(model, orientation, motion, load, actuator_bounds=muscles, **options)
+    answer = reaction(model, orientation, motion, load, limits=muscles, **options)
     lengths = inverse_kinematics(model.mechanism.geometry, orientation).lengths.reshape(-1, n)
     f = answer.actuator_forces.reshape(-1, n)
-    held = np.flatnonzero(np.isfinite(f).all(axis=1))
+    held = np.flatnonzero(answer.held)
     pressures, axial = np.full(f.shape, np.nan), np.full(f.shape, np.nan)
     for i, muscle in enumerate(muscles if held.size else []):
         pressures[held, i] = in_reach(muscle.pressure_for, 1, f[held, i], lengths[held, i])[0]

@@ -18,19 +18,19 @@ from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.limbs import classify
 from ..wrist_chain.equilibrium import EquilibriumModel
-from .answer import QUERY_STATUS, answer, answered
+from .answer import answer
 from .constraints.glenoid_cone import GlenoidCone
-from .constraints.limb_limits import ActuatorBounds, as_force_limits
+from .constraints.limb_limits import Limits, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .holding.actuator_limits import DesignActuators, ForceLimits
+from .query_status import answered
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
 from .splits.registry import SPLITS
 from .splits.split import PoseStack, Split, limb_lengths
 
-__all__ = ["QUERY_STATUS", "as_split", "check_option", "reaction"]
+__all__ = ["as_split", "check_option", "reaction"]
 
 
 def reaction(
@@ -42,7 +42,7 @@ def reaction(
     constraint_bounds: ConstraintBounds = None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
     *,
-    actuator_bounds: ActuatorBounds = None,
+    limits: Limits = "design",
     cone: GlenoidCone | None = None,
     weights: Weights | None = None,
     progress: bool = False,
@@ -54,8 +54,6 @@ def reaction(
     law, mechanism = as_split(split), model.mechanism
     if not (constraint_bounds is None and weights is None and cone is None):
         _check_options(law, constraint_bounds=constraint_bounds, weights=weights, cone=cone)
-    if actuator_bounds is not None and "actuator_bounds" in law.refusals:
-        raise InvalidInput(law.refusals["actuator_bounds"])
     law.check(mechanism)
     if motion is not None:
         mechanism.require_arm("motion", inertia=True)
@@ -67,32 +65,24 @@ def reaction(
     device = None
     if isinstance(law, Elastic):
         device = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, orientation, motion, load))
-    limits = None
-    if actuator_bounds is not None:
-        lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-        # The way from a design to its answer needs none of the other forms of limits.
-        if isinstance(actuator_bounds, str) and actuator_bounds == "design":
-            limits = DesignActuators(mechanism).limits(lengths())
-        else:
-            limits = as_force_limits(actuator_bounds, mechanism, query.shape, lengths)
+    lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
+    allowed = as_limb_limits(limits, mechanism, query.shape, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
-        one_signed = limits is not None and limits.one_signed
-        bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, one_signed, offset is not None)
+        signed = allowed.one_signed
+        bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, signed, offset is not None)
     socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
     loads = arm_loads(model.arm, mechanism.gravity, query) if device is None else device.loads
     if device is not None:
-        _mark_out_of_stroke(device.status, limits)
         own, unmoved = device.device.displaced, device.unmoved
         classified = (device.status, unmoved.margin, unmoved.determinant)
         found = _Equilibria(own.state, own.tensions, own.side.stiffness, device.device.misfit, *classified)
     elif offset is None:
-        found = _aligned(model, law, query, limits, progress)
+        found = _aligned(model, law, query, progress)
     else:
         own = Displaced(mechanism, query, *offset, *loads[:2])
-        _mark_out_of_stroke(own.status, limits)
         found = _Equilibria(own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
-    options = (limits, bounds, socket, weights)
+    options = (allowed, bounds, socket, weights)
     poses = PoseStack(mechanism, model.radius, model.upu, *found, *options, query.matrices, offset)
     if device is not None:
         poses, loads = device.within_limits(poses, progress), device.loads
@@ -140,13 +130,10 @@ class _Equilibria(NamedTuple):
     determinant: FloatArray
 
 
-def _aligned(
-    model: EquilibriumModel, law: Split, query: Query, limits: ForceLimits | None, progress: bool
-) -> _Equilibria:
+def _aligned(model: EquilibriumModel, law: Split, query: Query, progress: bool) -> _Equilibria:
     """Equilibrium through Pinocchio, where the device's centre is the shoulder's."""
     mechanism = model.mechanism
     limbs = classify(mechanism, query.matrices)
-    _mark_out_of_stroke(limbs.status, limits)
     state = model.states(query, limbs, answered(limbs.status), progress)
     stiffness = misfit = np.zeros_like(limbs.length)
     if law.shoulder_stiffness(mechanism) is not None:
@@ -174,13 +161,6 @@ def _loads_at(
         load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
     query = as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
     return arm_loads(model.arm, model.mechanism.gravity, query)
-
-
-def _mark_out_of_stroke(status: NDArray[np.int8], limits: ForceLimits | None) -> None:
-    """Mark poses in which an actuator cannot take the length of its limb."""
-    if limits is None:
-        return
-    status[(status < QUERY_STATUS.index("singular")) & ~limits.reachable] = QUERY_STATUS.index("out_of_stroke")
 
 
 def _check_options(law: Split, **options: Any) -> None:

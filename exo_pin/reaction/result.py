@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,31 @@ from scipy.spatial.transform import Rotation
 from ..core.validation import FloatArray, ReadOnly
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
-from .holding.actuator_limits import ForceLimits
 from .holding.hold_check import HoldCheck, hold_check
+from .holding.infeasible_poses import infeasibility
 from .holding.verdict import verdict
 from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
 
-__all__ = ["Optimum", "Reaction"]
+__all__ = ["ClosestForces", "Optimum", "Reaction"]
+
+
+class ClosestForces(NamedTuple):
+    """Forces within all limits, for a pose or a stack of shape (...).
+
+    Attributes
+    ----------
+    actuator_forces, constraint_forces : ndarray
+        f and g, shape (..., n), N.
+    cuff_wrench : ndarray
+        Shape (..., 6): force, N, and moment about O, N m, of the cuff on the person's arm, base frame.
+    """
+
+    actuator_forces: FloatArray
+    constraint_forces: FloatArray
+    cuff_wrench: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +92,16 @@ class Reaction(ShownReaction, ReadOnly):
     split : str
         How the forces that equilibrium does not determine were chosen.
     equilibrium_status : ndarray of str
-        Shape (...): status of the equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
-        (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "infeasible" (the limits
-        that the query was given leave no forces, see ``infeasibility``), "out_of_stroke" (an actuator that the query
-        was given cannot take the length of its limb), "no_equilibrium" (the elastic device has none near the pose, see
-        ``load_share``) or "guide_overloaded" (see ``guide_load``); all but the first two have no answer.
+        Shape (...): status of plain equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
+        (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "no_equilibrium" (the
+        elastic device has none near the pose, see ``load_share``) or "guide_overloaded" (see ``guide_load``); all but
+        the first two have no answer.
+    status : ndarray of str
+        Shape (...): the same where all known limits of the query are met. Else "out_of_stroke" (a limb is longer or
+        shorter than its actuator allows), "beyond_limits" (equilibrium determines the limb forces, and they are beyond
+        their limits) or "infeasible" (forces can be chosen, and none within the limits balance the arm). The forces are
+        then those of plain equilibrium, which would be needed: of least norm, and with g = 0 unless the split
+        determines it.
     margin : ndarray
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     determinant : ndarray
@@ -103,8 +125,6 @@ class Reaction(ShownReaction, ReadOnly):
         k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
     optimum : Optimum or None
         Optimality conditions, duality gap and uniqueness of the chosen forces.
-    infeasibility : Infeasibility or None
-        Evidence for the poses that cannot be held; None if there are none.
     arm_orientation : ndarray or None
         Shape (..., 3, 3), for split "elastic": orientation of the arm. It differs from the pose only with locked
         actuators.
@@ -135,6 +155,7 @@ class Reaction(ShownReaction, ReadOnly):
     spherical_force: FloatArray
     split: str
     equilibrium_status: NDArray[np.str_]
+    status: NDArray[np.str_]
     margin: FloatArray
     determinant: FloatArray
     residual: FloatArray
@@ -144,7 +165,6 @@ class Reaction(ShownReaction, ReadOnly):
     centre_displacement: FloatArray | None = None
     side_stiffness: FloatArray | None = None
     optimum: Optimum | None = None
-    infeasibility: Infeasibility | None = None
     arm_orientation: FloatArray | None = None
     interface_displacements: FloatArray | None = None
     limb_lengths: FloatArray | None = None
@@ -174,37 +194,43 @@ class Reaction(ShownReaction, ReadOnly):
 
     @cached_property
     def limits(self) -> HoldCheck:
-        """Lengths and tensions compared with the limits of the design's actuators."""
-        poses, answered = self.source.poses, self.has_answer.reshape(-1)
-        tensions = self.actuator_forces.reshape(len(answered), poses.mechanism.limb_count)
-        free = self.source.split.free_stress(poses)
-        check = hold_check(poses.mechanism, poses.lengths, tensions, free, answered, poses.limits)
+        """Lengths and tensions compared with the limits of the query."""
+        source, answered = self.source, self.has_answer.reshape(-1)
+        tensions = source.values[:, : source.poses.mechanism.limb_count]
+        check = hold_check(source.poses.mechanism, source.poses.limits, tensions, answered, ~source.held)
         return check.reshaped(self.has_answer.shape)
 
-    @property
-    def has_better_tensions(self) -> bool:
-        """Whether in some pose the actuators cannot give the tensions of the answer, but others that hold it too.
+    @cached_property
+    def infeasibility(self) -> Infeasibility | None:
+        """Evidence for the poses whose limits no forces meet, strokes left out; None if there are none.
 
-        A limb whose actuator is not known has no limits.
+        Computed on demand. ``closest_actuator_forces`` are the forces within the limits that come closest to
+        equilibrium.
         """
-        return bool((self.limits.tensions != self.actuator_forces)[self._held].any())
-
-    def bounds_where_held(self, rows: NDArray[np.bool_] | bool = True) -> str | tuple[FloatArray, FloatArray]:
-        """Limits of the actuators in the poses that they hold, infinite in all others: ``actuator_bounds`` of a query.
-
-        Only in ``rows``, shape (...), if they are given. "design" if they hold all poses and all limits are known, else
-        arrays of shape (..., n), N.
-        """
-        poses, held = self.source.poses, (self._held & rows)[..., None]
-        if held.all() and all(limb.actuator is not None for limb in poses.mechanism.limbs):
-            return "design"
-        own = ForceLimits.of_design(poses.mechanism, poses.lengths)
-        lower, upper = (limit.reshape(self.actuator_forces.shape) for limit in own)
-        return np.where(held, lower, -np.inf), np.where(held, upper, np.inf)
+        return infeasibility(self.source)
 
     @property
-    def _held(self) -> NDArray[np.bool_]:
+    def held(self) -> NDArray[np.bool_]:
+        """Shape (...): whether there is an answer, and no limit that is known is broken.
+
+        :attr:`can_hold` asks besides that every limit is known. Peaks, means and rankings are over these poses.
+        """
         return self.has_answer & ~self.limits.violated
+
+    @cached_property
+    def closest(self) -> ClosestForces:
+        """Forces within the limits that come closest to equilibrium: those of the answer where a pose is held."""
+        f, g, cuff = (np.array(a) for a in (self.actuator_forces, self.constraint_forces, self.cuff_wrench))
+        if self.infeasibility is not None:
+            rows = self.infeasibility.infeasible
+            near = self.infeasibility
+            change_f = np.where(rows[..., None], near.closest_actuator_forces - f, 0.0)
+            change_g = np.where(rows[..., None], near.closest_constraint_forces - g, 0.0)
+            state = self.source.poses.state
+            of_f, of_g = (a.reshape(self.limb_wrenches.shape) for a in (state.closure_of_f, state.closure_of_g))
+            f, g = f + change_f, g + change_g
+            cuff = cuff + (change_f[..., None] * of_f + change_g[..., None] * of_g).sum(axis=-2)
+        return ClosestForces(f, g, cuff)
 
     @property
     def can_hold(self) -> NDArray[np.bool_]:
@@ -217,17 +243,6 @@ class Reaction(ShownReaction, ReadOnly):
         return self.limits.unknown
 
     @cached_property
-    def status(self) -> NDArray[np.str_]:
-        """Shape (...): as ``equilibrium_status``, or "beyond_limits" where the design's actuators cannot hold the pose.
-
-        The forces of "beyond_limits" are those of equilibrium, which the actuators would have to supply. "ok" means
-        that no known limit is broken.
-        """
-        status = np.where(self.limits.violated, "beyond_limits", self.equilibrium_status)
-        status.setflags(write=False)
-        return status
-
-    @cached_property
     def verdict(self) -> str:
         """Whether the device can hold the pose, or how many poses of a stack, in one sentence."""
         axis = None
@@ -235,7 +250,7 @@ class Reaction(ShownReaction, ReadOnly):
             poses = self.source.poses
             orientation = Rotation.from_matrix(poses.matrices[0])
             axis = singularity(poses.mechanism.geometry, orientation, poses.mechanism.is_upu).lost_direction
-        return verdict(self.limits, self.equilibrium_status, axis)
+        return verdict(self.limits, self.status, axis)
 
     @property
     def magnitude(self) -> FloatArray:

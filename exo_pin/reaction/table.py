@@ -99,13 +99,13 @@ def _stack_rows(reactions: Sequence[Reaction]) -> list[list[str]]:
 
     return [
         ["poses", *(str(r.status.size) for r in reactions)],
-        ["  with an answer", *(str(int(r.has_answer.sum())) for r in reactions)],
+        ["  in equilibrium", *(str(int(r.has_answer.sum())) for r in reactions)],
+        ["  within all known limits", *(str(int(r.held.sum())) for r in reactions)],
         ["  marked near_singular", *counted("near_singular")],
-        ["  infeasible within the given limits", *counted("infeasible")],
-        ["peak |F_s|, N", *(_number(r.peak) for r in reactions)],
-        ["median |F_s|, N", *(median(r.magnitude[r.has_answer]) for r in reactions)],
-        ["peak |f_i|, N", *(_number(peak_of(np.abs(r.actuator_forces))) for r in reactions)],
-        ["peak |g_i|, N", *(_number(peak_of(np.abs(r.constraint_forces))) for r in reactions)],
+        ["held: peak |F_s|, N", *(_number(r.peak) for r in reactions)],
+        ["held: median |F_s|, N", *(median(r.magnitude[r.held]) for r in reactions)],
+        ["held: peak |f_i|, N", *(_number(peak_of(np.abs(r.actuator_forces[r.held]))) for r in reactions)],
+        ["held: peak |g_i|, N", *(_number(peak_of(np.abs(r.constraint_forces[r.held]))) for r in reactions)],
         ["crossings of det X = 0", *(_crossings(r) for r in reactions)],
     ]
 

@@ -20,7 +20,7 @@ from ..core.progress import track
 from ..core.validation import FloatArray, as_finite, as_positive, as_rotation, require_method
 from ..load_case import Load
 from ..reaction import reaction_map
-from ..reaction.holding.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import length_limits
 from .design_parameters import changed, labelled, parameter_values
 from .study_table import StudyTable
 
@@ -75,7 +75,7 @@ def evaluate(exo: ShoulderExo, orientations: Rotation, load: Load | None = None,
     load : Load, optional
         On the arm.
     **options
-        Of :meth:`ShoulderExo.reaction` (``split``, ``actuator_bounds``, ``cone``, ...). Without any, and with massless
+        Of :meth:`ShoulderExo.reaction` (``split``, ``limits``, ``cone``, ...). Without any, and with massless
         limbs, the compiled closed form answers, about a thousand times faster.
 
     Returns

@@ -12,7 +12,7 @@ from ..core.errors import InvalidInput, MissingData, UnknownName
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive
 from ..design import Mechanism
-from ..reaction.holding.actuator_limits import missing_limits
+from ..reaction.constraints.actuator_limits import missing_limits
 from .body_shape import BodyShape
 
 __all__ = ["CRITERIA", "LIMB_RADII", "UNITS", "Criteria", "missing_for"]

@@ -12,7 +12,7 @@ from ..core.validation import FloatArray
 from ..design import Mechanism
 from ..load_case import Load
 from ..load_case.pose_stacks import Query, as_query
-from ..reaction.holding.actuator_limits import design_limits, length_limits
+from ..reaction.constraints.actuator_limits import design_limits, length_limits
 from ..wrist.forces.limb_inertia import limb_loads
 from .body_shape import BodyShape
 from .connection import connection_margin, nearest_to_rest

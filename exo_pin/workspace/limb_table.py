@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..design import Mechanism
-from ..reaction.holding.actuator_limits import length_limits
+from ..reaction.constraints.actuator_limits import length_limits
 from ..study import StudyTable
 from .evaluation import clearances
 from .pose_offsets import PoseOffsets

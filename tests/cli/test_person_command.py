@@ -114,7 +114,7 @@ def test_reaction_compares_with_the_muscles_of_the_wearer(capsys):
     person, exo = ep.Person(1.75, 75, "male"), ep.load("four-cables")
     orientation = exo.pose(60, 30, 0)
     worn = exo.worn_by(person)
-    contact = worn.joint_contact(orientation, person, worn.holding_reaction(orientation))
+    contact = worn.joint_contact(orientation, person, worn.reaction(orientation))
     assert f"carries {contact.without_device.magnitude:.0f} N without the device" in text
     assert f"and {contact.magnitude:.0f} N with it, {contact.relief_percent:.0f} % less" in text
     assert main(["reaction", "four-cables", *pose, "--person", "1.75,75,male", "--muscles", "--json"]) == 0

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 from wrists import PERSON, exo_of, random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -26,9 +27,9 @@ def test_a_number_is_a_bound_to_either_side(exo):
     one = exo.reaction(pose, split="minimal", constraint_bounds=20)
     other = exo.reaction(pose, split="minimal", constraint_bounds=(-20, 20))
     np.testing.assert_array_equal(one.shoulder_force, other.shoulder_force)
-    one, other = exo.reaction(pose, actuator_bounds=50.0), exo.reaction(pose, actuator_bounds=(-50, 50))
+    one, other = exo.reaction(pose, limits=5.0), exo.reaction(pose, limits=(-5, 5))
     np.testing.assert_array_equal(one.infeasibility.relief, other.infeasibility.relief)
-    for option in ("constraint_bounds", "actuator_bounds"):
+    for option in ("constraint_bounds", "limits"):
         with pytest.raises(InvalidInput, match="zero or more"):
             exo.reaction(pose, split="minimal", **{option: -5})
 
@@ -45,7 +46,7 @@ def test_movement_is_a_stack_of_poses_with_its_motion(exo):
 
 def test_prototype_cannot_hold_a_lifted_arm_and_says_why(exo):
     answer = exo.reaction(exo.pose(60, 30))
-    assert answer.status == "beyond_limits"
+    assert answer.status == "out_of_stroke"
     assert answer.equilibrium_status == "ok"
     assert answer.has_answer
     assert not answer.can_hold
@@ -108,9 +109,10 @@ def test_singular_pose_names_the_axis_that_is_not_held(exo):
 
 def test_spare_limbs_are_judged_by_the_best_tensions(cables):
     pose = cables.pose(60, 30)
-    plain, held = cables.reaction(pose), cables.holding_reaction(pose)
+    plain, held = cables.reaction(pose, limits="none"), cables.reaction(pose)
     assert plain.actuator_forces.min() < 0.0
-    assert plain.can_hold
+    assert not plain.can_hold
+    assert plain.unknown
     assert held.can_hold
     assert held.actuator_forces.min() >= -1e-9
     np.testing.assert_allclose(
@@ -121,16 +123,32 @@ def test_spare_limbs_are_judged_by_the_best_tensions(cables):
 def test_spare_limbs_without_a_choice_have_the_forces_of_equilibrium(cables):
     """In some poses the tensions that the cables can give lead F_s out of the socket."""
     poses, cone = cables.pose([20, 40, 60, 80, 100, 120], 60), ep.GlenoidCone(muscle_compression=30.0)
-    plain, limited = (cables.reaction(poses, cone=cone, actuator_bounds=bounds) for bounds in (None, "design"))
-    lost = np.flatnonzero(plain.has_answer & ~limited.has_answer)
+    plain, held = cables.reaction(poses, limits="none"), cables.reaction(poses, cone=cone)
+    lost = np.flatnonzero(held.status == "infeasible")
     assert lost.size
-    held = cables.holding_reaction(poses, cone=cone)
-    assert held.has_answer[lost].all()
-    np.testing.assert_allclose(held.shoulder_force[lost], plain.shoulder_force[lost], atol=1e-6)
-    # In the other poses of the stack they stay within the limits.
-    kept = limited.has_answer
+    assert cables.reaction(poses).can_hold[lost].any()
+    assert not held.can_hold[lost].any()
+    np.testing.assert_allclose(held.shoulder_force[lost], plain.shoulder_force[lost], atol=1e-9)
+    # In the other poses of the stack they stay within limits and socket.
+    kept = held.can_hold
     assert kept.any()
-    np.testing.assert_allclose(held.actuator_forces[kept], limited.actuator_forces[kept], atol=1e-6)
+    assert held.actuator_forces[kept].min() >= -1e-9
+    assert cone.utilisation(held.shoulder_force[kept]).max() <= 1.0 + 1e-7
+
+
+def _can_be_held(answer, k):
+    """Whether tensions of 0 to 3000 N and any side forces balance the arm without a shoulder, by a linear program."""
+    state, upu = answer.source.poses.state.row(k), answer.source.poses.upu
+    n = len(state.closure)
+    A = np.block(
+        [
+            [state.moment_of_f, np.zeros((3, upu.size))],
+            [state.shoulder_of_f, state.shoulder_of_g[:, upu]],
+        ]
+    )
+    b = np.concatenate([state.moment, -state.shoulder])
+    bounds = [(0.0, 3000.0)] * n + [(None, None)] * upu.size
+    return linprog(np.zeros(n + upu.size), A_eq=A, b_eq=b, bounds=bounds).status == 0
 
 
 @pytest.mark.parametrize(("sides", "cables"), [(0, 6), (0, 7), (1, 4), (3, 2)])
@@ -142,20 +160,23 @@ def test_without_a_shoulder_only_tensions_that_leave_it_unloaded_count(sides, ca
     stroke = ep.Stroke(0.3, 0.01, 10.0, 0.0)
     exo = exo_of(mechanism.replace(limbs=[ep.Limb(kind, actuator=pull, stroke=stroke) for kind in kinds]))
     poses = regular_poses(mechanism, rng, 15, margin=0.1)
-    alone, held = (exo.reaction(poses, split="standalone", actuator_bounds=bounds) for bounds in (None, "design"))
+    alone, held = (exo.reaction(poses, split="standalone", limits=bounds) for bounds in ("none", "design"))
     assert alone.has_answer.all()
-    np.testing.assert_array_equal(alone.can_hold, held.has_answer)
+    np.testing.assert_allclose(alone.shoulder_force, 0.0, atol=1e-6)
+    np.testing.assert_array_equal(held.can_hold, [_can_be_held(held, k) for k in range(len(poses))])
+    np.testing.assert_allclose(held.shoulder_force[held.can_hold], 0.0, atol=1e-6)
+    assert held.actuator_forces[held.can_hold].min(initial=0.0) >= -1e-9
     # With a shoulder, other tensions hold some more of these poses, unless three side forces can replace it.
-    assert (exo.reaction(poses).can_hold & ~alone.can_hold).any() == (sides < 3)
+    assert (exo.reaction(poses).can_hold & ~held.can_hold).any() == (sides < 3)
 
 
 def test_pose_that_cannot_be_held_leaves_the_tensions_of_the_others_within_their_limits(cables):
     poses = cables.pose([60, 110, 20], [30, 96, 0])
-    held, plain = cables.holding_reaction(poses), cables.reaction(poses)
+    held, plain = cables.reaction(poses), cables.reaction(poses, limits="none")
     assert held.can_hold.tolist() == [True, False, True]
     for row in (0, 2):
         assert plain.actuator_forces[row].min() < 0.0
-        alone = cables.holding_reaction(poses[row])
+        alone = cables.reaction(poses[row])
         np.testing.assert_allclose(held.actuator_forces[row], alone.actuator_forces, rtol=1e-12, atol=1e-12)
         assert held.actuator_forces[row].min() >= -1e-9
     np.testing.assert_array_equal(held.actuator_forces[1], plain.actuator_forces[1])
@@ -163,7 +184,7 @@ def test_pose_that_cannot_be_held_leaves_the_tensions_of_the_others_within_their
 
 def test_limb_without_actuator_has_no_limits(cables):
     limbs = [*cables.limbs[:3], replace(cables.limbs[3], actuator=None)]
-    answer = cables.replace(limbs=limbs).holding_reaction(cables.pose([60, 20], [30, 0]))
+    answer = cables.replace(limbs=limbs).reaction(cables.pose([60, 20], [30, 0]))
     assert answer.unknown.all()
     assert (answer.actuator_forces[:, :3] >= -1e-9).all()
 

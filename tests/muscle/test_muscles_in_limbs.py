@@ -35,7 +35,7 @@ def test_muscles_hold_the_device_and_pressures_give_the_required_forces():
         for length in lengths
     ]
     plan = exo.pressures(pose, muscles)
-    answer = exo.reaction(pose, split="minimal", actuator_bounds=muscles)
+    answer = exo.reaction(pose, split="minimal", limits=muscles)
     assert answer.status == "ok"
     assert plan.has_answer
     np.testing.assert_allclose(plan.reaction.actuator_forces, answer.actuator_forces, atol=1e-6)

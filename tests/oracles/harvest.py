@@ -123,7 +123,7 @@ def _forces(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
     exo.reaction(POSES).certificate.components.__str__()
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5))
-    exo.reaction(POSE, split="minimal", actuator_bounds=(0, 5), cone=ep.GlenoidCone(20), weights=ep.Weights())
+    exo.reaction(POSE, split="minimal", limits=(0, 5), cone=ep.GlenoidCone(20), weights=ep.Weights())
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
     exo.elastic_difference(POSE)
     exo.singular_approach(POSE)
@@ -240,7 +240,7 @@ def _persons(folder):
     person.joint_contact(POSE)
     person.contact_range(POSE)
     person.centre_path()
-    exo.joint_contact(POSE, person, "least_effort", actuator_bounds="pull")
+    exo.joint_contact(POSE, person, "least_effort", limits="pull")
     person.on_side("right").with_changes(strength=0.1).joint_contact(POSE, outside="mark")
     exo.view(person=person).show(POSE)
 

@@ -161,7 +161,7 @@ def side_bounds(rng):
     good = (-10.0 * np.ones(3), 10.0 * np.ones(3))
     pair = (either(rng, good[0]), good[1]) if rng.random() < 0.5 else (good[0], either(rng, good[1]))
     return EXO.reaction(
-        poses(rng), split="minimal", constraint_bounds=junk(rng) if rng.random() < 0.3 else pair, actuator_bounds=None
+        poses(rng), split="minimal", constraint_bounds=junk(rng) if rng.random() < 0.3 else pair, limits="none"
     )
 
 
@@ -170,7 +170,7 @@ def limb_bounds(rng):
     good = (np.zeros(exo.mechanism.limb_count), 300.0 * np.ones(exo.mechanism.limb_count))
     pair = (either(rng, good[0]), good[1]) if rng.random() < 0.5 else (good[0], either(rng, good[1]))
     bounds = junk(rng) if rng.random() < 0.3 else pair
-    return exo.reaction(poses(rng), split=str(rng.choice(["spherical", "minimal"])), actuator_bounds=bounds)
+    return exo.reaction(poses(rng), split=str(rng.choice(["spherical", "minimal"])), limits=bounds)
 
 
 def actuators(rng):
@@ -179,7 +179,7 @@ def actuators(rng):
     liars = [Liar(answer)] * int(rng.integers(0, 5))
     if rng.random() < 0.3:
         return exo.pressures(poses(rng), liars).reaction
-    return exo.reaction(poses(rng), actuator_bounds=liars)
+    return exo.reaction(poses(rng), limits=liars)
 
 
 def cone(rng):

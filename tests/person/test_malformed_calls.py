@@ -16,7 +16,7 @@ POSES = ep.shoulder_rotation(0, [30, 60], 0, degrees=True)
 PERSONS = ("height", "mass", "sex", "strength", "elbow_flexion", "forearm_rotation", "payload", "side", "degrees")
 OPTIONS = ("power", "weights", "passive", "cone", "load_on", "centre_shift")
 QUERIES = ("orientation", "load", "motion", "device", "options", "gravity", "outside")
-DEVICES = ("forces", "motion", "load", "actuator_bounds", "centre_offset", "options", "outside", "person")
+DEVICES = ("forces", "motion", "load", "limits", "centre_offset", "options", "outside", "person")
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def calls(device, rng):
     yield lambda: PERSON.joint_contact(POSES[0], options=ep.ContactOptions(**one(OPTIONS)))
     yield lambda: PERSON.joint_contact(**{"orientation": POSES, **one(QUERIES)})
     yield lambda: device.joint_contact(POSES, **{"person": PERSON, **one(DEVICES)})
-    yield lambda: device.joint_contact(POSES, PERSON, "least_effort", actuator_bounds=bad)
+    yield lambda: device.joint_contact(POSES, PERSON, "least_effort", limits=bad)
     yield lambda: ep.DeviceAction(*[junk(rng) if rng.random() < 0.5 else good for good in actions])
     yield lambda: PERSON.centre_path(bad)
     yield lambda: device.worn_by(bad)

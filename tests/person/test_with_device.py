@@ -58,14 +58,14 @@ def test_worn_by_a_person_is_worn_by_the_arm(device):
 def test_limits_of_the_design_are_those_of_its_actuators():
     cables = ep.load("four-cables")
     pose = cables.pose(flexion=20, abduction=60)
-    own = cables.joint_contact(pose, PERSON, "least_effort", actuator_bounds="design")
+    own = cables.joint_contact(pose, PERSON, "least_effort", limits="design")
     pull = cables.limbs[0].actuator.pull_limit
-    given = cables.joint_contact(pose, PERSON, "least_effort", actuator_bounds=(0.0, pull))
+    given = cables.joint_contact(pose, PERSON, "least_effort", limits=(0.0, pull))
     assert np.array_equal(own.device_forces, given.device_forces)
 
 
 def test_chosen_forces_respect_bounds_and_beat_any_share(device):
-    best = device.joint_contact(POSES, PERSON, "least_effort", actuator_bounds=(0.0, 400.0))
+    best = device.joint_contact(POSES, PERSON, "least_effort", limits=(0.0, 400.0))
     assert (best.status == "ok").all()
     assert (best.device_forces >= 0.0).all()
     assert (best.device_forces <= 400.0).all()
@@ -78,8 +78,8 @@ def test_chosen_forces_respect_bounds_and_beat_any_share(device):
 
 def test_least_contact_is_a_lower_bound(device):
     bounds = (0.0, 400.0)
-    least = device.joint_contact(POSES, PERSON, "least_contact", actuator_bounds=bounds)
-    effort = device.joint_contact(POSES, PERSON, "least_effort", actuator_bounds=bounds)
+    least = device.joint_contact(POSES, PERSON, "least_contact", limits=bounds)
+    effort = device.joint_contact(POSES, PERSON, "least_effort", limits=bounds)
     assert (least.magnitude <= effort.magnitude + 1e-6).all()
     assert "lower bound" in least.assumptions["device"]
 
@@ -94,8 +94,8 @@ def test_both_sides_give_mirrored_results(device):
 
 def test_side_forces_of_the_mirror_image_have_the_other_sign(device):
     low, high = np.array([-20.0, -30.0, -5.0]), np.array([10.0, 15.0, 40.0])
-    left = device.joint_contact(POSES[1], PERSON, "least_contact", actuator_bounds=100.0, constraint_bounds=(low, high))
-    bounds = {"actuator_bounds": 100.0, "constraint_bounds": (-high, -low)}
+    left = device.joint_contact(POSES[1], PERSON, "least_contact", limits=100.0, constraint_bounds=(low, high))
+    bounds = {"limits": 100.0, "constraint_bounds": (-high, -low)}
     right = device.mirrored().joint_contact(mirrored(POSES[1]), PERSON, "least_contact", **bounds)
     assert np.abs(left.constraint_forces).min() > 1.0
     assert np.allclose(right.constraint_forces, -left.constraint_forces, atol=1e-4)
@@ -143,7 +143,7 @@ def test_range_over_the_assumptions_includes_the_device(device):
         ({"forces": 50}, InvalidInput, "percent"),
         ({"forces": "all"}, UnknownName, "least_effort"),
         ({"forces": [1.0, 2.0]}, InvalidInput, "shape"),
-        ({"forces": 1.0, "actuator_bounds": "pull"}, InvalidInput, "leave them out"),
+        ({"forces": 1.0, "limits": "pull"}, InvalidInput, "leave them out"),
         ({"person": PERSON.arm}, InvalidInput, "Person"),
     ],
 )

@@ -30,7 +30,7 @@ OFFSETS = {
         np.radians([0.0, 90.0, 180.0]), np.array([[0, 0, 0], [0, -0.004, 0.012], [0, -0.01, 0.02]])
     ),
 }
-LIMITS = {"none": None, "pull": "pull", "range": (-150.0, 700.0), "actuators": Muscle()}
+LIMITS = {"none": "none", "pull": "pull", "range": (-150.0, 700.0), "actuators": Muscle()}
 SIDES = {"none": None, "numbers": (-80.0, 60.0), "actuator": "actuator"}
 CONES = {
     "none": None,
@@ -82,7 +82,7 @@ def ask(designs, cell, **changes):
     options = {
         "split": split,
         "centre_offset": OFFSETS[offset],
-        "actuator_bounds": LIMITS[limits],
+        "limits": LIMITS[limits],
         "constraint_bounds": SIDES[sides],
         "cone": CONES[cone],
     }
@@ -92,8 +92,8 @@ def ask(designs, cell, **changes):
 def check(cell, exo, answer):
     """Balance, limits, and what the split promises, from the answer alone."""
     split, _, limits, sides, cone, _, _ = cell
-    good = answer.has_answer
-    assert np.isin(answer.status, ("ok", "near_singular", "singular", "infeasible", "out_of_stroke")).all(), (
+    good = answer.held
+    assert np.isin(answer.status, ("ok", "near_singular", "singular", "infeasible", "out_of_stroke", "beyond_limits")).all(), (
         answer.status
     )
     assert (answer.residual[good] < 1e-9).all()
@@ -139,8 +139,8 @@ def walk(designs, cells):
             continue
         exo, _, answer = ask(designs, cell)
         check(cell, exo, answer)
-        counts["held"] += int(answer.has_answer.sum())
-        counts["infeasible"] += int((answer.status == "infeasible").sum())
+        counts["held"] += int(answer.held.sum())
+        counts["infeasible"] += int((answer.has_answer & ~answer.held).sum())
     return counts
 
 
@@ -164,9 +164,9 @@ def near(cells, designs):
             continue
         _, _, a = ask(designs, cell)
         _, _, b = ask(designs, cell, centre_offset=[TINY, -TINY, TINY])
-        both = a.has_answer & b.has_answer
+        both = a.held & b.held
         # Side forces without bounds can make any moment with so short a lever arm: infeasible poses may change.
-        assert (both | ~a.has_answer).all(), (cell, a.status, b.status)
+        assert (both | ~a.held).all(), (cell, a.status, b.status)
         size = np.abs(a.limb_wrenches[both]).max(initial=1.0)
         assert np.abs(a.shoulder_force - b.shoulder_force)[both].max(initial=0.0) <= 1e-6 * size, cell
         sure = both & a.optimum.unique & b.optimum.unique

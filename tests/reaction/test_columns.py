@@ -22,7 +22,7 @@ def exo():
 
 
 def test_poses_are_rows_with_units_in_the_names(exo):
-    answer = exo.reaction(ep.shoulder_rotation([20.0, 50.0, 80.0], 30, 0, degrees=True), actuator_bounds=(0.0, 300.0))
+    answer = exo.reaction(ep.shoulder_rotation([20.0, 50.0, 80.0], 30, 0, degrees=True), limits=(0.0, 300.0))
     frame = answer.to_dataframe()
     assert list(frame) == [
         "F_s_x_N", "F_s_y_N", "F_s_z_N", "F_s_N", "f_1_N", "f_2_N", "f_3_N", "g_1_N", "g_2_N", "g_3_N",
@@ -34,11 +34,11 @@ def test_poses_are_rows_with_units_in_the_names(exo):
 
 
 def test_one_pose_is_one_row_and_a_grid_has_an_index(exo):
-    one = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True))
+    one = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), limits="none")
     assert len(one.to_dataframe()) == 1
     assert one.peak == one.magnitude
     poses = ep.shoulder_rotation(np.array([[20.0], [50.0]]), [20.0, 30.0, 40.0], 0, degrees=True)
-    for answer in (exo.reaction(poses), exo.reaction_map(poses)):
+    for answer in (exo.reaction(poses, limits="none"), exo.reaction_map(poses)):
         frame = answer.to_dataframe()
         assert frame.index.names == ["axis_0", "axis_1"]
         assert frame.loc[(1, 2), "F_s_N"] == answer.magnitude[1, 2]
@@ -55,7 +55,7 @@ def test_a_map_has_what_was_kept(exo):
 
 
 def test_no_answer_has_no_peak(exo):
-    answer = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), actuator_bounds=(0.0, 1.0))
+    answer = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), limits=(0.0, 1.0))
     assert np.isnan(answer.peak)
 
 

@@ -64,7 +64,7 @@ def test_a_sweep_is_its_single_queries(prototype):
         assert table["median_F_s_N"][row] == pytest.approx(np.median(force))
         state = design.singularity(poses)
         assert table["one_side"][row] == max((state.determinant > 0).mean(), (state.determinant < 0).mean())
-        pull = design.reaction(poses, actuator_bounds="pull")
+        pull = design.reaction(poses, limits="pull")
         assert table["pull_only"][row] == pull.has_answer.mean()
     assert (table["error"] == "").all()
 
@@ -130,7 +130,7 @@ def test_a_value_of_the_wrong_shape_is_one_row_too(prototype):
 def test_queries_with_limits_and_compare(prototype):
     exo, poses = prototype.worn_by(PERSON), adl_box(30.0)
     other = exo.replace(limbs=(ep.Limb("SPS"),) * 3, name="cables")
-    table = exo.compare(other, poses, actuator_bounds="pull")
+    table = exo.compare(other, poses, limits="pull")
     assert list(table["design"]) == ["prototype", "cables"]
     assert table["holdable"][0] == table["pull_only"][0] == table["pull_only"][1]
     free = exo.compare(other, poses, split="minimal")
@@ -189,7 +189,7 @@ def test_two_processes_give_the_same_table(prototype):
     for name in one:
         np.testing.assert_array_equal(one[name], two[name])
     with pytest.raises(ep.InvalidInput, match="second process"):
-        ep.sweep(prototype, parameters, poses, jobs=2, actuator_bounds=type("Local", (), {"force_limits": 0})())
+        ep.sweep(prototype, parameters, poses, jobs=2, limits=type("Local", (), {"force_limits": 0})())
 
 
 @pytest.mark.parametrize(
@@ -278,7 +278,7 @@ def test_sweep_command_keeps_cables_from_pushing(capsys, tmp_path):
     header, row = path.read_text().splitlines()[-2:]
     figures = dict(zip(header.split(","), row.split(","), strict=True))
     cables = ep.load("four-cables")
-    held = cables.reaction(ep.adl_box(50.0), actuator_bounds="design")
+    held = cables.reaction(ep.adl_box(50.0), limits="design")
     assert cables.reaction(ep.adl_box(50.0)).has_answer.all()
     assert 0.0 < held.has_answer.mean() < 1.0
     assert float(figures["holdable"]) == pytest.approx(held.has_answer.mean())

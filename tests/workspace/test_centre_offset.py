@@ -39,7 +39,7 @@ def through_pinocchio(exo, poses, offset, rows):
     return exo.reaction(
         poses[rows],
         split="minimal",
-        actuator_bounds=(-300.0 if exo.geometry.limb_count == 3 else 0.0, 400.0),
+        limits=(-300.0 if exo.geometry.limb_count == 3 else 0.0, 400.0),
         constraint_bounds=(0.0, 0.0),
         centre_offset=CentreOffset(offset.base[rows], offset.cuff[rows]),
     )
@@ -273,7 +273,7 @@ def test_limbs_with_mass_agree_with_the_full_equilibrium():
     found = heavy.workspace(poses, ["forces"], centre_offset=PATH)
     assert np.isfinite(found.magnitude).all()
     answer = heavy.reaction(
-        poses, split="minimal", actuator_bounds="design", constraint_bounds=(0.0, 0.0), centre_offset=PATH
+        poses, split="minimal", limits="design", constraint_bounds=(0.0, 0.0), centre_offset=PATH
     )
     np.testing.assert_allclose(found.magnitude, answer.magnitude, rtol=1e-9)
 

@@ -40,7 +40,7 @@ def test_limb_forces_of_the_answer_are_within_the_limits_and_no_others_do_better
     """Against the same person with limb forces given: those of least |F_s|, and the ones of the answer."""
     exo = ep.load("four-cables").worn_by(PERSON)
     bounds = (np.full(4, 5.0), np.full(4, 400.0))
-    answer = exo.joint_contact(objective.orientations, PERSON, "least_contact", actuator_bounds=bounds)
+    answer = exo.joint_contact(objective.orientations, PERSON, "least_contact", limits=bounds)
     assert objective.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
     assert answer.device_forces.min() > 5.0 - 1e-6
     tensions = exo.workspace(objective.orientations, Criteria(names=("forces",), least_tension=5.0)).tensions
@@ -58,7 +58,7 @@ def test_contact_force_of_a_device_that_the_torso_holds():
     moving = ContactObjective(PERSON, POSES.at_centres((path,)), ep.ShoulderExo, LIMITS)
     bounds = (np.full(4, 5.0), np.full(4, 400.0))
     answer = exo.joint_contact(
-        moving.orientations, PERSON, "least_contact", actuator_bounds=bounds, centre_offset=path, outside="mark"
+        moving.orientations, PERSON, "least_contact", limits=bounds, centre_offset=path, outside="mark"
     )
     assert moving.exact(exo.mechanism) == pytest.approx(answer.magnitude.mean(), rel=1e-9)
     found = exo.workspace(moving.orientations, Criteria(names=("forces",), least_tension=5.0), centre_offset=path)

@@ -194,7 +194,7 @@ def test_worn_cables_work_where_the_shoulder_moves(man):
 def test_worn_cables_hold_in_pinocchio_what_four_cables_lose(man, cables):
     """Abduction of the whole quarter through :meth:`exo_pin.ShoulderExo.reaction`, with the limits of the design."""
     path, bounds = man.centre_path(), (5.0, 400.0)
-    options = {"split": "minimal", "constraint_bounds": (0.0, 0.0), "actuator_bounds": bounds, "centre_offset": path}
+    options = {"split": "minimal", "constraint_bounds": (0.0, 0.0), "limits": bounds, "centre_offset": path}
     poses = cables.pose(abduction=np.arange(0.0, 91.0, 5.0))
     lost = cables.reaction(poses, **options)
     assert lost.status.tolist()[-2:] == ["ok", "infeasible"]
@@ -208,7 +208,7 @@ def test_worn_cables_relieve_the_joint_of_a_shoulder_that_moves(man, cables):
     path = man.centre_path()
     poses = cables.pose(abduction=[60.0, 90.0])
     contact = [
-        exo.joint_contact(poses, man, "least_effort", actuator_bounds=(0.0, 400.0), centre_offset=path)
+        exo.joint_contact(poses, man, "least_effort", limits=(0.0, 400.0), centre_offset=path)
         for exo in (cables, ep.load("four-cables-worn"))
     ]
     assert contact[0].magnitude == pytest.approx([79.0, 209.0], abs=1.0)

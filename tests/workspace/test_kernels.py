@@ -24,7 +24,7 @@ def test_forces_agree_with_pinocchio_and_with_the_exact_condition(limb_count):
     assert held.any()
     np.testing.assert_array_equal(held, exact.holdable)
     np.testing.assert_allclose(found.margins["forces"][held], exact.margin[held], rtol=1e-9, atol=1e-9)
-    other = exo.reaction(poses[held], split="minimal", actuator_bounds=(lower, 400.0))
+    other = exo.reaction(poses[held], split="minimal", limits=(lower, 400.0))
     np.testing.assert_allclose(found.magnitude[held], other.magnitude, rtol=1e-7, atol=1e-7)
     assert np.isnan(found.magnitude[~held]).all()
 
@@ -37,7 +37,7 @@ def test_limits_that_bind_give_the_same_least_force_as_the_quadratic_program():
     held = np.flatnonzero(found.margins["forces"] >= 0.0)[:12]
     at_limit = np.isclose(found.tensions[held], 20.0).any(axis=1)
     assert at_limit.sum() >= 3
-    other = exo.reaction(poses[held], split="minimal", actuator_bounds=(20.0, 400.0))
+    other = exo.reaction(poses[held], split="minimal", limits=(20.0, 400.0))
     np.testing.assert_allclose(found.magnitude[held], other.magnitude, rtol=1e-7, atol=1e-7)
     assert (found.tensions[held] >= 20.0 - 1e-6).all()
 

@@ -29,7 +29,7 @@ def test_limbs_with_mass_as_through_pinocchio(name, kind):
     answer = exo.reaction(
         Rotation.from_quat(poses.as_quat()[held]),
         split="minimal",
-        actuator_bounds=(-400.0, 400.0),
+        limits=(-400.0, 400.0),
         constraint_bounds=(0.0, 0.0),
     )
     # |F_s| is the least, so it agrees to the square of what the choice of the tensions differs by.

@@ -52,7 +52,7 @@ def _sweep(options: argparse.Namespace) -> int:
     exo, limit = design(options), limits(options)
     if limit is None and exo.geometry.limb_count > 3 and all(limb.actuator is not None for limb in exo.mechanism.limbs):
         limit = "design"
-    query: dict[str, Any] = {} if limit is None else {"actuator_bounds": limit}
+    query: dict[str, Any] = {"limits": limit}
     if options.split is not None:
         query["split"] = options.split
     varied = [_varied(text) for text in options.vary]

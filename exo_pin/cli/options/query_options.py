@@ -16,7 +16,7 @@ from ...core.errors import InvalidInput, OutsideHumanRange
 from ...core.files import write_figure
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
-from ...reaction import ActuatorBounds
+from ...reaction import Limits
 from .. import add_file, add_flag, add_number
 from .option_values import numbers
 
@@ -140,10 +140,10 @@ def add_limits(parser: argparse.ArgumentParser, default: str = "as the design's 
     )
 
 
-def limits(options: argparse.Namespace) -> ActuatorBounds:
+def limits(options: argparse.Namespace) -> Limits:
     """Limits of the limb forces."""
     if options.tension is None:
-        return "pull" if options.pull else None
+        return "pull" if options.pull else "design"
     low, high = numbers(options.tension, "--tension MIN,MAX in N", 2)
     return (max(low, 0.0) if options.pull else low, high)
 

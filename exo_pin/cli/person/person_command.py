@@ -143,7 +143,7 @@ def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> 
     query: dict[str, Any] = {"options": _assumptions(options)}
     bounds, sides = limits(options), options.side_force_limit
     if options.bare:
-        given = (options.share, options.least, bounds)
+        given = (options.share, options.least, None if bounds == "design" else bounds)
         if options.moving_centre or sides or any(value is not None for value in given):
             raise InvalidInput(
                 "--bare is without a device: leave out --share, --least, --pull, --tension, --side-force-limit, "
@@ -153,8 +153,8 @@ def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> 
     if options.share is not None and options.least is not None:
         raise InvalidInput("--share gives the limb forces and --least chooses them: give one of the two")
     if options.least is not None:
-        query |= {"forces": f"least_{options.least}", "actuator_bounds": bounds}
-    elif bounds is not None:
+        query |= {"forces": f"least_{options.least}", "limits": bounds}
+    elif bounds != "design":
         raise InvalidInput("--pull and --tension are limits for --least: give it too")
     else:
         query["forces"] = (100.0 if options.share is None else options.share) / 100.0

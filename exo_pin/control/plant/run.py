@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...core.validation import FloatArray, ReadOnly
 from ...load_case import Load, Motion
 from ...muscle.valve.flow import ATMOSPHERE
+from ...reaction.constraints.limb_limits import given_forces
 from ...reaction.query import as_split, reaction
 from ...reaction.result import Reaction
 from ...wrist_chain.equilibrium import EquilibriumModel
@@ -189,11 +190,11 @@ class Run(ReadOnly):
         -------
         Reaction
             Of shape (N,). Its actuator forces are the run's tensions: with three limbs the motion determines them, with
-            more they are given as ``actuator_bounds``, unless others are given or the split takes none.
+            more they are given as ``limits``, unless others are given or the split takes none.
         """
         model, law = EquilibriumModel(self.plant.mechanism), as_split(split)
-        if self.plant.count > _DETERMINED and "actuator_bounds" not in law.refusals:
-            options.setdefault("actuator_bounds", (self.tensions, self.tensions))
+        if self.plant.count > _DETERMINED and law.chooses_tensions:
+            options.setdefault("limits", given_forces(self.tensions))
         return reaction(model, self.rotations, self.motion, self.load(), split=law, **options)
 
     @property

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +13,10 @@ from ...core.errors import ExoPinError, InvalidInput, MissingData
 from ...core.validation import LARGEST, FloatArray, as_choice, as_pair
 from ...design import Mechanism
 from ...wrist.forces.wrench_feasibility import force_bounds
-from ..holding.actuator_limits import DesignActuators, ForceLimits
+from .actuator_limits import LimbLimits
 from .side_force_bounds import two_ends
 
-__all__ = ["ActuatorBounds", "ForceLimited", "PressureActuator", "as_force_limits", "each_limb"]
+__all__ = ["ForceLimited", "Limits", "PressureActuator", "as_limb_limits", "each_limb", "given_forces"]
 
 
 @runtime_checkable
@@ -44,62 +45,85 @@ class PressureActuator(ForceLimited, Protocol):
         ...
 
 
-#: None, "pull", "design" (what the design's actuators can do), a number N for (-N, N), a pair
-#: (lower, upper) in N, an object with ``force_limits``, or one such object a limb.
-ActuatorBounds = (
-    str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited] | DesignActuators | None
-)
+#: "design" (what the design's actuators can do), "none", "pull", a number N for (-N, N), a pair (lower, upper) in N, an
+#: object with ``force_limits``, or one such object a limb.
+Limits = str | float | tuple[ArrayLike, ArrayLike] | ForceLimited | Sequence[ForceLimited]
+
+_WORDS = ("design", "none", "pull")
+_FORMS = 'limits to be "design", "none", "pull", N, (lower, upper) in N, or objects with force_limits(length)'
 
 
-def as_force_limits(
-    bounds: ActuatorBounds, mechanism: Mechanism, shape: tuple[int, ...], lengths: Callable[[], FloatArray]
-) -> ForceLimits:
-    """Limits of f for every pose of a stack.
+def as_limb_limits(
+    limits: Limits, mechanism: Mechanism, shape: tuple[int, ...], lengths: Callable[[], FloatArray]
+) -> LimbLimits:
+    """Limits of lengths and forces for every pose of a stack.
 
     Parameters
     ----------
-    bounds : ActuatorBounds
-        None: none. "pull": f_i >= 0. "design": what the mechanism's own actuators can do. A number N: |f_i| <= N. A
-        pair in N: numbers or arrays that broadcast to (..., n), infinite where there is no limit. An object with
-        ``force_limits(length)``, or a sequence of n of them: what the actuators can do at their lengths.
+    limits : Limits
+        "design": what the mechanism's own actuators can do; a limb whose actuator is not known has no limits. "none":
+        no limits. "pull": f_i >= 0 besides. A number N: |f_i| <= N besides. A pair in N: numbers or arrays that
+        broadcast to (..., n), infinite where there is no further limit. These narrow the design's limits and never
+        widen them. An object with ``force_limits(length)``, or a sequence of n of them, takes the place of the
+        design's actuators, strokes included.
     mechanism : Mechanism
         The design.
     shape : tuple of int
         Stack shape (...), N poses in all.
     lengths : callable
-        Returns l_i, shape (N, n), m; called only where actuators are given.
+        Returns l_i, shape (N, n), m.
 
     Returns
     -------
-    ForceLimits
+    LimbLimits
 
     Raises
     ------
     InvalidInput
         If the limits do not fit; InfeasibleBounds if a lower one is above its upper one.
     MissingData
-        If an actuator lacks what it needs, such as the length of its end fitting.
+        If a given actuator lacks what it needs, such as the length of its end fitting.
     """
     limb_count = mechanism.limb_count
-    bounds = (-np.inf, np.inf) if bounds is None else as_pair("actuator_bounds", bounds)
-    if isinstance(bounds, str):
-        pull = as_choice("actuator bound", bounds, ("pull", "design")) == "pull"
-        bounds = (0.0, np.inf) if pull else DesignActuators(mechanism)
-    if isinstance(bounds, DesignActuators):
-        return bounds.limits(lengths())
-    if _is_actuators(bounds):
-        actuators, own = each_limb(bounds, limb_count, ForceLimited, "force_limits(length)"), lengths()
-        limits = np.array([_limits(actuator, i, own[:, i]) for i, actuator in enumerate(actuators)])
-        limits[:, :, np.isnan(limits).any(axis=(0, 1))] = np.nan
-        return ForceLimits(limits[:, 0].T.copy(), limits[:, 1].T.copy())
-    forms = 'actuator_bounds to be None, "pull", "design", N, (lower, upper) in N, or objects with force_limits(length)'
-    return ForceLimits(*force_bounds("actuator_bounds", *two_ends(bounds, forms), shape, limb_count))
+    if limits is None:
+        raise InvalidInput(f"expected {_FORMS}, got None")
+    given = as_pair("limits", limits)
+    if isinstance(given, str):
+        word = as_choice("limits", given, _WORDS)
+        if word == "none":
+            return LimbLimits.none((math.prod(shape), limb_count))
+        own = LimbLimits.of_design(mechanism, lengths())
+        return own if word == "design" else own.narrowed(np.zeros_like(own.lower), np.full_like(own.upper, np.inf))
+    if _is_actuators(given):
+        actuators, own_lengths = each_limb(given, limb_count, ForceLimited, "force_limits(length)"), lengths()
+        ends = np.array([_limits(actuator, i, own_lengths[:, i]) for i, actuator in enumerate(actuators)])
+        lower, upper = ends[:, 0].T.copy(), ends[:, 1].T.copy()
+        lost = np.isnan(lower) | np.isnan(upper)
+        lower[lost], upper[lost] = -np.inf, np.inf
+        return LimbLimits(lower, upper, lost, lost, np.where(lost, np.inf, 0.0))
+    lower, upper = force_bounds("limits", *two_ends(given, _FORMS), shape, limb_count)
+    return LimbLimits.of_design(mechanism, lengths()).narrowed(lower, upper)
 
 
 def _is_actuators(bounds: Any) -> bool:
     if isinstance(bounds, ForceLimited):
         return True
     return isinstance(bounds, (list, tuple)) and len(bounds) > 0 and any(hasattr(b, "force_limits") for b in bounds)
+
+
+class _GivenForce(NamedTuple):
+    """An actuator whose force is known in each of N poses, shape (N,), N."""
+
+    force: FloatArray
+
+    def force_limits(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The force itself, as both limits."""
+        return self.force, self.force
+
+
+def given_forces(tensions: FloatArray) -> list[ForceLimited]:
+    """Limits that leave no choice but these tensions, shape (N, n), N, such as those of a simulation."""
+    return [_GivenForce(column) for column in tensions.T]
 
 
 def each_limb(given: Any, limb_count: int, protocol: type, needs: str) -> list[Any]:

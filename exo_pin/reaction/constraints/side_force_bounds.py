@@ -75,7 +75,7 @@ class SideForceBounds:
                 raise NonConvexBound(
                     f"|g_i| <= |f_i| needs limb forces that equilibrium determines; with {limb_count} limbs they are "
                     "chosen together with g and may take either sign, so give the bounds as (lower, upper), or "
-                    'limbs that only pull (actuator_bounds="pull")'
+                    'limbs that only pull (limits="pull")'
                 )
             self.by_tension = limb_count > 3 or (displaced and one_signed)
             self.by_actuator = not self.by_tension

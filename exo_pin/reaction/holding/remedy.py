@@ -20,8 +20,7 @@ from ...core.progress import track
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...wrist_chain.equilibrium import EquilibriumModel
 from ..indeterminacy.infeasibility import Infeasibility
-from ..query import as_split, reaction
-from .actuator_limits import DesignActuators
+from ..query import reaction
 from .hold_check import HoldCheck
 from .verdict import angle_words
 
@@ -77,8 +76,8 @@ class Remedy(ReadOnly):
         A pose nearby, or the pose itself, that can be held, as far as the limits are known; None if none was found
         within 60°.
     infeasibility : Infeasibility or None
-        What is missing in the pose itself, the strokes of the limbs left out; None if nothing is missing, if the
-        actuators of the design are not known, or if the split takes no limits (locked actuators).
+        What is missing in the pose itself, the strokes of the limbs left out; None if nothing is missing, or if the
+        split leaves no choice (locked actuators).
     side : {"left", "right"}
         Side of the body, for the angles.
     """
@@ -118,14 +117,9 @@ def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = Fals
         If ``orientation`` is a stack, or ``motion`` is given.
     """
     at_rest(options)
-    pose, mechanism = as_single_rotation("orientation", orientation), model.mechanism
+    pose = as_single_rotation("orientation", orientation)
     nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, pose, _REACH, progress)
-    infeasibility = None
-    law = as_split(options.get("split", "spherical"))
-    if "actuator_bounds" not in law.refusals and all(limb.actuator is not None for limb in mechanism.limbs):
-        bounds = DesignActuators(mechanism, stroke=False)
-        infeasibility = reaction(model, pose, actuator_bounds=bounds, **options).infeasibility
-    return Remedy(nearest, infeasibility, mechanism.side)
+    return Remedy(nearest, reaction(model, pose, **options).infeasibility, model.mechanism.side)
 
 
 def at_rest(options: dict[str, Any]) -> None:

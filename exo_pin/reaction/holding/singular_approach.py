@@ -20,7 +20,7 @@ from ...core.validation import FloatArray, ReadOnly, as_single_rotation
 from ...wrist.singularities.measures import Singularity, singularity
 from ...wrist.singularities.nearest_singularity_search import nearest_singularity
 from ...wrist_chain.equilibrium import EquilibriumModel
-from ..columns import force_columns, frame_of
+from ..columns import force_columns, frame_of, peak_of
 from ..query import reaction
 from ..result import Reaction
 from .remedy import NearestPose, at_rest, nearest_held_pose, spread_directions
@@ -78,7 +78,7 @@ class SingularApproach(ReadOnly):
     @property
     def peak(self) -> float:
         """Largest |F_s| of the samples, N; NaN without an answer. It depends on the angle at which the turn ends."""
-        return self.reaction.peak
+        return peak_of(self.reaction.magnitude)
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame, one row a sample: remaining angle, forces, margin and status, with units in the names.

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...core.validation import FloatArray
-from .actuator_limits import enumerated, limb_list
+from ..constraints.actuator_limits import enumerated, limb_list
 from .hold_check import HoldCheck
 
 __all__ = ["angle_words", "describe_axis", "verdict"]
@@ -18,8 +18,6 @@ _WITHOUT_ANSWER = {
     "singular": "it is singular, and the limbs cannot resist a moment about {axis}",
     "folded": "a joint of a limb lies in the shoulder's centre",
     "not_solved": "its equilibrium could not be solved",
-    "infeasible": "no forces within the limits balance the arm",
-    "out_of_stroke": "an actuator cannot take the length of its limb",
     "no_equilibrium": "no equilibrium is near it",
     "guide_overloaded": "the guide of a limb would have to bear more than it can",
 }
@@ -52,8 +50,10 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
         return f"The device cannot hold this pose: {_WITHOUT_ANSWER[status].format(axis=axis)}."
     if check.can_hold:
         return "The device can hold this pose."
+    if not check.asked:
+        return 'It is not known whether the device can hold this pose: limits were left out (limits="none").'
     if check.violated:
-        probably, reason = "", "; ".join(_reasons(check))
+        probably, reason = "", "; ".join(_reasons(check)) or "no forces within the limits balance the arm"
         if check.unknown:
             probably, reason = "probably ", f"{reason} (by an estimate of {_estimates(check)})"
         return f"The device {probably}cannot hold this pose: {reason}."
@@ -67,6 +67,8 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
 
 def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
     total, held = status.size, int(check.can_hold.sum())
+    if not check.asked:
+        return f'It is not known which of {total} poses the device can hold: limits were left out (limits="none").'
     likely = int((check.unknown & ~check.violated).sum())
     depends = (
         "if the estimates are right" if check.estimated and not check.missing else "if the unknown limits allow it"
@@ -99,8 +101,11 @@ def _reasons(check: HoldCheck) -> list[str]:
             f"{limb_list((pulling + 1).tolist())} would have to pull with {_listed(tension[pulling])} N "
             f"(at most {_listed(at_most[pulling])} N)"
         )
+    lost = np.flatnonzero(np.isinf(length))
+    if lost.size:
+        reasons.append(f"an actuator cannot take the length of {limb_list((lost + 1).tolist())}")
     for broken, text in ((length < 0.0, "too short"), (length > 0.0, "too long")):
-        rows = np.flatnonzero(broken)
+        rows = np.flatnonzero(broken & np.isfinite(length))
         if rows.size:
             reasons.append(f"{limb_list((rows + 1).tolist())} would be {_listed(1e3 * np.abs(length[rows]))} mm {text}")
     return reasons
@@ -113,16 +118,18 @@ def _listed(sizes: FloatArray) -> str:
 
 def _stack_reasons(check: HoldCheck, status: NDArray[np.str_]) -> list[str]:
     """How many poses fail for each reason; a pose may have several."""
+    # Of these, the forces of plain equilibrium are beyond their limits, which says more.
+    plain = (np.nan_to_num(check.force_error) != 0.0).any(axis=-1)
     failing = {
         "a limb would have to push": (check.force_error < 0.0).any(axis=-1),
         "a limb would have to pull too hard": (check.force_error > 0.0).any(axis=-1),
         "a limb would be too short": (check.length_error < 0.0).any(axis=-1),
-        "a limb would be too long": (check.length_error > 0.0).any(axis=-1),
+        "a limb would be too long": ((check.length_error > 0.0) & np.isfinite(check.length_error)).any(axis=-1),
+        "an actuator cannot take the length of its limb": np.isinf(check.length_error).any(axis=-1),
         "the pose is singular": status == "singular",
         "a joint of a limb lies in the shoulder's centre": status == "folded",
         "the equilibrium could not be solved": status == "not_solved",
-        "no forces within the limits balance it": status == "infeasible",
-        "an actuator cannot take the length of its limb": status == "out_of_stroke",
+        "no forces within the limits balance it": (status == "infeasible") & ~plain,
         "no equilibrium is near the pose": status == "no_equilibrium",
         "the guide of a limb would be overloaded": status == "guide_overloaded",
     }

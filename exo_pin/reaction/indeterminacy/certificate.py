@@ -172,8 +172,8 @@ class Certificate(ReadOnly):
             # Arm and torso are a closed system: what limbs and shoulder together put on the torso is fixed by the arm.
             stacked(good),
             source.split.assumption
-            + ("" if poses.limits is None else ", within the limits of the limbs")
-            + ("" if poses.socket is None else ", with regard to the socket"),
+            + (", within the limits of the limbs" if poses.limits.bound_forces and source.held.any() else "")
+            + ("" if poses.socket is None or not source.held.any() else ", with regard to the socket"),
             source,
         )
 
@@ -191,7 +191,7 @@ class Certificate(ReadOnly):
             Bounds on g as in :meth:`exo_pin.ShoulderExo.reaction`; those of the query if left out.
         tension_bounds : None, "pull" or (lower, upper), optional
             Bounds on f, N, broadcasting to (..., n); "pull" means none below zero; those of the query
-            (``actuator_bounds``) if left out. They narrow an interval where equilibrium does not determine tensions:
+            (``limits``) if left out. They narrow an interval where equilibrium does not determine tensions:
             with more than three limbs, or a centre offset.
 
         Raises

@@ -97,12 +97,15 @@ class ComponentSource(ReadOnly):
         The stack's shape (...).
     values : ndarray
         f, g and F_s in one row, shape (N, 2 n + 3), N; NaN without an answer.
+    held : ndarray of bool
+        Shape (N,): whether the forces are within the limits of the query; the others are those of plain equilibrium.
     """
 
     split: Split
     poses: PoseStack
     shape: tuple[int, ...]
     values: FloatArray
+    held: NDArray[np.bool_]
 
     def __call__(self, constraint_bounds: ConstraintBounds = None, tension_bounds: TensionBounds = None) -> Components:
         """Kinds and intervals; see :meth:`exo_pin.reaction.Certificate.under`."""
@@ -145,11 +148,12 @@ class ComponentSource(ReadOnly):
             ends = (0.0, np.inf) if isinstance(bounds, str) and bounds == "pull" else bounds
             lower, upper = two_ends(ends, 'tension_bounds to be "pull" or (lower, upper) in N')
             return force_bounds("tension_bounds", lower, upper, self.shape, n)
-        if self.poses.limits is None:
+        limits, held = self.poses.limits, self.held[:, None]
+        if not limits.bound_forces or not held.any():
             return None
         # The answer is within the limits of its query, but for rounding.
-        f, (lower, upper) = self.values[:, :n], self.poses.limits
-        return np.minimum(lower, f), np.maximum(upper, f)
+        f = self.values[:, :n]
+        return np.where(held, np.minimum(limits.lower, f), -np.inf), np.where(held, np.maximum(limits.upper, f), np.inf)
 
     def _freedom(self, row: int, box: tuple[FloatArray, FloatArray]) -> Freedom:
         """What equilibrium does not determine in one pose."""

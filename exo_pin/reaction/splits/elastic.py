@@ -13,7 +13,7 @@ on the actuators:
 Within limits of f, or with a cone, the held device is as in :mod:`exo_pin.reaction.splits.elastic_linear`, solved until
 the geometry of the program is the one that its forces lead to. A limb at its limit holds that force; side forces still
 follow their stiffness; where the other tensions cannot take the rest, the pose is infeasible. Limits of locked
-actuators are refused: the force in a lock is a reaction, no actuator chooses it.
+actuators are checked and not chosen within: the force in a lock is a reaction.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...wrist.limbs import STATUS
-from ..answer import QUERY_STATUS
 from ..indeterminacy.component_assumptions import Freedom
+from ..query_status import QUERY_STATUS
 from .elastic_linear import ElasticLinear
 from .split import Chosen, PoseStack
 
@@ -58,8 +58,8 @@ class Elastic(ElasticLinear):
                 "locked"
             )
             self.options = frozenset()  # type: ignore[misc]
-            refused = {"cone": "a cone", "actuator_bounds": "actuator_bounds"}
-            self.refusals = {name: _REFUSED.format(text) for name, text in refused.items()}  # type: ignore[misc]
+            self.refusals = {"cone": _REFUSED}  # type: ignore[misc]
+            self.chooses_tensions = False
 
     def check(self, mechanism: Mechanism) -> None:
         """Raise if the shoulder's stiffness is not known, or locked limbs are more than six."""
@@ -70,16 +70,15 @@ class Elastic(ElasticLinear):
                 'freedoms cannot have more given lengths. split="elastic" lets the actuators adapt'
             )
 
-    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+    def plain(self, poses: PoseStack, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
         """The forces of the equilibrium."""
         if not self.locked:
-            super().choose(poses, rows, answer)
-            return
+            return super().plain(poses, rows)
         assert poses.movement is not None
         assert poses.movement.forces is not None
         delta = poses.movement.displacement[rows]
         stretch = (np.swapaxes(poses.sides[rows], 1, 2) @ delta[..., None])[..., 0] + poses.misfit[rows]
-        answer.put_determined(rows, poses.movement.forces[rows], poses.stiffness[rows] * stretch)
+        return poses.movement.forces[rows], poses.stiffness[rows] * stretch
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Determined by stiffness; of a held device but for tensions that balance themselves."""
@@ -112,6 +111,6 @@ class Elastic(ElasticLinear):
 
 
 _REFUSED = (
-    "{} cannot go with locked actuators: their forces follow from the lengths and cannot be chosen. Use "
+    "a cone cannot go with locked actuators: their forces follow from the lengths and cannot be chosen. Use "
     'split="elastic", whose actuators adapt within their limits, or split="elastic_linear"'
 )

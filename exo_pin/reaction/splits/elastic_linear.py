@@ -84,13 +84,17 @@ class ElasticLinear(Split):
         follower = program.state.following(stiffness, poses.stiffness[row], poses.misfit[row])
         return program._replace(state=follower.state, follower=follower)
 
-    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
-        """Solve the elastic equations."""
+    def plain(self, poses: PoseStack, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """Solve the elastic equations; NaN where a direction has no stiffness."""
         part = BalancedTensions(*(array[rows] for array in poses.tensions))
         stiffness = shoulder_stiffness(poses.mechanism)
         g, _ = part.elastic(poses.sides[rows], stiffness, poses.stiffness[rows], poses.misfit[rows])
-        answer.put_determined(rows, part.f + (part.f_of_g @ g[..., None])[..., 0], g)
-        answer.status[rows[np.isnan(g).any(axis=1)]] = STATUS.index("not_solved")
+        return part.f + (part.f_of_g @ g[..., None])[..., 0], g
+
+    def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
+        """The forces of the equilibrium; of tensions that balance themselves, those of least norm."""
+        answer.put_determined(rows, *self.plain(poses, rows))
+        answer.status[rows[np.isnan(answer.g[rows]).any(axis=1)]] = STATUS.index("not_solved")
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Determined by stiffness, but for tensions that balance themselves."""

@@ -65,11 +65,13 @@ class Minimal(Split):
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Least |F_s| within the bounds of g."""
         free = np.full(poses.tensions.self_stress.shape[2], np.inf)
+        # Tensions that actuators choose within limits cannot produce every force.
+        known = np.zeros_like(free) if poses.limits.bound_forces else free
         for row in rows.tolist():
-            low, high = poses.side_bounds.at(row, poses.tensions.f[row])
-            lower, upper = np.concatenate([-free, low[poses.upu]]), np.concatenate([free, high[poses.upu]])
-            answer.trivial[row] = poses.limits is None and is_trivial(poses.effect(row), lower, upper)
-            answer.put_least_force(poses, row, lower, upper)
+            low, high = (ends[poses.upu] for ends in poses.side_bounds.at(row, poses.tensions.f[row]))
+            effect = poses.effect(row)
+            answer.trivial[row] = is_trivial(effect, np.concatenate([-known, low]), np.concatenate([known, high]))
+            answer.put_least_force(poses, row, np.concatenate([-free, low]), np.concatenate([free, high]))
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Chosen by the optimiser, or bounded only where |F_s| does not depend on it."""

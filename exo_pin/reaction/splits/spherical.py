@@ -3,22 +3,48 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...numerics.least_force_of_sums import SUMMED, shortest_within
 from ...numerics.optimality import LeastSquares, judged
+from ...numerics.quadratic import solve
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose
 from .split import Chosen, PoseStack, Split
 
-__all__ = ["Spherical"]
+__all__ = ["Spherical", "shortest_tensions"]
 
 #: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
 _ON_LIMIT = 1e-10
 #: Violation of the optimality conditions above which the pose is left to a program, a tenth of the balance's tolerance.
 _EXACT = 1e-10
+
+
+def shortest_tensions(f: FloatArray, self_stress: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """The f + N y of least norm within limits, shape (M, n), N; NaN where there is none, or rounding decides.
+
+    Parameters
+    ----------
+    f, lower, upper : ndarray
+        Tensions that balance M poses, and limits, shape (M, n), N.
+    self_stress : ndarray
+        N, tensions that balance themselves, shape (M, n, m), columns orthonormal.
+    """
+    out = np.full_like(f, np.nan)
+    if self_stress.shape[2] <= SUMMED:
+        shortest_within(f, np.ascontiguousarray(self_stress), lower, upper, out)
+        return np.clip(out, lower, upper)
+    size, none = f.shape[1], (np.zeros((0, f.shape[1])), np.zeros(0))
+    for k, N in enumerate(self_stress):
+        # Too many limbs for the exact method. The part of f that self-stress cannot change is an equality.
+        fixed = scipy.linalg.null_space(N.T).T
+        answer = solve(LeastSquares(np.eye(size), np.zeros(size), fixed, fixed @ f[k], lower[k], upper[k], *none))
+        if answer.is_optimal:
+            out[k] = answer.z
+    return out
 
 
 class Spherical(Split):
@@ -39,34 +65,28 @@ class Spherical(Split):
 
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
         """Tensions of least norm."""
-        f = poses.tensions.f[rows]
-        answer.put_determined(rows, f, np.zeros_like(f))
+        answer.put_determined(rows, *self.plain(poses, rows))
 
     def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
         """Tensions of least norm within their limits, of up to six limbs by the exact method of the numerics.
 
         Left are poses that cannot be held, or so nearly that rounding decides.
         """
-        assert poses.limits is not None
-        own, (lower, upper) = poses.tensions, poses.limits
-        inside = ((lower[rows] <= own.f[rows]) & (own.f[rows] <= upper[rows])).all(axis=1)
-        self.choose(poses, rows[inside], answer)
-        rows = rows[~inside]
-        if not rows.size or not 0 < own.self_stress.shape[2] <= SUMMED:
+        own = poses.tensions
+        if not 0 < own.self_stress.shape[2] <= SUMMED:
             return rows
-        f, low, high = own.f[rows], lower[rows], upper[rows]
-        shortest = np.full_like(f, np.nan)
-        shortest_within(f, np.ascontiguousarray(own.self_stress[rows]), low, high, shortest)
+        shortest = shortest_tensions(
+            own.f[rows], own.self_stress[rows], poses.limits.lower[rows], poses.limits.upper[rows]
+        )
         left = [
             row
-            for row, tensions in zip(rows.tolist(), np.clip(shortest, low, high), strict=True)
+            for row, tensions in zip(rows.tolist(), shortest, strict=True)
             if np.isnan(tensions).any() or not self._put_optimal(poses, row, tensions, answer)
         ]
         return np.array(left, dtype=np.intp)
 
     def _put_optimal(self, poses: PoseStack, row: int, tensions: FloatArray, answer: Chosen) -> bool:
         """Fill a pose if its tensions meet the optimality conditions."""
-        assert poses.limits is not None
         scale = float(np.abs(tensions).max(initial=0.0)) or 1.0
         z, low, high = (part / scale for part in (tensions, poses.limits.lower[row], poses.limits.upper[row]))
         A, b = poses.state.moment_of_f[row] / poses.radius, poses.state.moment[row] / (poses.radius * scale)

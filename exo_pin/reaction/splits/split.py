@@ -16,8 +16,8 @@ from ...numerics.least_force_in_bounds import least_force
 from ...wrist.forces.affine_state import AffineState, BalancedTensions
 from ...wrist.forces.moved_device import Movement
 from ...wrist.limbs import STATUS
+from ..constraints.actuator_limits import LimbLimits
 from ..constraints.side_force_bounds import SideForceBounds
-from ..holding.actuator_limits import ForceLimits
 from ..indeterminacy.component_assumptions import Freedom
 from .limb_and_side_forces import Choice, Pose, Socket, Weights
 
@@ -42,11 +42,11 @@ class PoseStack(NamedTuple):
     stiffness, misfit : ndarray
         Of each limb along its side wrench, shape (N, n), N/m and m.
     status : ndarray of int8
-        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`, changed where a pose has no answer.
+        Shape (N,), index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`, changed where equilibrium has none.
     margin, determinant : ndarray
         Shape (N,), as in :class:`exo_pin.Reaction`.
-    limits : ForceLimits or None
-        Of f; None where there are none.
+    limits : LimbLimits
+        Of lengths and tensions.
     side_bounds : SideForceBounds
         Of g.
     socket : Socket or None
@@ -66,6 +66,8 @@ class PoseStack(NamedTuple):
     guide_load : ndarray or None
         The larger of bending moment and torque of each guide, each over its limit, shape (N, n); NaN where neither is
         known.
+    infeasible : ndarray of bool or None
+        Poses in which forces within the limits lead to no equilibrium of an elastic device, shape (N,).
     """
 
     mechanism: Mechanism
@@ -78,7 +80,7 @@ class PoseStack(NamedTuple):
     status: NDArray[np.int8]
     margin: FloatArray
     determinant: FloatArray
-    limits: ForceLimits | None
+    limits: LimbLimits
     side_bounds: SideForceBounds
     socket: Socket | None
     weights: Weights | None
@@ -88,6 +90,7 @@ class PoseStack(NamedTuple):
     unmoved: FloatArray | None = None
     load_share: FloatArray | None = None
     guide_load: FloatArray | None = None
+    infeasible: NDArray[np.bool_] | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -141,8 +144,7 @@ class PoseStack(NamedTuple):
 
     def program(self, row: int, **choices: Any) -> Pose:
         """The program of one pose within its limits: tensions of least norm, unless ``choices`` change it."""
-        state, free = self.state.row(row), np.full(len(self.tensions.f[row]), np.inf)
-        low, high = (-free, free) if self.limits is None else (self.limits.lower[row], self.limits.upper[row])
+        state, low, high = self.state.row(row), self.limits.lower[row], self.limits.upper[row]
         # Where side forces load the tensions, those of least norm have the least part that balances itself.
         metric = self.tensions.self_stress[row].T
         loaded = len(metric) > 0 and state.moment_of_g.any()
@@ -173,7 +175,9 @@ class Split(ABC):
     options : frozenset of str
         Those of "constraint_bounds", "weights" and "cone" that it supports.
     refusals : dict of str to str
-        Reason why it does not support an option, or "actuator_bounds", where physics gives one.
+        Reason why it does not support an option, where physics gives one.
+    chooses_tensions : bool
+        Whether tensions that equilibrium does not determine can be chosen within limits; otherwise these are checked.
     is_linear : bool
         Whether f, g and F_s follow from linear equations alone, so that they have derivatives everywhere.
     chooses_sides : bool
@@ -192,6 +196,7 @@ class Split(ABC):
     chooses_sides: ClassVar[bool] = False
     determines_sides: ClassVar[bool] = False
     moves: ClassVar[bool] = False
+    chooses_tensions: bool = True
 
     def caption(self, mechanism: Mechanism) -> str:
         """The assumption in a few words, for pictures."""
@@ -214,7 +219,15 @@ class Split(ABC):
 
     @abstractmethod
     def choose(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> None:
-        """Fill f and g of some poses where neither limits of f nor a cone nor weights are given."""
+        """Fill f and g of some poses as they are without limits of f, cone and weights."""
+
+    def plain(self, poses: PoseStack, rows: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
+        """f and g of plain equilibrium, shape (k, n), N: what would be needed in poses that cannot be held.
+
+        Tensions of least norm and no side forces, unless the split determines them.
+        """
+        f = poses.tensions.f[rows]
+        return f, np.zeros_like(f)
 
     def choose_within(self, poses: PoseStack, rows: NDArray[np.intp], answer: Chosen) -> NDArray[np.intp]:
         """Fill poses whose forces within limits of f alone need no program; return the rows that are left."""
@@ -245,7 +258,9 @@ class Chosen:
     Attributes
     ----------
     status : ndarray of int8
-        Index into :data:`exo_pin.reaction.answer.QUERY_STATUS`.
+        Index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`: whether equilibrium has an answer.
+    unmet : ndarray of int8
+        Shape (N,): 0 where all known limits are met, else why not, as an index into the same.
     f, g : ndarray
         Shape (N, n), N.
     kkt, gap, unique, trivial : ndarray
@@ -254,7 +269,7 @@ class Chosen:
 
     def __init__(self, status: NDArray[np.int8], n: int) -> None:
         count = len(status)
-        self.status = status
+        self.status, self.unmet = status, np.zeros(count, dtype=np.int8)
         self.f, self.g = np.full((2, count, n), np.nan)
         self.kkt, self.gap = np.full((2, count), np.nan)
         self.unique, self.trivial = np.zeros((2, count), dtype=bool)

@@ -74,7 +74,7 @@ class Playing(ABC):
         poses = as_rotation("orientations", orientations)
         stamps = as_times(times, "pose", poses.shape)
         air = [None] * len(stamps) if pressures is None else self._pressures(pressures, stamps.shape)
-        answer = None if self._exo.arm is None else self._exo.holding_reaction(poses, **query)
+        answer = None if self._exo.arm is None else self._exo.reaction(poses, **query)
         forces = self._forces(poses, answer, query)
         self._plan(forces)
         centres = self._offsets(poses, query)

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.errors import InvalidInput
 from ...core.validation import as_positive
 from ...load_case import Load, Motion
+from ...reaction.constraints.limb_limits import given_forces
 from .recording import Recording
 
 if TYPE_CHECKING:
@@ -60,6 +61,6 @@ def record_run(scene: Scene, run: Run, frames_a_second: float = 25.0) -> Recordi
         "load": Load(given.force, np.asarray(given.moment)[rows], given.at),
     }
     if run.plant.count > _DETERMINED:
-        query["actuator_bounds"] = (run.tensions[rows], run.tensions[rows])
+        query["limits"] = given_forces(run.tensions[rows])
     pressures = None if run.plant.motors.all() else np.maximum(run.pressures[rows], 0.0)
     return scene.record(run.rotations[rows], run.times[rows], pressures, **query)

@@ -61,7 +61,7 @@ def draw_mechanism(exo: ShoulderExo, orientation: Rotation, ax: Any = None) -> A
     pose = as_single_rotation("orientation", orientation)
     if ax is None:
         ax = pyplot().figure(figsize=(6, 6)).add_subplot(projection="3d")
-    answer = exo.holding_reaction(pose)
+    answer = exo.reaction(pose)
     arm = exo.mechanism.require_arm("a drawing of forces")
     R = pose.as_matrix()
     a, b = exo.geometry.base_points, exo.inverse_kinematics(pose).platform_points
@@ -131,7 +131,7 @@ def shoulder_force_map(
     """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
 
     More than three limbs leave a choice of tensions: they are those of
-    :meth:`exo_pin.ShoulderExo.holding_reaction`, and poses that no tensions within the limits hold are left grey.
+    :meth:`exo_pin.ShoulderExo.reaction`, and poses that no tensions within the limits hold are left grey.
 
     Parameters
     ----------
@@ -156,8 +156,8 @@ def shoulder_force_map(
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
     arm = exo.mechanism.require_arm("a map of forces")
     if spare:
-        answer = exo.holding_reaction(poses)
-        force = np.where(answer.status == "beyond_limits", np.nan, answer.magnitude)
+        answer = exo.reaction(poses)
+        force = np.where(answer.held, answer.magnitude, np.nan)
         title = "Force on the shoulder joint, limb forces within their limits"
     else:
         force = np.asarray(reaction_map(exo.mechanism, poses, keep=("magnitude",)).magnitude)
@@ -219,5 +219,5 @@ def overview(exo: ShoulderExo, orientation: Rotation) -> Figure:
     mark: dict[str, Any] = {"markersize": 9, "markerfacecolor": RED, "markeredgecolor": "white"}
     right.plot(flexion, abduction, "o", **mark, label="the pose on the left")
     legend_below(right)
-    figure.suptitle(textwrap.fill(exo.holding_reaction(orientation).verdict, 120), fontsize=12)
+    figure.suptitle(textwrap.fill(exo.reaction(orientation).verdict, 120), fontsize=12)
     return figure

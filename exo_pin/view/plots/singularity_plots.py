@@ -15,7 +15,7 @@ import numpy as np
 from ...core.validation import FloatArray, require_method
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion
 from ...reaction import SingularApproach
-from ...reaction.holding.actuator_limits import design_limits
+from ...reaction.constraints.actuator_limits import design_limits
 from ...reaction.holding.verdict import angle_words
 from ...wrist.singularities import singular_surface_mesh as loci
 from ...wrist.singularities import singularity_free_region as region

@@ -168,7 +168,7 @@ class Scene(WristAdditions, Playing, Pages):
             What is drawn; None for a design without an arm.
         """
         pose = single_pose(orientation)
-        answer = None if self._exo.arm is None else self._exo.holding_reaction(pose, **query)
+        answer = None if self._exo.arm is None else self._exo.reaction(pose, **query)
         pressure = None if pressures is None else self._pressures(pressures, ())
         self._asked = query
         (centre,) = self._offsets(pose, query)

@@ -97,7 +97,7 @@ class ContactObjective(Record):
         moved = None if self._offsets.is_aligned else CentreOffset(*offsets)
         design, wearer = self._kind.from_mechanism(mechanism), self._person
         found = design.joint_contact(
-            self.orientations, wearer, "least_contact", actuator_bounds=bounds, centre_offset=moved, outside="mark"
+            self.orientations, wearer, "least_contact", limits=bounds, centre_offset=moved, outside="mark"
         ).magnitude
         return float(np.where(np.isfinite(found), found, self.bare).mean())
 

@@ -205,18 +205,19 @@ def _through_pinocchio(
         answer = reaction(
             Rotation.from_quat(part.orientations.as_quat().reshape(-1, 4)[chosen]),
             split="minimal",
-            actuator_bounds=(low, high),
+            limits=(low, high),
             constraint_bounds=(0.0, 0.0),
             centre_offset=_offset_of(part, chosen),
         )
-        gap = np.abs(answer.magnitude - part.magnitude.reshape(-1)[chosen])
+        # A length out of its stroke is a criterion of its own here; the query then answers with plain equilibrium.
+        gap = np.abs(answer.magnitude - part.magnitude.reshape(-1)[chosen])[answer.status != "out_of_stroke"]
         scale = max(1.0, float(np.nanmax(np.abs(part.tensions.reshape(flat, -1)[chosen]))))
-        if not np.isfinite(gap).all() or gap.max() > _AGREEMENT * scale:
+        if not np.isfinite(gap).all() or gap.max(initial=0.0) > _AGREEMENT * scale:
             raise SolverFailed("Pinocchio", float(gap.max()), "difference of |F_s| to the closed form, N")
         inside = part.inside.ravel()[chosen]
         if "stroke" in part.margins and not (answer.can_hold | answer.unknown)[inside].all():
             raise SolverFailed("Pinocchio", float("nan"), "a pose inside the workspace cannot be held by its verdict")
-        count, worst = count + len(chosen), max(worst, float(gap.max()))
+        count, worst = count + len(chosen), max(worst, float(gap.max(initial=0.0)))
     return count, worst
 
 

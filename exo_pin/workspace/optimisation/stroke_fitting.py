@@ -17,7 +17,7 @@ from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Actuator, Mechanism, Stroke
 from ...design.actuator_families import family_limits, fitting_stroke, least_length
-from ...reaction.holding.actuator_limits import length_limits
+from ...reaction.constraints.actuator_limits import length_limits
 
 __all__ = ["FitOptions", "fitted_strokes", "stroke_windows", "window_margin"]
 

@@ -79,7 +79,7 @@ def pulled(seed, kinds):
 def compare_pull(exo, pose, split, objective):
     """Both answers of limbs that only pull, or both refusals: True if there was an answer."""
     R = thesis_rotation(*pose, degrees=True)
-    expected = exo.reaction(R, split=split, actuator_bounds="pull")
+    expected = exo.reaction(R, split=split, limits="pull")
     chain, q = posed(exo.mechanism, R)
     bounds = dict.fromkeys(chain.roles.actuated, PULL)
     if expected.status != "ok":

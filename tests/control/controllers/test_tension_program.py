@@ -20,7 +20,7 @@ def test_possible_motion_has_the_tensions_of_the_reaction_query(pose):
     found = tensions_for_motion(FOUR.mechanism, pose, motion, greatest)
     assert np.linalg.norm(found.missing_moment) < 1e-9
     # Through Pinocchio and ProxSuite.
-    best = FOUR.reaction(pose, motion, split="minimal", constraint_bounds=(0.0, 0.0), actuator_bounds=(0.0, 400.0))
+    best = FOUR.reaction(pose, motion, split="minimal", constraint_bounds=(0.0, 0.0), limits=(0.0, 400.0))
     np.testing.assert_allclose(np.linalg.norm(found.shoulder_force), best.magnitude, rtol=1e-6)
     np.testing.assert_allclose(found.tensions, best.actuator_forces, atol=1e-4)
 

@@ -116,7 +116,7 @@ def test_static_ends_are_those_of_the_reaction_query(name):
         faults=[ep.Fault("no current", i) for i in range(plant.count)],
     )
     tensions = run.tensions[0]
-    answer = exo.reaction(rest.orientation, actuator_bounds=(tensions, tensions) if plant.count > 3 else None)
+    answer = exo.reaction(rest.orientation, limits=(tensions, tensions) if plant.count > 3 else None)
     scale = np.abs(tensions).max()
     np.testing.assert_allclose(answer.actuator_forces, tensions, atol=1e-9 * scale)
     np.testing.assert_allclose(answer.shoulder_force, run.shoulder_force[0], atol=1e-9 * scale)

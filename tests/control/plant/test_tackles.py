@@ -73,12 +73,12 @@ def test_a_held_pose_stays_and_is_the_reaction_query_s():
     run = plant.simulate(lambda t, measured: np.zeros(4), 0.001, start)
     np.testing.assert_allclose(run.tensions[0], tensions, atol=1e-5)
     exact = run.tensions[0]
-    answer = ep.load("four-muscle-cables").reaction(start.orientation, actuator_bounds=(exact - 1e-4, exact + 1e-4))
+    answer = ep.load("four-muscle-cables").reaction(start.orientation, limits=(exact - 1e-4, exact + 1e-4))
     np.testing.assert_allclose(answer.shoulder_force, run.shoulder_force[0], atol=1e-3)
     rest = plant.rest(start.pressures, near=start.orientation)
     still = plant.simulate(lambda t, measured: np.zeros(4), 0.001, rest)
     exact, scale = still.tensions[0], still.tensions[0].max()
-    answer = ep.load("four-muscle-cables").reaction(rest.orientation, actuator_bounds=(exact, exact))
+    answer = ep.load("four-muscle-cables").reaction(rest.orientation, limits=(exact, exact))
     np.testing.assert_allclose(answer.actuator_forces, exact, atol=1e-9 * scale)
     np.testing.assert_allclose(answer.shoulder_force, still.shoulder_force[0], atol=1e-9 * scale)
 

@@ -57,21 +57,21 @@ def shoulder():
 def test_constraint_keeps_the_head_in_the_socket(count):
     exo = shoulder()
     poses = regular_poses(exo.mechanism, np.random.default_rng(101), count)
-    limits = {"actuator_bounds": (0, 500), "split": "minimal"}
+    limits = {"limits": (0, 500), "split": "minimal"}
     free = exo.reaction(poses, **limits)
     cone = GlenoidCone(muscle_compression=20.0)
     kept = exo.reaction(poses, cone=cone, **limits)
-    held = kept.has_answer
-    assert count // 16 < held.sum() <= free.has_answer.sum()
+    held = kept.held
+    assert count // 16 < held.sum() <= free.held.sum()
     assert (cone.utilisation(free.shoulder_force[held]) > 1.01).any()
     assert cone.utilisation(kept.shoulder_force[held]).max() <= 1 + 1e-7
     assert (kept.magnitude[held] >= free.magnitude[held] - 1e-9).all()
     # More muscle holds more poses, up to those that the limbs hold at all.
     counts = [
-        exo.reaction(poses, cone=GlenoidCone(muscle_compression=newtons), **limits).has_answer.sum()
+        exo.reaction(poses, cone=GlenoidCone(muscle_compression=newtons), **limits).held.sum()
         for newtons in (0.0, 20.0, 2000.0)
     ]
-    assert counts[0] <= counts[1] <= counts[2] == free.has_answer.sum()
+    assert counts[0] <= counts[1] <= counts[2] == free.held.sum()
     # At a price no pose is lost, and a high price leads to the constraint.
     soft = exo.reaction(poses, cone=GlenoidCone(muscle_compression=20.0, penalty=1e5), **limits)
     np.testing.assert_array_equal(soft.status, free.status)
@@ -83,10 +83,10 @@ def test_muscles_as_a_load_are_muscles_in_the_cone():
     poses = regular_poses(exo.mechanism, np.random.default_rng(102), 15)
     plain = GlenoidCone(inclination=0.1)
     load = ep.Load(plain.muscle_load(80.0))
-    a = exo.reaction(poses, load=load, actuator_bounds="pull", cone=plain)
-    b = exo.reaction(poses, actuator_bounds="pull", cone=GlenoidCone(inclination=0.1, muscle_compression=80.0))
+    a = exo.reaction(poses, load=load, limits="pull", cone=plain)
+    b = exo.reaction(poses, limits="pull", cone=GlenoidCone(inclination=0.1, muscle_compression=80.0))
     np.testing.assert_array_equal(a.status, b.status)
-    held = a.has_answer
+    held = a.held
     assert held.any()
     np.testing.assert_allclose(a.shoulder_force[held], b.shoulder_force[held] + 80 * plain.axes()[0], atol=1e-6)
 
@@ -99,8 +99,8 @@ def test_chosen_tensions_hold_the_arm_in_mujoco():
     oracle = MujocoWrist(exo.mechanism)
     checked = 0
     for options in ({}, {"split": "minimal"}, {"split": "minimal", "weights": Weights(4, 1, 0.01)}):
-        answer = exo.reaction(poses, actuator_bounds=(2, 400), **options)
-        for k in np.flatnonzero(answer.has_answer):
+        answer = exo.reaction(poses, limits=(2, 400), **options)
+        for k in np.flatnonzero(answer.held):
             oracle.data.qpos[:] = poses[int(k)].as_quat(scalar_first=True)
             oracle.data.qvel[:], oracle.data.xfrc_applied[:] = 0.0, 0.0
             oracle.data.ctrl[:] = -answer.actuator_forces[k]

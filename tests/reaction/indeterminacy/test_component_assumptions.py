@@ -96,10 +96,10 @@ def test_intervals_are_those_of_the_corners(offset, worn):
     lower, upper = np.array([-30.0, -5.0, 2.0]), np.array([10.0, 25.0, 40.0])
     for pose in regular_poses(worn.mechanism, rng, 5, margin=0.05):
         corners = [
-            worn.reaction(pose, split="minimal", constraint_bounds=(g, g), centre_offset=offset)
+            worn.reaction(pose, split="minimal", constraint_bounds=(g, g), centre_offset=offset, limits="none")
             for g in (np.array(c) for c in itertools.product(*zip(lower, upper, strict=True)))
         ]
-        parts = worn.reaction(pose, centre_offset=offset).certificate.under((lower, upper))
+        parts = worn.reaction(pose, centre_offset=offset, limits="none").certificate.under((lower, upper))
         for name, intervals in zip(
             SHAPES, (parts.actuator_intervals, parts.constraint_intervals, parts.shoulder_intervals), strict=True
         ):
@@ -109,11 +109,11 @@ def test_intervals_are_those_of_the_corners(offset, worn):
             np.testing.assert_allclose(intervals[:, 1], values.max(axis=0), atol=1e-9 * scale)
 
 
-def test_actuator_bounds_and_no_bounds(worn):
+def test_limits_and_no_bounds(worn):
     free = worn.reaction(LIFTED).certificate.components
     np.testing.assert_array_equal(free.constraint_intervals, np.tile([-np.inf, np.inf], (3, 1)))
     np.testing.assert_array_equal(free.shoulder_intervals, np.tile([-np.inf, np.inf], (3, 1)))
-    answer = worn.reaction(LIFTED, split="minimal", constraint_bounds="actuator")
+    answer = worn.reaction(LIFTED, split="minimal", constraint_bounds="actuator", limits="none")
     size = np.abs(answer.actuator_forces)
     parts = answer.certificate.components
     np.testing.assert_allclose(parts.constraint_intervals, np.stack([-size, size], axis=1))
@@ -153,8 +153,8 @@ def test_tension_bounds_cut_by_hand():
 def test_limits_of_the_query_bound_the_intervals(n):
     exo, lower, upper = random_exo(n, upu=0), -20.0, 300.0
     poses = regular_poses(exo.mechanism, np.random.default_rng(66), 3, margin=0.1)
-    free, within = exo.reaction(poses), exo.reaction(poses, actuator_bounds=(lower, upper))
-    held = np.flatnonzero(within.has_answer)
+    free, within = exo.reaction(poses), exo.reaction(poses, limits=(lower, upper))
+    held = np.flatnonzero(within.held)
     assert held.size
     assert np.isinf(free.certificate.components.actuator_intervals[held]).all()
     parts = within.certificate.components
@@ -162,11 +162,11 @@ def test_limits_of_the_query_bound_the_intervals(n):
     assert (parts.actuator_intervals[held] <= upper + 1e-6).all()
     assert parts.outside == ()
     # An end that is no limit itself is the least tension with which the pose can be held.
-    least = parts.actuator_intervals[..., 0]
+    least = np.where(within.held[:, None], parts.actuator_intervals[..., 0], -np.inf)
     row, limb = np.argwhere(least > lower + 1.0)[0]
     for most, status in ((1e-3, "ok"), (-1e-3, "infeasible")):
         bounds = lower, np.where(np.arange(n) == limb, least[row, limb] + most, upper)
-        assert exo.reaction(poses[row], actuator_bounds=bounds).equilibrium_status == status
+        assert exo.reaction(poses[row], limits=bounds).status == status
     # Bounds of very large size are bounds, too.
     far = within.certificate.under(tension_bounds=(-1e10, 1e10))
     assert np.isfinite(far.actuator_intervals[held]).all()

@@ -34,10 +34,10 @@ def test_limits_hold_at_the_displaced_geometry(four, soft):
     if soft:
         exo = four.replace(interfaces=ep.Interfaces(cuff=ep.Interface.of(5e4, 500.0, [0, 0, -0.2])))
     poses = regular_poses(exo.mechanism, np.random.default_rng(22), 4 if soft else 8, margin=0.1)
-    limited = exo.reaction(poses, split="elastic", centre_offset=OFFSET, actuator_bounds=(-15.0, 60.0))
+    limited = exo.reaction(poses, split="elastic", centre_offset=OFFSET, limits=(-15.0, 60.0))
     free = exo.reaction(poses, split="elastic", centre_offset=OFFSET)
     seen = 0
-    for k in np.flatnonzero(limited.has_answer & free.has_answer):
+    for k in np.flatnonzero(limited.held & free.held):
         f = limited.actuator_forces[k]
         assert (f >= -15.0 - 1e-9).all()
         assert (f <= 60.0 + 1e-9).all()
@@ -60,11 +60,11 @@ def test_limits_hold_at_the_displaced_geometry(four, soft):
 
 def test_three_limbs_within_limits(worn):
     poses = regular_poses(worn.mechanism, np.random.default_rng(23), 12, margin=0.1)
-    free = worn.reaction(poses, split="elastic", centre_offset=OFFSET)
-    pulled = worn.reaction(poses, split="elastic", centre_offset=OFFSET, actuator_bounds=(-300.0, 300.0))
+    free = worn.reaction(poses, split="elastic", centre_offset=OFFSET, limits="none")
+    pulled = worn.reaction(poses, split="elastic", centre_offset=OFFSET, limits=(-300.0, 300.0))
     within = (np.abs(free.actuator_forces) <= 300.0).all(axis=1) & free.has_answer
-    np.testing.assert_array_equal(pulled.has_answer, within)
-    np.testing.assert_array_equal(pulled.status[free.has_answer & ~within], "infeasible")
+    np.testing.assert_array_equal(pulled.held, within)
+    np.testing.assert_array_equal(pulled.status[free.has_answer & ~within], "beyond_limits")
     np.testing.assert_allclose(pulled.shoulder_force[within], free.shoulder_force[within], atol=1e-9)
 
 
@@ -73,15 +73,19 @@ def test_cone_at_the_displaced_geometry(four):
     cone = ep.GlenoidCone(muscle_compression=150.0, faces=8)
     answer = four.reaction(poses, split="elastic", centre_offset=OFFSET, cone=cone)
     N, h = cone.half_spaces(four.side)
-    good = answer.has_answer
+    good = answer.held
     assert good.any()
     assert (answer.shoulder_force[good] @ N.T <= h + 1e-6).all()
     np.testing.assert_allclose(answer.shoulder_force[good], -2e4 * answer.centre_displacement[good], atol=1e-5)
 
 
-def test_locked_actuators_refuse_limits(worn):
-    with pytest.raises(ep.InvalidInput, match='split="elastic_linear"'):
-        worn.reaction(LIFTED, split="elastic_locked", actuator_bounds="pull")
+def test_locked_actuators_are_checked_and_refuse_a_cone(worn):
+    free = worn.reaction(LIFTED, split="elastic_locked", limits="none")
+    pulled = worn.reaction(LIFTED, split="elastic_locked", limits="pull")
+    np.testing.assert_array_equal(pulled.actuator_forces, free.actuator_forces)
+    assert free.actuator_forces.min() < 0.0
+    assert pulled.infeasibility is None
+    assert not pulled.can_hold
     with pytest.raises(ep.InvalidInput, match='split="elastic"'):
         worn.reaction(LIFTED, split="elastic_locked", cone=ep.GlenoidCone(muscle_compression=100.0))
     with pytest.raises(ep.InvalidInput, match="held"):

@@ -72,7 +72,7 @@ def test_minimal_with_bounds_equals_an_exhaustive_answer(prototype):
     poses = regular_poses(exo.mechanism, rng, 300)
     lower = -60 * rng.random((300, 3))
     upper = 60 * rng.random((300, 3))
-    answer = exo.reaction(poses, split="minimal", constraint_bounds=(lower, upper))
+    answer = exo.reaction(poses, split="minimal", constraint_bounds=(lower, upper), limits="none")
     assert (answer.constraint_forces >= lower).all()
     assert (answer.constraint_forces <= upper).all()
     state = exo.inverse_kinematics(poses)
@@ -84,7 +84,7 @@ def test_minimal_with_bounds_equals_an_exhaustive_answer(prototype):
 def test_actuator_bound(prototype):
     exo = prototype.worn_by(PERSON)
     poses = regular_poses(exo.mechanism, np.random.default_rng(32), 50)
-    answer = exo.reaction(poses, split="minimal", constraint_bounds="actuator")
+    answer = exo.reaction(poses, split="minimal", constraint_bounds="actuator", limits="none")
     assert (np.abs(answer.constraint_forces) <= np.abs(answer.actuator_forces) * (1 + 1e-12)).all()
     assert (answer.ratio <= 1 + 1e-12).all()
     assert answer.ratio.min() < 0.9
@@ -93,11 +93,11 @@ def test_actuator_bound(prototype):
 
 def test_unbounded_minimum_is_zero_and_says_that_it_is_trivial(prototype):
     poses = regular_poses(prototype.mechanism, np.random.default_rng(33), 100, margin=1e-3)
-    answer = prototype.reaction(poses, split="minimal")
+    answer = prototype.reaction(poses, split="minimal", limits="none")
     assert answer.magnitude.max() <= 1e-9 * prototype.arm.mass * 9.81
     assert answer.trivial
     assert "trivial" in str(answer)
-    infinite = prototype.reaction(poses[:3], split="minimal", constraint_bounds=(-np.inf, np.inf))
+    infinite = prototype.reaction(poses[:3], split="minimal", constraint_bounds=(-np.inf, np.inf), limits="none")
     assert infinite.trivial
     mixed = exo_of(MECHANISMS["random-3-mixed"]()).reaction(Rotation.identity(), split="minimal")
     assert not mixed.trivial
@@ -146,7 +146,7 @@ def test_bounds_of_any_size_keep_their_digits():
 def test_near_the_surface_the_unbounded_minimum_stays_small(prototype):
     zero = zero_of_abduction(prototype)
     poses = ep.shoulder_rotation(0, zero + np.array([1e-3, 1e-4, 1e-5]), 0, **DEGREES)
-    answer = prototype.reaction(poses, split="minimal")
+    answer = prototype.reaction(poses, split="minimal", limits="none")
     assert (answer.equilibrium_status == "near_singular").all()
     # It is zero to the rounding of the side forces, which are huge there and must cancel.
     assert (answer.magnitude < 1e-15 * np.abs(answer.constraint_forces).max(axis=1)).all()

@@ -8,7 +8,7 @@ from programs import KINDS, cost, random_pose, shoulder_force
 from scipy.optimize import linprog, nnls
 
 import exo_pin as ep
-from exo_pin.reaction.indeterminacy.infeasible_poses import shortfall
+from exo_pin.reaction.holding.infeasible_poses import shortfall
 from exo_pin.reaction.splits.limb_and_side_forces import choose, force_scale
 
 DEGREES = {"degrees": True}

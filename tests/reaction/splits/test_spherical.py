@@ -28,10 +28,10 @@ def test_tensions_within_limits_agree_with_the_program(limbs, offset):
     largest, typical = np.abs(free.actuator_forces).max(), np.quantile(np.abs(free.actuator_forces), 0.8)
     held = bound = 0
     for limit in ((0.0, np.inf), (-typical, typical), (-2.0 * largest, 2.0 * largest)):
-        options = {"centre_offset": offset, "actuator_bounds": limit}
+        options = {"centre_offset": offset, "limits": limit}
         exact, program = exo.reaction(poses, **options), exo.reaction(poses, split=Programs(), **options)
-        np.testing.assert_array_equal(exact.equilibrium_status, program.equilibrium_status)
-        good = exact.has_answer
+        np.testing.assert_array_equal(exact.status, program.status)
+        good = exact.held
         np.testing.assert_allclose(
             exact.actuator_forces[good], program.actuator_forces[good], rtol=0, atol=1e-9 * largest
         )
@@ -51,10 +51,10 @@ def test_four_cables_need_no_program(monkeypatch):
     """One self-stress: the shortest pull is f + N z with the z nearest to zero that no cable pushes at."""
     exo = ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(5), n=4))
     poses = regular_poses(exo.mechanism, np.random.default_rng(6), 60, margin=0.05)
-    monkeypatch.setattr("exo_pin.reaction.answer.choose", lambda pose: pytest.fail("a program was solved"))
-    answer = exo.reaction(poses, actuator_bounds="pull")
+    monkeypatch.setattr("exo_pin.reaction.chosen_forces.choose", lambda pose: pytest.fail("a program was solved"))
+    answer = exo.reaction(poses, limits="pull")
     own, tried = answer.source.poses.tensions, 0
-    for k in np.flatnonzero(answer.has_answer):
+    for k in np.flatnonzero(answer.held):
         f, N = own.f[k], own.self_stress[k][:, 0]
         z = -f / N
         low, high = z[N > 0.0].max(initial=-np.inf), z[N < 0.0].min(initial=np.inf)

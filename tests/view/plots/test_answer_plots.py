@@ -110,7 +110,7 @@ def test_a_pose_is_bars_with_limits(pose):
 
 
 def test_a_pose_without_answer_says_so(exo):
-    answer = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), actuator_bounds=(0.0, 1.0))
+    answer = exo.reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), limits=(0.0, 1.0))
     assert not answer.has_answer
     figure = answer.plot()
     assert "No forces: the pose is infeasible" in figure.get_suptitle()
@@ -191,7 +191,7 @@ def test_the_overview_has_no_colliding_words(exo):
 def test_arrows_of_the_mechanism_are_seen_at_every_size(name, degrees):
     exo = ep.load(name)
     orientation = ep.shoulder_rotation(*degrees, 0, degrees=True)
-    answer = exo.holding_reaction(orientation)
+    answer = exo.reaction(orientation)
     weight = exo.arm.mass * exo.mechanism.gravity
     axes = force_plots.draw_mechanism(exo, orientation)
     lines = {line.get_label(): np.array(line.get_data_3d()).T for line in axes.lines}
@@ -232,7 +232,7 @@ def test_map_of_cables_has_tensions_within_their_limits():
     shown = axes.collections[0].get_array().reshape(11, 14)
     row, column = 3, 8  # abduction 26°, flexion 60°
     pose = cables.pose(60, 26)
-    held = cables.holding_reaction(pose)
+    held = cables.reaction(pose)
     assert cables.reaction(pose).actuator_forces.min() < 0.0
     assert shown[row, column] == pytest.approx(held.percent_body_weight)
     assert np.ma.getmaskarray(shown)[10, 13]  # no tensions hold flexion 110°, abduction 96°

@@ -7,27 +7,29 @@ Assumption: the static law of a muscle is scaled to another nominal length by eq
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import MissingData
 from ...core.validation import FloatArray
 from ...design import Actuator, Mechanism, Stroke
 from ...muscle import Muscle, muscle_model
 
 __all__ = [
-    "DesignActuators",
     "DesignLimits",
-    "ForceLimits",
+    "LimbLimits",
     "design_limits",
     "enumerated",
     "length_limits",
     "limb_list",
     "missing_limits",
 ]
+
+#: Share of the largest tension by which a limit may be passed: rounding, and forces that are zero in theory.
+_ROUNDING = 1e-9
 
 
 class DesignLimits(NamedTuple):
@@ -114,73 +116,96 @@ def enumerated(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-class ForceLimits(NamedTuple):
-    """Limits of f for the N poses of a query.
+@dataclass(frozen=True, eq=False)
+class LimbLimits:
+    """Limits of the lengths and forces of the limbs in the N poses of a query.
 
     Attributes
     ----------
     lower, upper : ndarray
-        Shape (N, n), N; infinite where there is no limit, NaN in the rows where ``reachable`` is False.
+        Least and greatest f_i, shape (N, n), N; infinite where there is no limit, and where none is known.
+    open_below, open_above : ndarray of bool
+        Shape (N, n): whether the least, the greatest force is not known.
+    length_error : ndarray
+        Shape (N, n), m: negative where the limb is shorter than its stroke allows, positive where longer, zero within,
+        NaN where the stroke is not known. Infinite where a given actuator cannot take the length.
+    asked : bool
+        Whether the query asks for limits at all; False for ``limits="none"``.
     """
 
     lower: FloatArray
     upper: FloatArray
+    open_below: NDArray[np.bool_]
+    open_above: NDArray[np.bool_]
+    length_error: FloatArray
+    asked: bool = True
 
-    @property
+    @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """Whether every actuator can take its length, shape (N,)."""
-        return np.asarray(~np.isnan(self.lower).any(axis=1))
+        """Whether every limb is within its stroke as far as that is known, shape (N,)."""
+        return np.asarray(~(np.nan_to_num(self.length_error, nan=0.0) != 0.0).any(axis=1))
 
-    @property
+    @cached_property
+    def bound_forces(self) -> bool:
+        """Whether some force has a limit in some pose."""
+        return bool(np.isfinite(self.lower).any() or np.isfinite(self.upper).any())
+
+    @cached_property
     def one_signed(self) -> bool:
         """Whether the limits fix the sign of every f_i, so that |g_i| <= |f_i| is convex."""
-        rows = self.reachable
-        return bool((self.lower[rows] >= 0.0).all() or (self.upper[rows] <= 0.0).all())
+        return bool((self.lower >= 0.0).all() or (self.upper <= 0.0).all())
 
     @classmethod
-    def of_design(cls, mechanism: Mechanism, lengths: FloatArray) -> ForceLimits:
-        """Limits of the design's actuators at limb lengths, shape (N, n), m; one that is not known is left out."""
+    def none(cls, shape: tuple[int, ...]) -> LimbLimits:
+        """No limits for lengths of shape (N, n)."""
+        free, unknown = np.full(shape, np.inf), np.ones(shape, dtype=bool)
+        return cls(-free, free, unknown, unknown, np.full(shape, np.nan), asked=False)
+
+    @classmethod
+    def of_design(cls, mechanism: Mechanism, lengths: FloatArray) -> LimbLimits:
+        """What the design's actuators can do at limb lengths, shape (N, n), m."""
         own = design_limits(mechanism, lengths)
-        lower = np.where(np.isnan(own.lower), -np.inf, own.lower)
-        return cls(lower, np.where(np.isnan(own.upper), own.ceiling, own.upper))
+        below, above = np.isnan(own.lower), np.isnan(own.upper)
+        low, high = length_limits(mechanism)
+        error = np.where(lengths < low, lengths - low, np.where(lengths > high, lengths - high, 0.0))
+        error[:, np.isnan(low)] = np.nan
+        lower, upper = np.where(below, -np.inf, own.lower), np.where(above, own.ceiling, own.upper)
+        return cls(lower, upper, below, above, error)
 
-    def row(self, k: int) -> ForceLimits:
+    def narrowed(self, lower: FloatArray, upper: FloatArray) -> LimbLimits:
+        """The same within further limits of f, N, shape (N, n); where these are finite the limit is known."""
+        return replace(
+            self,
+            lower=np.maximum(self.lower, lower),
+            upper=np.minimum(self.upper, upper),
+            open_below=self.open_below & ~np.isfinite(lower),
+            open_above=self.open_above & ~np.isfinite(upper),
+        )
+
+    def row(self, k: int) -> LimbLimits:
         """Limits of pose k, a stack of one."""
-        return ForceLimits(self.lower[k : k + 1], self.upper[k : k + 1])
+        one = slice(k, k + 1)
+        forces = (self.lower[one], self.upper[one], self.open_below[one], self.open_above[one])
+        return LimbLimits(*forces, self.length_error[one], self.asked)
 
+    def force_error(self, tensions: FloatArray) -> FloatArray:
+        """How far tensions, shape (N, n), N, are beyond the limits, shape (N, n), N.
 
-class DesignActuators:
-    """The actuators of a design as limits of a query, ``actuator_bounds="design"``.
+        Positive where a tension is above the greatest pull, negative where the limb would have to push harder than it
+        can, zero within, NaN where it depends on a limit that is not known.
+        """
+        slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
+        pushed = np.minimum(tensions - self.lower + slack, 0.0)
+        pulled = np.maximum(tensions - self.upper - slack, 0.0)
+        error = np.where(pushed < 0.0, pushed, pulled)
+        unknown = (self.open_below & (tensions < 0.0)) | (self.open_above & (tensions > 0.0))
+        return np.where(unknown & (error == 0.0), np.nan, error)
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The design.
-    stroke : bool
-        Whether a length outside the stroke is refused; otherwise only the forces are limited.
-
-    Raises
-    ------
-    MissingData
-        If a limb has no actuator. A limit that is not known is left out: the forces are then bounded on the known
-        side alone.
-    """
-
-    def __init__(self, mechanism: Mechanism, stroke: bool = True) -> None:
-        lacking = [i for i, limb in enumerate(mechanism.limbs, start=1) if limb.actuator is None]
-        if lacking:
-            needed_for = "the limits of the design's actuators"
-            raise MissingData([f"actuator of {limb_list(lacking)}"], needed_for, mechanism.name)
-        self._mechanism, self._stroke = mechanism, stroke
-
-    def limits(self, lengths: FloatArray) -> ForceLimits:
-        """Limits of f at limb lengths, shape (N, n), m."""
-        own = ForceLimits.of_design(self._mechanism, lengths)
-        if self._stroke:
-            low, high = length_limits(self._mechanism)
-            outside = ((lengths < low) | (lengths > high)).any(axis=1)
-            own.lower[outside], own.upper[outside] = np.nan, np.nan
-        return own
+    def met(self, tensions: FloatArray, rows: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether tensions, shape (k, n), N, are within the limits of some poses, shape (k,); rounding is allowed."""
+        slack = _ROUNDING * np.abs(tensions).max(axis=1, initial=0.0)[:, None]
+        inside = (tensions >= self.lower[rows] - slack) & (tensions <= self.upper[rows] + slack)
+        return np.asarray(inside.all(axis=1))
 
 
 @lru_cache(maxsize=64)

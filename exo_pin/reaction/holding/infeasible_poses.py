@@ -10,15 +10,52 @@ from ...core.errors import SolverFailed
 from ...core.validation import FloatArray
 from ...numerics import LeastSquares, Solution, solve
 from ...wrist.forces.wrench_feasibility import moment_margin
+from ..indeterminacy.component_assumptions import ComponentSource
+from ..indeterminacy.infeasibility import Infeasibility, Shortfall
 from ..splits.limb_and_side_forces import Pose, force_scale
-from .infeasibility import Shortfall
 
-__all__ = ["shortfall"]
+__all__ = ["infeasibility", "is_held", "shortfall"]
 
 #: Missing force, relative to the scale of the forces, below which a pose counts as held: rounding, not slack.
 HELD = 1e-12
+#: Margin of the moments, relative to the same scale, beyond which rounding does not decide.
+_CLEAR = 1e-9
 #: Multiplier, relative to the missing force, above which its limit blocks.
 _BLOCKS = 1e-7
+
+
+def infeasibility(source: ComponentSource) -> Infeasibility | None:
+    """What is missing in the poses of an answer that cannot be held, strokes left out; None if nothing is.
+
+    None also if the split takes no other forces than those of plain equilibrium, as of locked actuators.
+    """
+    if not source.split.chooses_tensions:
+        return None
+    found: dict[int, Shortfall] = {}
+    for row in np.flatnonzero(~source.held).tolist():
+        try:
+            missing = shortfall(source.split.program(source.poses, row))
+        except SolverFailed:
+            continue
+        if missing is not None:
+            found[row] = missing
+    return Infeasibility.from_rows(source.shape, found) if found else None
+
+
+def is_held(pose: Pose) -> bool:
+    """Whether forces within all limits balance a pose; see :func:`shortfall`.
+
+    Raises
+    ------
+    SolverFailed
+        If that could not be decided.
+    """
+    scale, bound = force_scale(pose), _is_bound(pose)
+    if not bound and not pose.has_side_moments:
+        margin = _margin(pose, np.empty(len(pose.f_low)), np.empty(len(pose.f_low)))
+        if abs(margin) > _CLEAR * scale * pose.radius:
+            return margin > 0.0
+    return shortfall(pose) is None
 
 
 def shortfall(pose: Pose) -> Shortfall | None:
@@ -34,19 +71,12 @@ def shortfall(pose: Pose) -> Shortfall | None:
         If the closest wrench was not found to its accuracy.
     """
     scale = force_scale(pose)
-    bound = pose.alone or (pose.socket is not None and pose.socket.is_hard)
+    bound = _is_bound(pose)
     n = len(pose.f_low)
     low_relief, high_relief = np.zeros(n), np.zeros(n)
     quick = not bound and not pose.has_side_moments
     if quick:
-        margin = moment_margin(
-            np.ascontiguousarray(pose.state.moment_of_f.T),
-            # Copies: the kernel is compiled anew for arrays that cannot be written.
-            *(np.array(part) for part in (pose.state.moment, pose.f_low, pose.f_high)),
-            np.empty(3),
-            low_relief,
-            high_relief,
-        )
+        margin = _margin(pose, low_relief, high_relief)
         if margin >= -HELD * scale * pose.radius:
             return None
     program, target = _closest(pose, scale, bound)
@@ -91,6 +121,25 @@ def shortfall(pose: Pose) -> Shortfall | None:
         relief,
         extra_force,
         extra_point,
+    )
+
+
+def _is_bound(pose: Pose) -> bool:
+    """Whether F_s is bound, so that forces count beside moments."""
+    return pose.alone or (pose.socket is not None and pose.socket.is_hard)
+
+
+def _margin(pose: Pose, low_relief: FloatArray, high_relief: FloatArray) -> float:
+    """Disturbing moment that is held besides, N m, negative where the pose is not held; fills the reliefs."""
+    return float(
+        moment_margin(
+            np.ascontiguousarray(pose.state.moment_of_f.T),
+            # Copies: the kernel is compiled anew for arrays that cannot be written.
+            *(np.array(part) for part in (pose.state.moment, pose.f_low, pose.f_high)),
+            np.empty(3),
+            low_relief,
+            high_relief,
+        )
     )
 
 

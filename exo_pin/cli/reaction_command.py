@@ -168,7 +168,7 @@ def _reaction(options: argparse.Namespace) -> int:
 
 
 def _remedy(exo: ShoulderExo, orientation: Rotation, answer: Reaction, options: argparse.Namespace) -> Remedy | None:
-    """What would make the pose possible, where it is not; with given limits the answer itself says what is missing."""
+    """What would make the pose possible, where it is not."""
     if answer.held:
         return None
     # One search with rigid limbs is over long before its functions would be compiled.
@@ -181,7 +181,7 @@ def _nearby(answer: Reaction, options: argparse.Namespace) -> dict[str, Any]:
     """The query for poses near the given one."""
     # A device that gives way has other forces and lengths, and in some poses no equilibrium.
     split = answer.split if SPLITS[answer.split].moves else "spherical"
-    return {"split": split, "centre_offset": offset(options)}
+    return {"split": split, "centre_offset": offset(options), "limits": limits(options)}
 
 
 def _hold_status(answers: Sequence[Reaction], options: argparse.Namespace) -> int:

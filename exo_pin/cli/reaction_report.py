@@ -15,7 +15,7 @@ from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
 from ..exo.shoulder_exo import ShoulderExo
 from ..reaction import ConstraintBounds, Reaction
-from ..reaction.constraints.actuator_limits import DesignLimits, design_limits, length_limits
+from ..reaction.constraints.actuator_limits import LimbLimits, length_limits
 from ..reaction.holding.remedy import Remedy
 from ..reaction.holding.verdict import describe_axis
 from . import aligned
@@ -64,8 +64,6 @@ def pose_report(
     parts = [_filled(answer.verdict)]
     if remedy is not None:
         parts.append(_filled(str(remedy)))
-    elif answer.infeasibility is not None:
-        parts.append(_filled(answer.infeasibility.explain()))
     if not answer.has_answer:
         parts.append(beside_singular(exo, orientation) if answer.status == "singular" else "")
         parts.append("" if contact is None else with_muscles(contact))
@@ -84,7 +82,7 @@ def _shoulder(answer: Reaction) -> list[str]:
     head = f"Force of the shoulder on the arm: {size:.1f} N"
     if share is not None:
         head += f", {float(share):.1f} % of body weight"
-    if answer.status == "beyond_limits":
+    if not answer.held:
         head += ", if the limbs could supply the forces below"
     names = (("forward", "backward"), ("to the left", "to the right"), ("up", "down"))
     directions = ", ".join(
@@ -116,10 +114,12 @@ def with_muscles(contact: JointContact) -> str:
     alone = f"{float(bare.magnitude):.0f} N without the device, {float(bare.percent_body_weight):.0f} % of body weight"
     if not contact.has_result:
         return _filled(f"{text}{alone}. With it: {contact.verdict}")
-    relief = contact.relief_percent
+    relief, own = contact.relief_percent, f"{text}{alone}, and {float(contact.magnitude):.0f} N with"
     assert relief is not None
+    if np.isnan(relief):
+        return _filled(f"{own} the closest forces that it can give: they do not hold this pose.")
     less = f"{abs(float(relief)):.0f} % {'less' if relief >= 0.0 else 'more'}"
-    return _filled(f"{text}{alone}, and {float(contact.magnitude):.0f} N with it, {less}. exo-pin person says more.")
+    return _filled(f"{own} it, {less}. exo-pin person says more.")
 
 
 def joint_load(
@@ -152,7 +152,6 @@ def _limb_table(answer: Reaction) -> list[str]:
     mechanism = poses.mechanism
     lengths = poses.lengths
     low, high = length_limits(mechanism)
-    limits = design_limits(mechanism, lengths)
     head = ("limb", "length, mm", "stroke, mm", "tension, N", "actuator, N")
     cells = [
         (
@@ -160,19 +159,20 @@ def _limb_table(answer: Reaction) -> list[str]:
             f"{1e3 * lengths[0, i]:.0f}",
             "not known" if np.isnan(low[i]) else f"{1e3 * low[i]:.0f} to {1e3 * high[i]:.0f}",
             f"{answer.actuator_forces[i] + 0.0:.1f}",
-            _force_range(limits, i),
+            _force_range(poses.limits, i),
         )
         for i in range(mechanism.limb_count)
     ]
     return aligned([head, *cells])
 
 
-def _force_range(limits: DesignLimits, limb: int) -> str:
-    low, high, ceiling = (float(part[0, limb]) for part in limits)
-    high = high if np.isfinite(high) else ceiling
-    if np.isnan(low) and not np.isfinite(high):
+def _force_range(limits: LimbLimits, limb: int) -> str:
+    low, high = float(limits.lower[0, limb]), float(limits.upper[0, limb])
+    if not limits.asked:
+        return "not asked"
+    if not np.isfinite(low) and not np.isfinite(high):
         return "not known"
-    least = "?" if np.isnan(low) else f"{low + 0.0:.0f}"
+    least = f"{low + 0.0:.0f}" if np.isfinite(low) else "?"
     return f"{least} to {high:.0f}" if np.isfinite(high) else f"from {least}"
 
 

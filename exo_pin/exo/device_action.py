@@ -9,24 +9,21 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import FloatArray, as_choice, as_finite, as_pair, as_real
+from ..core.validation import FloatArray, as_choice, as_finite, as_pair
 from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion
-from ..load_case.pose_stacks import Query, as_query, carried, require_massless
-from ..numerics.vectors import SINGULAR_MARGIN
+from ..load_case.pose_stacks import as_query, carried, require_massless
 from ..person import DeviceAction, Person
 from ..reaction import Limits, Reaction
-from ..reaction.constraints.actuator_limits import LimbLimits
 from ..reaction.constraints.limb_limits import as_limb_limits
 from ..reaction.constraints.side_force_bounds import two_ends
 from ..reaction.holding.hold_check import hold_check
-from ..reaction.splits.spherical import shortest_tensions
 from ..reaction.splits.split import limb_lengths
 from ..wrist.forces.displaced import as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.forces.wrench_feasibility import force_bounds
 
-__all__ = ["action_of_limbs", "action_of_reaction"]
+__all__ = ["action_of_limbs", "action_of_reaction", "load_of_share"]
 
 #: Ways to choose the limb forces together with the muscles, and their words.
 _CHOSEN = {
@@ -36,35 +33,63 @@ _CHOSEN = {
 _SIDES = "side forces and activations of least contact force: a lower bound, as muscles do not choose so"
 
 
-def action_of_reaction(reaction: Reaction, orientation: Rotation) -> DeviceAction:
-    """What a computed reaction puts on the person's arm."""
+def action_of_reaction(reaction: Reaction, orientation: Rotation, words: str = "") -> DeviceAction:
+    """What a computed reaction puts on the person's arm; where it is beyond the device's limits, the closest forces.
+
+    Forces that the device cannot give relieve nobody.
+    """
     if reaction.status.shape != orientation.shape:
         raise InvalidInput(
             f"expected a Reaction of the same poses, of shape {orientation.shape}, got {reaction.status.shape}"
         )
-    # Forces that the device cannot give relieve nobody: where it cannot hold the pose, the closest that it can give.
-    closest = reaction.closest
-    f = closest.actuator_forces
+    f, _, cuff = reaction.closest
     nothing = np.zeros((*f.shape, 6))
-    blank = np.asarray(np.isnan(closest.cuff_wrench).any(axis=-1))
+    blank = np.asarray(np.isnan(cuff).any(axis=-1))
     # A row without wrench is marked by its bounds.
     f = np.where(blank[..., None], np.nan, f)
-    wrench = np.where(blank[..., None], 0.0, closest.cuff_wrench)
-    words = f"limb forces of a reaction, split {reaction.split}"
-    return DeviceAction(wrench, nothing, f, f, chosen_by=words, caution=_caution(reaction.limits.violated))
+    wrench = np.where(blank[..., None], 0.0, cuff)
+    return DeviceAction(
+        wrench,
+        nothing,
+        f,
+        f,
+        chosen_by=words or f"limb forces of a reaction, split {reaction.split}",
+        caution=_caution(reaction.limits.violated, closest=True),
+        held=~reaction.limits.violated,
+    )
 
 
-def _caution(violated: NDArray[np.bool_]) -> str:
+def load_of_share(
+    share: float, wearer: Person, gravity: FloatArray, orientation: Rotation, motion: Motion | None, load: Load | None
+) -> Load:
+    """The load with which a device carries a share of the moments of the person's arm (weight, inertia and load).
+
+    The rest of the moments, which the wearer's muscles carry, acts on the arm as a couple.
+
+    Raises
+    ------
+    InvalidInput
+        If the share is not between 0 and 1.
+    """
+    if not 0.0 <= share <= 1.0:
+        raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
+    query = as_query(orientation, motion, load)
+    moment = carried(wearer.arm, gravity, query, query.force, query.moment)[1]
+    couple = query.moment - (1.0 - share) * moment
+    return Load(query.force.reshape(*query.shape, 3), couple.reshape(*query.shape, 3))
+
+
+def _caution(violated: NDArray[np.bool_], closest: bool = False) -> str:
     """What the device cannot do in poses of any stack shape."""
     if not violated.any():
         return ""
     where = "" if violated.size == 1 else f" in {int(violated.sum())} of {violated.size} poses"
-    return f"Limb lengths or forces are beyond the device's limits{where}."
+    text = f"Limb lengths or forces are beyond the device's limits{where}"
+    return f"{text}; the closest forces that it can give are taken there." if closest else f"{text}."
 
 
 def action_of_limbs(
     mechanism: Mechanism,
-    wearer: Person,
     orientation: Rotation,
     forces: ArrayLike | str,
     motion: Motion | None,
@@ -72,8 +97,12 @@ def action_of_limbs(
     limits: Limits,
     constraint_bounds: float | tuple[ArrayLike, ArrayLike] | None,
     centre_offset: CentreOffset | CentrePath | ArrayLike | None,
+    given_by: str = "",
 ) -> DeviceAction:
-    """What each limb does per newton, and its bounds; with ``constraint_bounds`` its side force besides."""
+    """What each limb does per newton, and its bounds; with ``constraint_bounds`` its side force besides.
+
+    ``given_by`` tells the reader where forces that are given come from.
+    """
     require_massless(mechanism)
     if isinstance(centre_offset, CentrePath):
         centre_offset = centre_offset.offset(orientation)
@@ -87,18 +116,17 @@ def action_of_limbs(
     for part in () if mechanism.arm is None else mechanism.arm.parts:
         if part.device:
             device += np.concatenate(carried(part, mechanism.gravity, query, nothing, nothing), axis=1)
-    caution, lengths = "", partial(limb_lengths, mechanism, query.matrices, (base, cuff))
+    allowed = as_limb_limits(limits, mechanism, shape, partial(limb_lengths, mechanism, query.matrices, (base, cuff)))
     if isinstance(forces, str):
         as_choice("choice of limb forces", forces, _CHOSEN)
-        allowed = as_limb_limits(limits, mechanism, shape, lengths)
-        # A row without a possible length is marked by its bounds.
-        lower, upper = (np.where(allowed.reachable[:, None], side, np.nan) for side in (allowed.lower, allowed.upper))
-        words = _CHOSEN[forces]
-        least = forces.removeprefix("least_")
+        # A length that an actuator cannot take at all is marked by its bounds.
+        lost = np.isinf(allowed.length_error).any(axis=1, keepdims=True)
+        lower, upper = (np.where(lost, np.nan, ends) for ends in (allowed.lower, allowed.upper))
+        words, least, violated = _CHOSEN[forces], forces.removeprefix("least_"), ~allowed.reachable
     else:
-        allowed = as_limb_limits(limits, mechanism, shape, lengths)
-        lower, words, caution = _given(forces, limbs, device, wearer, mechanism, query, allowed)
-        upper, least = lower, "effort"
+        lower = upper = _given(forces, shape, n)
+        words, least = given_by or "given limb forces", "effort"
+        violated = hold_check(mechanism, allowed, lower, np.ones(count, dtype=bool)).violated
     sides = 0
     if constraint_bounds is None:
         words = f"{words}; no side forces"
@@ -119,8 +147,9 @@ def action_of_limbs(
         upper.reshape(*shape, n),
         least,
         words,
-        caution,
+        _caution(violated.reshape(shape)),
         sides,
+        ~violated.reshape(shape),
     )
 
 
@@ -135,43 +164,10 @@ def _side_bounds(
     return np.where(mechanism.is_upu, low, 0.0), np.where(mechanism.is_upu, high, 0.0)
 
 
-def _given(
-    forces: ArrayLike,
-    limbs: FloatArray,
-    device: FloatArray,
-    wearer: Person,
-    mechanism: Mechanism,
-    query: Query,
-    limits: LimbLimits,
-) -> tuple[FloatArray, str, str]:
-    """Limb forces of a share, or as given, shape (N, n), how they were chosen, and what the device cannot do.
-
-    Of a share they are the shortest ones, or, where the actuators cannot give these and more than three limbs leave a
-    choice, ones that they can give.
-    """
-    shape, (count, n) = query.shape, limbs.shape[:2]
-    if as_real("forces", forces).ndim > 0:
-        given = as_finite("forces", forces, (n,), stack=True)
-        try:
-            f = np.array(np.broadcast_to(given, (*shape, n)).reshape(count, n))
-        except ValueError:
-            raise InvalidInput(f"expected forces to broadcast to {(*shape, n)}, got {given.shape}") from None
-        return f, "given limb forces", _caution(hold_check(mechanism, limits, f, np.ones(count, dtype=bool)).violated)
-    share = float(as_finite("forces", forces, ()))
-    if not 0.0 <= share <= 1.0:
-        raise InvalidInput(f"expected forces as a share of 0 to 1 of the arm's moments, got {share:g} (percent?)")
-    arm = wearer.arm
-    moment = carried(arm, mechanism.gravity, query, query.force, query.moment)[1]
-    needed = -(device[:, 3:] + share * moment)
-    arms = np.swapaxes(limbs[:, :, 3:], 1, 2)
-    _, values, axes = np.linalg.svd(arms)
-    reach = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
-    f = np.einsum("kni,ki->kn", np.linalg.pinv(arms), needed)
-    good = values[:, -1] >= SINGULAR_MARGIN * reach
-    beyond = np.flatnonzero(good & ~limits.met(f, np.arange(count)))
-    if beyond.size and n > 3:
-        stress = np.swapaxes(axes[beyond, 3:], 1, 2)
-        within = shortest_tensions(f[beyond], stress, limits.lower[beyond], limits.upper[beyond])
-        f[beyond] = np.where(np.isnan(within), f[beyond], within)
-    words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
-    return np.where(good[:, None], f, np.nan), words, _caution(hold_check(mechanism, limits, f, good).violated)
+def _given(forces: ArrayLike, shape: tuple[int, ...], n: int) -> FloatArray:
+    """Limb forces of a stack of shape (...), as (N, n), N."""
+    given = as_finite("forces", forces, (n,), stack=True)
+    try:
+        return np.array(np.broadcast_to(given, (*shape, n)).reshape(-1, n))
+    except ValueError:
+        raise InvalidInput(f"expected forces to broadcast to {(*shape, n)}, got {given.shape}") from None

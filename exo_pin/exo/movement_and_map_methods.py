@@ -8,7 +8,7 @@ from typing import Any
 from scipy.spatial.transform import Rotation
 
 from ..load_case import Load, Motion, Movement
-from ..reaction import ConstraintBounds, Elasticity, PressurePlan, ReactionMap, plan_pressures, reaction_map
+from ..reaction import ConstraintBounds, Elasticity, Limits, PressurePlan, ReactionMap, plan_pressures, reaction_map
 from ..reaction.along import MovementReaction, movement_reaction
 from ..reaction.batch.reaction_maps import CHUNK
 from .force_methods import ForceQuestions
@@ -84,6 +84,8 @@ class MovementAndMapQuestions(ForceQuestions):
         keep: Iterable[str] | None = None,
         elasticity: Elasticity | None = None,
         progress: bool = False,
+        *,
+        limits: Limits = "design",
     ) -> ReactionMap:
         """What :meth:`reaction` answers, for millions of poses: closed form, compiled, massless limbs.
 
@@ -113,6 +115,8 @@ class MovementAndMapQuestions(ForceQuestions):
             Stiffness of guides and shoulder for "elastic", instead of the design's own.
         progress : bool
             Whether to show a bar on standard error.
+        limits : "design", "none", "pull", number, (lower, upper), or actuators, optional
+            As in :meth:`reaction`, with the same answers.
 
         Returns
         -------
@@ -138,4 +142,5 @@ class MovementAndMapQuestions(ForceQuestions):
             keep,
             elasticity,
             progress,
+            limits,
         )

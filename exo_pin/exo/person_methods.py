@@ -8,13 +8,14 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
-from ..core.validation import require_method
+from ..core.validation import as_finite, as_real, require_method
 from ..load_case import CentreOffset, CentrePath, Load, Motion
 from ..reaction import Limits, Reaction
 from .subject import Subject
 
 if TYPE_CHECKING:
     from ..person import ContactOptions, ContactRange, JointContact, Person
+    from .shoulder_exo import ShoulderExo
 
 __all__ = ["PersonQuestions"]
 
@@ -22,8 +23,8 @@ __all__ = ["PersonQuestions"]
 class PersonQuestions(Subject):
     """What the wearer's shoulder joint feels."""
 
-    def joint_contact(
-        self,
+    def joint_contact(  # type: ignore[misc]
+        self: ShoulderExo,
         orientation: Rotation,
         person: Person,
         forces: Reaction | ArrayLike | str = 1.0,
@@ -91,26 +92,25 @@ class PersonQuestions(Subject):
         InvalidInput
             If an argument does not fit, or a limb has mass and ``forces`` is no Reaction.
         """
-        from .device_action import action_of_limbs, action_of_reaction  # here, because few queries need a person
+        from .device_action import action_of_limbs, action_of_reaction, load_of_share  # here: few queries need a person
 
         require_method("person", person, "joint_contact", "a Person")
-        mechanism, wearer = self.mechanism, person.on_side(self.mechanism.side)
-        if isinstance(forces, Reaction):
-            if centre_offset is not None or constraint_bounds is not None:
-                raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
-            action = action_of_reaction(forces, orientation)
+        mechanism, wearer, words = self.mechanism, person.on_side(self.mechanism.side), ""
+        given = (centre_offset, constraint_bounds) if isinstance(forces, Reaction) else (None,)
+        if any(value is not None for value in given):
+            raise InvalidInput("a Reaction has its own centre_offset and bounds: leave them out here")
+        if not isinstance(forces, Reaction | str) and as_real("forces", forces).ndim == 0:
+            share = float(as_finite("forces", forces, ()))
+            rest = load_of_share(share, wearer, mechanism.gravity, orientation, motion, load)
+            worn = self.worn_by(person.on_side("left"))
+            words = f"limbs carry {100.0 * share:g} % of the moments of the person's arm"
+            forces = worn.reaction(orientation, motion, rest, centre_offset=centre_offset, limits=limits)
+        if isinstance(forces, Reaction) and constraint_bounds is None:
+            action = action_of_reaction(forces, orientation, words and f"{words}; no side forces")
         else:
-            action = action_of_limbs(
-                mechanism,
-                wearer,
-                orientation,
-                forces,
-                motion,
-                load,
-                limits,
-                constraint_bounds,
-                centre_offset,
-            )
+            tensions = forces.closest.actuator_forces if isinstance(forces, Reaction) else forces
+            query = (orientation, tensions, motion, load, limits, constraint_bounds, centre_offset)
+            action = action_of_limbs(mechanism, *query, given_by=words)
         return wearer.joint_contact(
             orientation,
             load,
@@ -122,8 +122,13 @@ class PersonQuestions(Subject):
             progress=progress,
         )
 
-    def contact_range(
-        self, orientation: Rotation, person: Person, *, options: ContactOptions | None = None, **arguments: Any
+    def contact_range(  # type: ignore[misc]
+        self: ShoulderExo,
+        orientation: Rotation,
+        person: Person,
+        *,
+        options: ContactOptions | None = None,
+        **arguments: Any,
     ) -> ContactRange:
         """The contact force with the device under other assumptions, one changed at a time.
 

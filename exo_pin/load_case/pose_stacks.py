@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.compiled import kernel
@@ -82,8 +83,12 @@ class Rows(Record):
     def block(self, start: int, stop: int) -> FloatArray:
         """A writable copy of the rows from ``start`` to ``stop`` of the flattened stack, or of the single one."""
         if self._flat is None:
-            return np.array(self._spread[np.unravel_index(np.arange(start, stop), self._shape)])
+            return self.rows(np.arange(start, stop))
         return np.array(self._flat if self.is_single else self._flat[start:stop], order="C")
+
+    def rows(self, rows: NDArray[np.intp]) -> FloatArray:
+        """A copy of some rows of the flattened stack, shape (k, width)."""
+        return np.array(self._spread[np.unravel_index(rows, self._shape)])
 
 
 def pose_matrices(orientation: Rotation) -> tuple[tuple[int, ...], FloatArray]:

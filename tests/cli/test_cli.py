@@ -14,7 +14,9 @@ from exo_pin.cli import main
 
 
 def test_reaction_prints_the_three_splits_side_by_side(capsys):
-    status, out, _ = run(capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male", "--compare")
+    status, out, _ = run(
+        capsys, "reaction", "prototype", *POSE, "--person", "1.75,75,male", "--compare", "--limits", "none"
+    )
     assert status == 0
     header = next(line for line in out.splitlines() if "spherical" in line)
     assert header.split() == ["spherical", "minimal", "standalone"]
@@ -168,8 +170,8 @@ def test_export_writes_an_sdf_with_a_joint_for_every_closure(capsys, tmp_path):
     [
         ["reaction", "--abduction", "-4", "--flexion", "-1e1"],
         ["reaction", "--offset", "-5", "0", "-.3"],
-        ["reaction", "--compare", "minimal", "--tension", "-10,20"],
-        ["reaction", "--tension", "-300,500"],
+        ["reaction", "--compare", "minimal", "--limits=-10,20"],
+        ["reaction", "--limits=-300,500"],
     ],
 )
 def test_negative_values_need_no_equals_sign(capsys, arguments):

@@ -121,9 +121,9 @@ QUESTIONS = {
         ["off the shoulder's by (10, -5, 0) mm", "can hold this pose"],
     ),
     "tensions out of a drive's reach": (
-        ["reaction", "four-cables", "--flexion", "90", "--tension", "0,20"],
+        ["reaction", "four-cables", "--flexion", "90", "--limits", "0,20"],
         0,
-        ["no forces within the limits balance", "is missing.", "Limb 1 cannot go above 20.0 N"],
+        ["The device cannot hold this pose", "is missing.", "Limb 1 cannot go above 20.0 N"],
     ),
     "the workspace": (
         ["workspace", "four-cables", "--step", "20"],

@@ -39,10 +39,11 @@ def random_terms(rng, count):
     return ep.Motion(3 * velocity, 3 * acceleration), ep.Load(10 * force, moment)
 
 
+#: Physics without actuators, so that no limits are known and forces are those of equilibrium.
 MECHANISMS = {
-    "prototype": lambda: ep.load("prototype").mechanism,
-    "prototype-right": lambda: ep.load("prototype", side="right").mechanism,
-    "worn": lambda: ep.load("prototype").worn_by(PERSON).mechanism,
+    "prototype": lambda: ep.load("prototype").replace(limbs=None).mechanism,
+    "prototype-right": lambda: ep.load("prototype", side="right").replace(limbs=None).mechanism,
+    "worn": lambda: ep.load("prototype").worn_by(PERSON).replace(limbs=None).mechanism,
     "random-3": lambda: random_mechanism(np.random.default_rng(20), 3),
     "random-3-mixed": lambda: random_mechanism(np.random.default_rng(21), 3, ["SPS", "UPU", "SPS"]),
     "random-5": lambda: random_mechanism(np.random.default_rng(22), 5, ["UPU", "SPS", "UPU", "SPS", "UPU"]),

@@ -93,9 +93,9 @@ def check(cell, exo, answer):
     """Balance, limits, and what the split promises, from the answer alone."""
     split, _, limits, sides, cone, _, _ = cell
     good = answer.held
-    assert np.isin(answer.status, ("ok", "near_singular", "singular", "infeasible", "out_of_stroke", "beyond_limits")).all(), (
-        answer.status
-    )
+    assert np.isin(
+        answer.status, ("ok", "near_singular", "singular", "infeasible", "out_of_stroke", "beyond_limits")
+    ).all(), answer.status
     assert (answer.residual[good] < 1e-9).all()
     assert (answer.optimum.kkt[good] <= 1e-8).all()
     f, g, force = answer.actuator_forces[good], answer.constraint_forces[good], answer.shoulder_force[good]

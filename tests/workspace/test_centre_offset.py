@@ -73,7 +73,7 @@ def test_poses_that_are_not_held_are_infeasible_in_pinocchio_too(limb_count):
     lost = np.flatnonzero(found.margins["forces"] < -1e-6)
     assert lost.size >= 3
     answer = through_pinocchio(exo, poses, offset, lost)
-    assert (answer.status == "infeasible").all()
+    assert (answer.has_answer & ~answer.held).all()
 
 
 def free_body(exo, R, base, cuff, f):
@@ -272,9 +272,7 @@ def test_limbs_with_mass_agree_with_the_full_equilibrium():
     poses = exo.pose(flexion=[20.0, 50.0, 70.0], abduction=[10.0, 30.0, 40.0])
     found = heavy.workspace(poses, ["forces"], centre_offset=PATH)
     assert np.isfinite(found.magnitude).all()
-    answer = heavy.reaction(
-        poses, split="minimal", limits="design", constraint_bounds=(0.0, 0.0), centre_offset=PATH
-    )
+    answer = heavy.reaction(poses, split="minimal", limits="design", constraint_bounds=(0.0, 0.0), centre_offset=PATH)
     np.testing.assert_allclose(found.magnitude, answer.magnitude, rtol=1e-9)
 
 

@@ -21,7 +21,7 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("sweep")
     add_design(parser)
     add_person(parser)
-    add_limits(parser, "of more than three limbs as the design's actuators; of three, which have no choice, none")
+    add_limits(parser)
     parser.add_argument(
         "--vary",
         action="append",
@@ -50,8 +50,6 @@ def add_commands(commands: Any) -> None:
 def _sweep(options: argparse.Namespace) -> int:
     require_ending("--out", options.out, ".csv")
     exo, limit = design(options), limits(options)
-    if limit is None and exo.geometry.limb_count > 3 and all(limb.actuator is not None for limb in exo.mechanism.limbs):
-        limit = "design"
     query: dict[str, Any] = {"limits": limit}
     if options.split is not None:
         query["split"] = options.split

@@ -17,7 +17,7 @@ from ...core.files import write_figure
 from ...design import Arm
 from ...exo.shoulder_exo import ShoulderExo, load
 from ...reaction import Limits
-from .. import add_file, add_flag, add_number
+from .. import add_file, add_number
 from .option_values import numbers
 
 if TYPE_CHECKING:
@@ -130,22 +130,24 @@ def add_offset(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_limits(parser: argparse.ArgumentParser, default: str = "as the design's actuators") -> None:
+def add_limits(parser: argparse.ArgumentParser) -> None:
     """Add the limits of the limbs' forces."""
-    add_flag(parser, "--pull", "let limbs only pull, whatever their actuators are")
     parser.add_argument(
-        "--tension",
-        metavar="MIN,MAX",
-        help=f"least and greatest limb force, N, tension positive, such as 0,200 (default: {default})",
+        "--limits",
+        metavar="WORD|MIN,MAX",
+        default="design",
+        help="limits of the limbs: design (what its actuators can do; default), none (plain equilibrium), pull (limbs "
+        "only pull besides), or least and greatest limb force besides, N, tension positive, such as 0,200",
     )
 
 
 def limits(options: argparse.Namespace) -> Limits:
-    """Limits of the limb forces."""
-    if options.tension is None:
-        return "pull" if options.pull else "design"
-    low, high = numbers(options.tension, "--tension MIN,MAX in N", 2)
-    return (max(low, 0.0) if options.pull else low, high)
+    """Limits of the limbs."""
+    text = str(options.limits)
+    if text.isalpha():
+        return text
+    low, high = numbers(text, "--limits as design, none, pull, or MIN,MAX in N", 2)
+    return (low, high)
 
 
 def design(options: argparse.Namespace) -> ShoulderExo:

@@ -146,16 +146,14 @@ def _question(exo: ShoulderExo, person: Person, options: argparse.Namespace) -> 
         given = (options.share, options.least, None if bounds == "design" else bounds)
         if options.moving_centre or sides or any(value is not None for value in given):
             raise InvalidInput(
-                "--bare is without a device: leave out --share, --least, --pull, --tension, --side-force-limit, "
-                "--moving-centre"
+                "--bare is without a device: leave out --share, --least, --limits, --side-force-limit, --moving-centre"
             )
         return person, query
     if options.share is not None and options.least is not None:
         raise InvalidInput("--share gives the limb forces and --least chooses them: give one of the two")
+    query["limits"] = bounds
     if options.least is not None:
-        query |= {"forces": f"least_{options.least}", "limits": bounds}
-    elif bounds != "design":
-        raise InvalidInput("--pull and --tension are limits for --least: give it too")
+        query["forces"] = f"least_{options.least}"
     else:
         query["forces"] = (100.0 if options.share is None else options.share) / 100.0
     offset = person.centre_path() if options.moving_centre else None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.conventions import MIRROR
 from ...core.errors import InfeasibleBounds, InvalidInput
@@ -38,6 +38,8 @@ class DeviceAction(Record):
         What the device cannot do, a sentence that comes before the result; empty if it can, or if that is not known.
     side_forces : int
         How many of the last of the n forces are side forces of limbs, and not forces of actuators.
+    held : ndarray of bool
+        Shape (...): whether the device can do by itself what it is asked; where it cannot, no relief is reported.
     """
 
     constant: FloatArray
@@ -48,6 +50,7 @@ class DeviceAction(Record):
     chosen_by: str = "given wrench"
     caution: str = ""
     side_forces: int = 0
+    held: NDArray[np.bool_] | bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "constant", as_finite("constant", self.constant, (6,), stack=True))
@@ -98,7 +101,7 @@ class DeviceAction(Record):
             If they do not broadcast to the stack.
         """
         n, count = self.limbs.shape[-2], math.prod(shape)
-        tails = {"constant": (6,), "limbs": (n, 6), "lower": (n,), "upper": (n,)}
+        tails = {"constant": (6,), "limbs": (n, 6), "lower": (n,), "upper": (n,), "held": ()}
         try:
             spread: dict[str, Any] = {
                 name: np.broadcast_to(getattr(self, name), (*shape, *tail)).reshape(count, *tail)

@@ -100,8 +100,9 @@ def contact_forces(
     assumptions = options.described(person, motion is not None)
     result = _answer(arm, as_action(np.zeros(6)), assumptions)
     if action is not None:
+        held = np.array(np.broadcast_to(action.held, query.shape))
         with_device = _answer(arm, action, {**assumptions, "device": action.chosen_by})
-        result = replace(with_device, without_device=result, caution=action.caution)
+        result = replace(with_device, without_device=result, caution=action.caution, held=held)
     return result.mirrored() if left else result
 
 

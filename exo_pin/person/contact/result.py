@@ -68,6 +68,9 @@ class JointContact(ReadOnly):
         The same for the arm alone; None where there is no device.
     caution : str
         What the device cannot do, as a sentence; empty if it can, or if that is not known.
+    held : ndarray of bool or None
+        Shape (...): whether the device can do by itself what it was asked, as far as its limits are known; None without
+        a device.
     """
 
     force: FloatArray
@@ -89,6 +92,7 @@ class JointContact(ReadOnly):
     assumptions: dict[str, str]
     without_device: JointContact | None = None
     caution: str = ""
+    held: NDArray[np.bool_] | None = None
 
     def mirrored(self) -> JointContact:
         """Mirror image in the x-z plane, of the other side of the body.
@@ -146,9 +150,15 @@ class JointContact(ReadOnly):
 
     @property
     def relief_percent(self) -> FloatArray | None:
-        """By how much the device lowers the contact force, percent, shape (...); negative where it raises it."""
+        """By how much the device lowers the contact force, percent, shape (...); negative where it raises it.
+
+        NaN where the device cannot hold what it was asked to: what the wearer's muscles then do is no effect of it.
+        """
         bare = self.without_device
-        return None if bare is None else 100.0 * (1.0 - self.magnitude / bare.magnitude)
+        if bare is None:
+            return None
+        relief = 100.0 * (1.0 - self.magnitude / bare.magnitude)
+        return relief if self.held is None else np.where(self.held, relief, np.nan)
 
     @property
     def has_result(self) -> NDArray[np.bool_]:

@@ -19,9 +19,10 @@ from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
-from ...wrist.limbs import STATUS
+from ..constraints.limb_limits import Limits
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..query import as_split, check_option
+from ..query_status import QUERY_STATUS
 from ..splits.elastic import Elastic
 from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
@@ -31,6 +32,7 @@ from . import map_kernels
 from .elastic_kernels import Elasticity
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import BY_ACTUATOR, GIVEN
+from .map_limits import MapLimits
 from .map_three_limbs import map_three
 from .shown_map import ShownMap
 
@@ -44,6 +46,7 @@ _CODES = {
     Elastic.name: map_kernels.ELASTIC,
     ElasticLinear.name: map_kernels.ELASTIC,
 }
+_INFEASIBLE = QUERY_STATUS.index("infeasible")
 #: Poses in a block: enough to make the cost of starting one small, few enough for the caches.
 CHUNK = 32768
 #: Quantities that a map can return, in the order of the kernels' outputs.
@@ -67,7 +70,9 @@ class ReactionMap(ShownMap, ReadOnly):
     constraint_forces : ndarray or None
         g_i, shape (..., n), N: the limb pulls the arm with -f_i s_i - g_i X_i; zero for an SPS limb.
     status_codes : ndarray of int8 or None
-        Shape (...), index into :data:`exo_pin.wrist.limbs.STATUS`; :attr:`status` gives the names.
+        Shape (...), index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`; :attr:`status` gives the names.
+    unknown : ndarray of bool or None
+        Shape (...): whether it depends on a limit that is not known, or not asked for, if the pose can be held.
     margin : ndarray or None
         Shape (...): dimensionless distance from the singular surface (see :class:`exo_pin.wrist.limbs.Limbs`).
     magnitude : ndarray or None
@@ -83,6 +88,7 @@ class ReactionMap(ShownMap, ReadOnly):
     actuator_forces: FloatArray | None
     constraint_forces: FloatArray | None
     status_codes: NDArray[np.int8] | None
+    unknown: NDArray[np.bool_] | None
     margin: FloatArray | None
     magnitude: FloatArray | None
     split: str
@@ -90,19 +96,30 @@ class ReactionMap(ShownMap, ReadOnly):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """Shape (...): "ok", "near_singular", "singular", "folded" or "not_solved", made anew at every call.
+        """Shape (...): as :attr:`exo_pin.Reaction.status`, made anew at every call.
 
         Raises
         ------
         InvalidInput
             If ``keep`` left the status out.
         """
-        return np.array(STATUS)[self._codes()]
+        return np.array(QUERY_STATUS)[self._codes()]
 
     @property
     def has_answer(self) -> NDArray[np.bool_]:
         """Shape (...): whether the pose has an answer; raises as :attr:`status`."""
+        codes = self._codes()
+        return (codes < SINGULAR) | (codes >= _INFEASIBLE)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Shape (...): whether there is an answer, and no limit that is known is broken; raises as :attr:`status`."""
         return self._codes() < SINGULAR
+
+    @property
+    def can_hold(self) -> NDArray[np.bool_]:
+        """Shape (...): true only where every limit is known, none is estimated, and all are met."""
+        return self.held & ~np.asarray(self.unknown)
 
     def _codes(self) -> NDArray[np.int8]:
         if self.status_codes is None:
@@ -122,6 +139,7 @@ def reaction_map(
     keep: Iterable[str] | None = None,
     elasticity: Elasticity | None = None,
     progress: bool = False,
+    limits: Limits = "design",
 ) -> ReactionMap:
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
     law = as_split(as_choice("split", split, _CODES))
@@ -136,21 +154,34 @@ def reaction_map(
         law.check(mechanism)
     poses = _Poses(orientations)
     terms = _TermRows(mechanism, motion, load, poses.shape)
-    bounds = SideForceBounds(constraint_bounds, poses.shape, n)
+    plain = ElasticLinear() if law.determines_sides else law
+    allowed = MapLimits(limits, mechanism, poses.shape)
+    bounds = SideForceBounds(constraint_bounds, poses.shape, n, allowed.one_signed)
+    if allowed.bind and elasticity is not None and n > 3:
+        raise InvalidInput('an elasticity of its own goes with limits="none" for more than three limbs')
     device = _device(mechanism, upu, code, elasticity)
     threads, chunk = as_count("threads", threads, 1), as_count("chunk", chunk, 1)
     selected = _selected(keep)
     outputs = _outputs(poses.count, n, selected)
+    unknown = np.full(poses.count if "status" in selected else 0, not allowed.bind)
     kind = BY_ACTUATOR if bounds.by_actuator else GIVEN
 
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
+        kept = out
+        if allowed.bind:
+            out = _outputs(stop - start, n, set(_KEEP))
         if n == 3 and code in (map_kernels.SPHERICAL, map_kernels.STANDALONE):
             map_three(rows, device, terms.block(start, stop), code == map_kernels.STANDALONE, out)
         else:
             lower, upper = bounds.block(start, stop)
             map_kernels.map_any(rows, device, terms.block(start, stop), code, kind, lower, upper, out)
+        if allowed.bind:
+            open_ = allowed.enforce(plain, bounds, start, rows, terms.block(start, stop), device, out)
+            unknown[start:stop] = open_ if len(unknown) else unknown
+            for own, array in zip(kept, out, strict=True):
+                own[:] = array[: len(own)]
 
     starts = range(0, poses.count, chunk)
     for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
@@ -162,6 +193,7 @@ def reaction_map(
     # Tensions that balance themselves have no bound here, side forces only without ``constraint_bounds``.
     trivial = code == map_kernels.MINIMAL and n - 3 + (upu.size if bounds.is_free else 0) >= 3
     name = ElasticLinear.name if law.determines_sides else law.name
+    filled["unknown"] = unknown.reshape(poses.shape) if "status" in selected else None
     return ReactionMap(status_codes=filled.pop("status"), **filled, split=name, trivial=bool(trivial))
 
 

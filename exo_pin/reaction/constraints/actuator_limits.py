@@ -182,11 +182,10 @@ class LimbLimits:
             open_above=self.open_above & ~np.isfinite(upper),
         )
 
-    def row(self, k: int) -> LimbLimits:
-        """Limits of pose k, a stack of one."""
-        one = slice(k, k + 1)
-        forces = (self.lower[one], self.upper[one], self.open_below[one], self.open_above[one])
-        return LimbLimits(*forces, self.length_error[one], self.asked)
+    def rows(self, rows: NDArray[np.intp]) -> LimbLimits:
+        """Limits of some poses."""
+        forces = (self.lower[rows], self.upper[rows], self.open_below[rows], self.open_above[rows])
+        return LimbLimits(*forces, self.length_error[rows], self.asked)
 
     def force_error(self, tensions: FloatArray) -> FloatArray:
         """How far tensions, shape (N, n), N, are beyond the limits, shape (N, n), N.

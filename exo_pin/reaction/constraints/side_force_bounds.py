@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Set
+from copy import copy
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
 from ...core.validation import LARGEST, FloatArray, as_pair, as_real
@@ -112,6 +113,15 @@ class SideForceBounds:
             return self._pair[0].block(start, stop), self._pair[1].block(start, stop)
         infinite = np.full((1, self._limb_count), np.inf)
         return -infinite, infinite
+
+    def of_rows(self, rows: NDArray[np.intp]) -> SideForceBounds:
+        """The same for some poses of the stack, a flat stack of their own."""
+        part = copy(self)
+        if self._pair is not None:
+            lower, upper = (ends.rows(rows) for ends in self._pair)
+            shape = (len(rows),)
+            part._pair = Rows("lower", lower, shape, self._limb_count), Rows("upper", upper, shape, self._limb_count)
+        return part
 
 
 #: No bounds, for single poses.

@@ -92,7 +92,7 @@ class Remedy(ReadOnly):
         else:
             parts = [self.nearest.sentence(self.side)]
         if self.infeasibility is not None and self.infeasibility.infeasible:
-            parts.append(self.infeasibility.summary())
+            parts.append(self.infeasibility.explain())
         return " ".join(parts)
 
 

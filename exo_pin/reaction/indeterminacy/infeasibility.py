@@ -122,12 +122,6 @@ class Infeasibility(ReadOnly):
             return "This pose can be held."
         return " ".join([self._missing(index), *self._blocking(index), self._further_muscle(index)])
 
-    def summary(self, index: int | tuple[int, ...] = ()) -> str:
-        """What is missing, and one more muscle that would supply it; :meth:`explain` names the limits as well."""
-        if not self._is_infeasible(index):
-            return "This pose can be held."
-        return f"{self._missing(index)} {self._further_muscle(index)}"
-
     def _is_infeasible(self, index: int | tuple[int, ...]) -> bool:
         """Whether one pose cannot be held."""
         pose = self.infeasible[index]

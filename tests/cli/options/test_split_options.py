@@ -36,7 +36,7 @@ def test_report_by_stiffness(capsys, monkeypatch):
     answer = exo().reaction(ep.shoulder_rotation(60, 30, 0, degrees=True), split="elastic", centre_offset=[0, 5e-3, 0])
     lengths = [line.split()[1] for line in out.splitlines() if line.split()[:1] in (["1"], ["2"], ["3"])]
     assert lengths == [f"{1e3 * value:.0f}" for value in answer.limb_lengths]
-    assert given == [{"split": "elastic", "centre_offset": [0.0, 5e-3, 0.0]}]
+    assert given == [{"split": "elastic", "centre_offset": [0.0, 5e-3, 0.0], "limits": "design"}]
 
 
 def test_published_effect_of_an_offset(capsys):

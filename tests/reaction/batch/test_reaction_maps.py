@@ -13,7 +13,7 @@ from exo_pin.reaction import reaction_map
 DEGREES = {"degrees": True}
 
 MECHANISMS = {
-    "prototype": lambda: ep.load("prototype").mechanism,
+    "prototype": lambda: ep.load("prototype").replace(limbs=None).mechanism,
     "worn-right": lambda: (
         ep.load("prototype", side="right").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male")).mechanism
     ),
@@ -74,7 +74,7 @@ def test_map_equals_the_query(name):
 
 
 def test_singular_and_folded_rows_spoil_no_other():
-    exo = ep.load("prototype")
+    exo = ep.load("prototype").replace(limbs=None)
     geometry = exo.geometry
     folded, _ = Rotation.align_vectors(geometry.base_points[:1].copy(), geometry.platform_points[:1].copy())
     good = ep.thesis_rotation(40, -20, -30, **DEGREES)
@@ -131,7 +131,7 @@ def test_stacks_of_any_shape_broadcast_their_terms():
     rng = np.random.default_rng(78)
     load = ep.Load(rng.normal(size=(4, 1, 3)), moment=rng.normal(size=(3, 3)))
     bounds = (-10 * rng.random((3, 3)), 10 * rng.random((4, 1, 1)))
-    own = exo.reaction_map(poses, None, load, "minimal", bounds, chunk=5)
+    own = exo.reaction_map(poses, None, load, "minimal", bounds, chunk=5, limits="none")
     other = exo.reaction(poses, None, load, "minimal", bounds, limits="none")
     assert own.shoulder_force.shape == (4, 3, 3)
     assert own.status.shape == own.magnitude.shape == (4, 3)
@@ -171,8 +171,8 @@ def test_memory_beside_the_answer_does_not_grow(split):
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    # Blocks are 4096 × 32 bytes, copied two or three times; all quaternions would be 9.6 MB.
-    assert peak - own.magnitude.nbytes - own.status_codes.nbytes < 1.5e6
+    # Blocks of 4096 poses with their forces and limits are some twenty arrays of 98 kB; all quaternions would be 9.6 MB.
+    assert peak - own.magnitude.nbytes - own.status_codes.nbytes - own.unknown.nbytes < 2.5e6
 
 
 def test_progress_is_shown_only_when_asked_for(capsys):

@@ -66,7 +66,7 @@ def test_the_legend_lists_what_is_drawn_and_nothing_else(exo):
     assert listed() == [
         "shoulder reaction F_s", "weight of arm and device", "limb pulls, f > 0", "limb pushes, f < 0",
     ]  # fmt: skip
-    scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80))
+    scene.show(pose(60, 30, 0), split="minimal", constraint_bounds=(-80, 80), limits="none")
     assert "side force of a limb, g" in listed()
     scene.show(pose(60, 30, 0))
     scene.ghost(pose(0, 0, 0))
@@ -98,7 +98,7 @@ def test_a_long_arrow_is_cut_and_labelled(exo):
 
 def test_side_forces_and_assumption_of_the_split_are_shown(exo):
     scene = Scene(exo, human=False)
-    answer = scene.show(pose(30, 40, 0), split="minimal", constraint_bounds="actuator")
+    answer = scene.show(pose(30, 40, 0), split="minimal", constraint_bounds="actuator", limits="none")
     notes = " ".join(note["text"] for note in panel(scene, "numbers")["notes"])
     assert "lower bound of |F_s|" in notes
     texts = [label["text"] for label in panel(scene, "labels")]

@@ -1,0 +1,166 @@
+"""Limits in maps: which poses of a block meet them, and the forces of those that have to be chosen anew.
+
+The kernels answer without limits. A pose whose forces meet them keeps its answer, which is then the best within the
+limits as well. Of three limbs equilibrium determines the forces, and there is nothing to choose. With more, the other
+poses are chosen as :mod:`exo_pin.reaction.chosen_forces` does, from the same equilibrium in closed form.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ...core.validation import FloatArray, as_pair
+from ...design import Mechanism
+from ...load_case.pose_stacks import Query, applied_stack, arm_loads
+from ...wrist.forces.displaced import Displaced
+from ...wrist.forces.wrench_feasibility import force_bounds
+from ..chosen_forces import chosen_forces
+from ..constraints.actuator_limits import LimbLimits, length_limits
+from ..constraints.limb_limits import Limits, as_limb_limits
+from ..constraints.side_force_bounds import SideForceBounds
+from ..holding.hold_check import hold_check
+from ..query_status import QUERY_STATUS
+from ..splits.split import PoseStack, Split, limb_lengths
+from .map_blocks import Device, Outputs, Terms
+from .map_kernels import GIVEN, SPHERICAL, map_any
+
+__all__ = ["MapLimits"]
+
+_SINGULAR, _OUT_OF_STROKE, _BEYOND = (
+    QUERY_STATUS.index(name) for name in ("singular", "out_of_stroke", "beyond_limits")
+)
+
+
+class MapLimits:
+    """Limits of the limbs over a map, and what they change.
+
+    Parameters
+    ----------
+    limits : Limits
+        As in :meth:`exo_pin.ShoulderExo.reaction`.
+    mechanism : Mechanism
+        The design.
+    shape : tuple of int
+        The map's stack (...).
+
+    Attributes
+    ----------
+    bind : bool
+        Whether anything is limited.
+    one_signed : bool
+        Whether the limits fix the sign of every f_i.
+    """
+
+    def __init__(self, limits: Limits, mechanism: Mechanism, shape: tuple[int, ...]) -> None:
+        self._mechanism, self._given = mechanism, as_pair("limits", limits)
+        self._pair: tuple[FloatArray, FloatArray] | None = None
+        n, self.bind, self.one_signed = mechanism.limb_count, True, False
+        nowhere = np.full((1, n), np.nan)
+        if isinstance(self._given, tuple) and not any(hasattr(end, "force_limits") for end in self._given):
+            # Checks the pair, whatever it is.
+            as_limb_limits(self._given, mechanism, shape, lambda: np.full((math.prod(shape), n), np.nan))
+            lower, upper = self._given
+            self._pair = force_bounds("limits", lower, upper, shape, n)
+            self.one_signed = bool((self._pair[0] >= 0.0).all() or (self._pair[1] <= 0.0).all())
+        elif isinstance(self._given, str) or self._given is None:
+            probe = as_limb_limits(limits, mechanism, (1,), lambda: nowhere)
+            self.one_signed = probe.one_signed
+            strokes = np.isfinite(length_limits(mechanism)[0]).any()
+            self.bind = probe.asked and bool(probe.bound_forces or strokes)
+
+    def _at(self, start: int, lengths: FloatArray) -> LimbLimits:
+        """Limits of the poses from ``start`` on, with these lengths, shape (k, n), m."""
+        k, given = len(lengths), self._given
+        if self._pair is not None:
+            given = tuple(ends[start : start + k] for ends in self._pair)
+        return as_limb_limits(given, self._mechanism, (k,), lambda: lengths)
+
+    def enforce(
+        self,
+        law: Split,
+        bounds: SideForceBounds,
+        start: int,
+        q: FloatArray,
+        terms: Terms,
+        device: Device,
+        out: Outputs,
+    ) -> NDArray[np.bool_]:
+        """Change the poses of a block that do not meet their limits, in place; return where the outcome is not known.
+
+        Parameters
+        ----------
+        law, bounds : Split, SideForceBounds
+            Of the map.
+        start : int
+            Number of the block's first pose in the map.
+        q : ndarray
+            Unit quaternions, shape (k, 4), scalar last.
+        terms, device, out : NamedTuple
+            Of the block, all outputs with a row a pose.
+        """
+        mechanism = self._mechanism
+        matrices = Rotation.from_quat(q).as_matrix()
+        limits = self._at(start, limb_lengths(mechanism, matrices, None))
+        every = np.arange(len(q))
+        answered = out.status < _SINGULAR
+        unmet = answered & ~limits.reachable
+        open_ = answered & ~(limits.met(out.f, every) & limits.reachable)
+        rows = np.flatnonzero(answered if bounds.by_tension else open_)
+        if rows.size and (mechanism.limb_count == 3 or unmet[rows].all()):
+            # Equilibrium determines these forces: they stay as they are, those of plain equilibrium.
+            out.status[rows] = np.where(unmet[rows], _OUT_OF_STROKE, _BEYOND)
+            if not law.determines_sides:
+                self._plain(q, rows, terms, device, out)
+        elif rows.size:
+            part = (q[rows], np.ascontiguousarray(matrices[rows]), limits.rows(rows), _part(terms, rows))
+            self._choose(law, bounds.of_rows(start + rows), *part, rows, out)
+        check = hold_check(mechanism, limits, out.f, answered, answered & (out.status >= _SINGULAR))
+        return check.unknown
+
+    def _plain(self, q: FloatArray, rows: NDArray[np.intp], terms: Terms, device: Device, out: Outputs) -> None:
+        """Replace the forces of some poses by those of limbs that carry no side force."""
+        k, n = len(rows), self._mechanism.limb_count
+        own = Outputs(*(np.empty((k, *array.shape[1:]), dtype=array.dtype) for array in out))
+        none = np.zeros((1, n))
+        map_any(np.ascontiguousarray(q[rows]), device, _part(terms, rows), SPHERICAL, GIVEN, none, none, own)
+        for name in ("shoulder", "f", "g", "magnitude"):
+            getattr(out, name)[rows] = getattr(own, name)
+
+    def _choose(
+        self,
+        law: Split,
+        bounds: SideForceBounds,
+        q: FloatArray,
+        matrices: FloatArray,
+        limits: LimbLimits,
+        terms: Terms,
+        rows: NDArray[np.intp],
+        out: Outputs,
+    ) -> None:
+        """Choose the forces of k poses within their limits, and write them to their rows of ``out``."""
+        mechanism, k = self._mechanism, len(rows)
+        velocity, acceleration, force, couple, at = (np.array(np.broadcast_to(v, (k, 3))) for v in terms[-5:])
+        load, moment, none = np.empty((k, 3)), np.empty((k, 3)), np.zeros((k, 3))
+        applied_stack(matrices, force, couple, at, terms.in_arm, load, moment)
+        query = Query((k,), matrices, velocity, acceleration, load, moment, q)
+        carried = arm_loads(mechanism.require_arm("weight"), mechanism.gravity, query)[:2]
+        own = Displaced(mechanism, query, none, none, *carried)
+        upu = np.flatnonzero(mechanism.is_upu)
+        radius = float(np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max())
+        found = (own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
+        options = (limits, bounds, None, None)
+        chosen = chosen_forces(law, PoseStack(mechanism, radius, upu, *found, *options, matrices, None))
+        out.f[rows], out.g[rows] = chosen.f, chosen.g
+        out.shoulder[rows] = own.state.shoulder_force(chosen.f, chosen.g)
+        out.magnitude[rows] = np.linalg.norm(out.shoulder[rows], axis=-1)
+        out.status[rows] = np.where(chosen.unmet > 0, chosen.unmet, chosen.status)
+
+
+def _part(terms: Terms, rows: NDArray[np.intp]) -> Terms:
+    """Motion and load of some poses."""
+    vectors = (v if len(v) == 1 else np.ascontiguousarray(v[rows]) for v in terms[-5:])
+    return Terms(*terms[:-5], *vectors)

@@ -133,7 +133,7 @@ class ForceQuestions(Subject):
                 raise InvalidInput("expected a movement without motion: a movement has a motion of its own")
             orientation, motion = orientation.orientations, orientation.motion
         if isinstance(orientation, Rotation):
-            warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self.side)
+            warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self._equilibrium.mechanism.side)
         return reaction(
             self._equilibrium,
             orientation,

@@ -1,26 +1,46 @@
-"""From the equilibrium of a stack of poses to an answer."""
+"""From the equilibrium of a stack of poses to an answer: forces chosen once a pose, within all limits.
+
+A pose keeps the forces that its split takes without limits if these meet the limits. Otherwise other tensions are
+chosen where the split leaves a choice. A pose in which nothing meets the limits gets the forces of plain equilibrium,
+those that would be needed, and the reason: "out_of_stroke", "beyond_limits" (equilibrium determines the forces) or
+"infeasible" (they can be chosen, and no choice will do).
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.compiled import kernel
+from ..core.errors import SolverFailed
+from ..core.progress import track
 from ..core.validation import FloatArray
-from .chosen_forces import chosen_forces
+from ..wrist.limbs import STATUS
+from .holding.infeasible_poses import is_held
 from .indeterminacy.component_assumptions import ComponentSource
-from .query_status import QUERY_STATUS, answered
-from .result import Optimum, Reaction
-from .splits.split import PoseStack, Split
+from .result import Reaction
+from .splits.limb_and_side_forces import choose
+from .splits.split import Chosen, PoseStack, Split
 
-__all__ = ["STANDARD_GRAVITY", "answer"]
+__all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered", "chosen_forces"]
+
+#: Status codes of the closed form, those of elastic devices, and why limits are not met.
+QUERY_STATUS = (*STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits")
 
 _NAMES = np.array(QUERY_STATUS)
-_SINGULAR = QUERY_STATUS.index("singular")
+_SINGULAR, _NOT_SOLVED, _INFEASIBLE, _OUT_OF_STROKE, _BEYOND = (
+    QUERY_STATUS.index(name) for name in ("singular", "not_solved", "infeasible", "out_of_stroke", "beyond_limits")
+)
 
 #: Standard gravity for the weight of a person, m/s²; it does not depend on the gravity of the design.
 STANDARD_GRAVITY = 9.81
+
+
+def answered(status: NDArray[np.int8]) -> NDArray[np.intp]:
+    """Rows that have an equilibrium."""
+    return (status < _SINGULAR).nonzero()[0]
 
 
 def answer(
@@ -73,10 +93,9 @@ def answer(
         determinant=stacked(poses.determinant),
         residual=stacked(residual),
         status=stacked(_NAMES[np.where(chosen.unmet > 0, chosen.unmet, status)]),
-        source=ComponentSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1), chosen.unmet == 0),
+        source=ComponentSource(split, poses, shape, np.concatenate([f, g, shoulder], axis=1), chosen),
         body_weight=None if owner is None or owner.body_mass is None else owner.body_mass * STANDARD_GRAVITY,
         trivial=bool(rows.size and chosen.trivial[rows].all()),
-        optimum=Optimum(stacked(chosen.kkt), stacked(chosen.gap), stacked(chosen.unique)),
         **{name: stacked(value) for name, value in split.extras(poses, chosen).items()},
     )
 
@@ -96,3 +115,76 @@ def _balance_residual(shoulder: Any, on_arm: Any, force: Any, moment: Any, radiu
             # A sum that is NaN makes the residual NaN, which max() would drop.
             miss = miss + np.nan if total + turning != total + turning else max(miss, abs(total), abs(turning) / radius)
         residual[k] = miss / largest if largest > 0.0 else miss
+
+
+def chosen_forces(split: Split, poses: PoseStack, progress: bool = False) -> Chosen:
+    """Choose f and g of all poses.
+
+    Parameters
+    ----------
+    split : Split
+        Chooses what equilibrium does not determine.
+    poses : PoseStack
+        Equilibrium and limits of N poses; their status is changed where a pose has no answer.
+    progress : bool
+        Whether to show a progress bar.
+    """
+    chosen, limits = Chosen(poses.status, poses.tensions.f.shape[1]), poses.limits
+    split.judge(poses, answered(poses.status), chosen)
+    rows = answered(poses.status)
+    if limits.asked:
+        chosen.unmet[rows[~limits.reachable[rows]]] = _OUT_OF_STROKE
+        if poses.infeasible is not None:
+            chosen.unmet[rows[poses.infeasible[rows]]] = _INFEASIBLE
+    held = rows[chosen.unmet[rows] == 0]
+    if held.size:
+        _choose(split, poses, held, chosen, progress)
+    lost = rows[chosen.unmet[rows] != 0]
+    if lost.size:
+        chosen.put_determined(lost, *split.plain(poses, lost))
+    _mark_non_finite(chosen)
+    return chosen
+
+
+def _choose(split: Split, poses: PoseStack, rows: NDArray[np.intp], chosen: Chosen, progress: bool) -> None:
+    """Fill the poses that can be held, and mark the others."""
+    if poses.socket is None and poses.weights is None and not poses.side_bounds.by_tension:
+        split.choose(poses, rows, chosen)
+        if not poses.limits.bound_forces:
+            return
+        # A pose without a solution is not finite and is marked later.
+        rows = rows[~poses.limits.met(chosen.f[rows], rows) & (poses.status[rows] < _SINGULAR)]
+        if not rows.size:
+            return
+        if not split.chooses_tensions or _is_determined(split, poses):
+            chosen.unmet[rows] = _BEYOND
+            return
+        rows = split.choose_within(poses, rows, chosen)
+    for row in track(rows.tolist(), "limits", progress) if rows.size else ():
+        try:
+            program = split.program(poses, row)
+            if is_held(program):
+                chosen.put(row, choose(program))
+            else:
+                chosen.unmet[row] = _INFEASIBLE
+        except SolverFailed:
+            chosen.status[row] = _NOT_SOLVED
+
+
+def _is_determined(split: Split, poses: PoseStack) -> bool:
+    """Whether only one f balances the arm."""
+    loaded = split.chooses_sides and bool(poses.state.moment_of_g[..., poses.upu].any())
+    return poses.mechanism.limb_count == 3 and not loaded
+
+
+def _mark_non_finite(chosen: Chosen) -> None:
+    """Mark rows that overflowed as not solved, and set rows without an answer to NaN."""
+    if np.isfinite(chosen.f.sum() + chosen.g.sum()):
+        return
+    finite = np.isfinite(chosen.f).all(axis=1) & np.isfinite(chosen.g).all(axis=1)
+    chosen.status[~finite & (chosen.status < _SINGULAR)] = _NOT_SOLVED
+    empty = chosen.status >= _SINGULAR
+    for array in (chosen.f, chosen.g, chosen.kkt, chosen.gap):
+        array[empty] = np.nan
+    chosen.unique[empty] = False
+    chosen.unmet[empty] = 0

@@ -119,10 +119,9 @@ class ShownReaction:
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """All fields as arrays and plain values, in one flat dict."""
-        names = [field.name for field in fields(self) if field.name not in ("source", "optimum", "infeasibility")]
+        names = [field.name for field in fields(self) if field.name not in ("source",)]
         found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
-        if self.optimum is not None:
-            found |= vars(self.optimum)
+        found |= vars(self.optimum)
         if self.infeasibility is not None:
             found |= {name: getattr(self.infeasibility, name) for name in _EVIDENCE}
         found |= {f"{name}_determined": getattr(self.certificate, name) for name in _DETERMINED}

@@ -15,8 +15,8 @@ from ..load_case.pose_stacks import Query
 from ..wrist.forces.displaced import Displaced
 from ..wrist.forces.elastic_equilibrium import ArmLoads, ElasticEquations, settle
 from ..wrist.forces.moved_device import MovedDevice
+from .answer import QUERY_STATUS, answered
 from .holding.infeasible_poses import is_held, shortfall
-from .query_status import QUERY_STATUS, answered
 from .splits.elastic import Elastic
 from .splits.elastic_linear import shoulder_stiffness
 from .splits.limb_and_side_forces import Pose, choose
@@ -49,7 +49,7 @@ class ElasticPoses(Record):
     Attributes
     ----------
     status : ndarray of int8
-        Shape (N,), index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`.
+        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`.
     device : MovedDevice
         At the equilibrium; in rows without one, in the given pose.
     """

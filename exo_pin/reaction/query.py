@@ -18,12 +18,12 @@ from ..wrist.forces.displaced import Displaced, as_offset
 from ..wrist.forces.side_forces import side_wrenches
 from ..wrist.limbs import classify
 from ..wrist_chain.equilibrium import EquilibriumModel
-from .answer import answer
+from .answer import answer, answered
+from .constraints.actuator_limits import LimbLimits
 from .constraints.glenoid_cone import GlenoidCone
 from .constraints.limb_limits import Limits, as_limb_limits
 from .constraints.side_force_bounds import UNBOUNDED, ConstraintBounds, SideForceBounds
 from .elastic_poses import ElasticPoses
-from .query_status import answered
 from .result import Reaction
 from .splits.elastic import Elastic
 from .splits.limb_and_side_forces import Socket, Weights
@@ -66,7 +66,11 @@ def reaction(
     if isinstance(law, Elastic):
         device = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, orientation, motion, load))
     lengths = partial(limb_lengths, mechanism, query.matrices, offset) if device is None else device.lengths
-    allowed = as_limb_limits(limits, mechanism, query.shape, lengths)
+    # The way from a design to its answer needs none of the other forms of limits.
+    if isinstance(limits, str) and limits == "design":
+        allowed = LimbLimits.of_design(mechanism, lengths())
+    else:
+        allowed = as_limb_limits(limits, mechanism, query.shape, lengths)
     bounds = UNBOUNDED
     if constraint_bounds is not None:
         signed = allowed.one_signed

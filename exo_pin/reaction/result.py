@@ -123,8 +123,6 @@ class Reaction(ShownReaction, ReadOnly):
         about the displaced centre of the arm's joint.
     side_stiffness : ndarray or None
         k_i, shape (..., n), N/m, for split "elastic"; zero for bare muscles and SPS limbs.
-    optimum : Optimum or None
-        Optimality conditions, duality gap and uniqueness of the chosen forces.
     arm_orientation : ndarray or None
         Shape (..., 3, 3), for split "elastic": orientation of the arm. It differs from the pose only with locked
         actuators.
@@ -164,7 +162,6 @@ class Reaction(ShownReaction, ReadOnly):
     trivial: bool = False
     centre_displacement: FloatArray | None = None
     side_stiffness: FloatArray | None = None
-    optimum: Optimum | None = None
     arm_orientation: FloatArray | None = None
     interface_displacements: FloatArray | None = None
     limb_lengths: FloatArray | None = None
@@ -172,6 +169,17 @@ class Reaction(ShownReaction, ReadOnly):
     guide_bending: FloatArray | None = None
     guide_load: FloatArray | None = None
     load_share: FloatArray | None = None
+
+    @cached_property
+    def optimum(self) -> Optimum:
+        """Optimality conditions, duality gap and uniqueness of the chosen forces; computed on demand."""
+        source, shape = self.source, self.status.shape
+        chosen, n = source.chosen, source.poses.mechanism.limb_count
+        kkt, gap, unique = chosen.kkt.copy(), chosen.gap.copy(), chosen.unique.copy()
+        for row in np.flatnonzero(chosen.unjudged).tolist():
+            f, g = source.values[row, :n], source.values[row, n : 2 * n]
+            kkt[row], gap[row], unique[row] = source.split.judged(source.poses, row, f, g)[2:]
+        return Optimum(kkt.reshape(shape), gap.reshape(shape), unique.reshape(shape))
 
     @cached_property
     def certificate(self) -> Certificate:

@@ -2,7 +2,7 @@
 
 The kernels answer without limits. A pose whose forces meet them keeps its answer, which is then the best within the
 limits as well. Of three limbs equilibrium determines the forces, and there is nothing to choose. With more, the other
-poses are chosen as :mod:`exo_pin.reaction.chosen_forces` does, from the same equilibrium in closed form.
+poses are chosen as :func:`exo_pin.reaction.answer.chosen_forces` does, from the same equilibrium in closed form.
 """
 
 from __future__ import annotations
@@ -18,12 +18,11 @@ from ...design import Mechanism
 from ...load_case.pose_stacks import Query, applied_stack, arm_loads
 from ...wrist.forces.displaced import Displaced
 from ...wrist.forces.wrench_feasibility import force_bounds
-from ..chosen_forces import chosen_forces
+from ..answer import QUERY_STATUS, chosen_forces
 from ..constraints.actuator_limits import LimbLimits, length_limits
 from ..constraints.limb_limits import Limits, as_limb_limits
 from ..constraints.side_force_bounds import SideForceBounds
 from ..holding.hold_check import hold_check
-from ..query_status import QUERY_STATUS
 from ..splits.split import PoseStack, Split, limb_lengths
 from .map_blocks import Device, Outputs, Terms
 from .map_kernels import GIVEN, SPHERICAL, map_any

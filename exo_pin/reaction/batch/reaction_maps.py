@@ -19,10 +19,10 @@ from ...design import Mechanism
 from ...load_case import Load, Motion
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
+from ..answer import QUERY_STATUS
 from ..constraints.limb_limits import Limits
 from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
 from ..query import as_split, check_option
-from ..query_status import QUERY_STATUS
 from ..splits.elastic import Elastic
 from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
@@ -70,7 +70,7 @@ class ReactionMap(ShownMap, ReadOnly):
     constraint_forces : ndarray or None
         g_i, shape (..., n), N: the limb pulls the arm with -f_i s_i - g_i X_i; zero for an SPS limb.
     status_codes : ndarray of int8 or None
-        Shape (...), index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`; :attr:`status` gives the names.
+        Shape (...), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`; :attr:`status` gives the names.
     unknown : ndarray of bool or None
         Shape (...): whether it depends on a limit that is not known, or not asked for, if the pose can be held.
     margin : ndarray or None

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.validation import FloatArray
+from ...core.validation import FloatArray, frozen
 from ...design import Actuator, Mechanism, Stroke
 from ...muscle import Muscle, muscle_model
 
@@ -48,6 +48,7 @@ class DesignLimits(NamedTuple):
     ceiling: FloatArray
 
 
+@lru_cache(maxsize=64)
 def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
     """Shortest and longest l_i, shapes (n,), m; NaN where the stroke or the end fitting is not known."""
     low, high = np.full((2, mechanism.limb_count), np.nan)
@@ -56,28 +57,41 @@ def length_limits(mechanism: Mechanism) -> tuple[FloatArray, FloatArray]:
         if stroke is not None and stroke.end_fitting is not None:
             low[i] = stroke.end_fitting + stroke.shortest * stroke.nominal_length
             high[i] = stroke.end_fitting + stroke.longest * stroke.nominal_length
-    return low, high
+    return frozen(low), frozen(high)
 
 
-def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
-    """Limits of the forces at limb lengths, shape (N, n), m."""
-    shape = lengths.shape
-    lower, upper, ceiling = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.inf)
+@lru_cache(maxsize=64)
+def _constant_limits(mechanism: Mechanism) -> tuple[tuple[FloatArray, ...], tuple[int, ...]]:
+    """Limits of the forces that hold at any length, shape (n,) each, and the limbs that have a law besides."""
+    n = mechanism.limb_count
+    lower, upper, ceiling, laws = np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.inf), []
     for i, limb in enumerate(mechanism.limbs):
         actuator = limb.actuator
         if actuator is None:
             continue
         if actuator.push_limit is not None:
-            lower[:, i] = -actuator.push_limit
+            lower[i] = -actuator.push_limit
         if actuator.pull_limit is not None:
-            upper[:, i] = ceiling[:, i] = actuator.pull_limit
-        if actuator.force_law is None or limb.stroke is None:
-            continue
-        muscle = _muscle(actuator, limb.stroke)
-        ceiling[:, i] = np.minimum(ceiling[:, i], muscle.model.validity.capability_line(np.array(muscle.supply)))
+            upper[i] = ceiling[i] = actuator.pull_limit
+        if actuator.force_law is not None and limb.stroke is not None:
+            laws.append(i)
+            muscle = _muscle(actuator, limb.stroke)
+            ceiling[i] = min(ceiling[i], float(muscle.model.validity.capability_line(np.array(muscle.supply))))
+    return (frozen(lower), frozen(upper), frozen(ceiling)), tuple(laws)
+
+
+def design_limits(mechanism: Mechanism, lengths: FloatArray) -> DesignLimits:
+    """Limits of the forces at limb lengths, shape (N, n), m."""
+    constant, laws = _constant_limits(mechanism)
+    lower, upper, ceiling = (np.array(np.broadcast_to(part, lengths.shape)) for part in constant)
+    for i in laws:
+        limb = mechanism.limbs[i]
+        assert limb.actuator is not None
+        assert limb.stroke is not None
+        muscle = _muscle(limb.actuator, limb.stroke)
         if muscle.end_fitting is not None:
-            pull = _greatest_pull(muscle, lengths[:, i])
-            upper[:, i] = pull if actuator.pull_limit is None else np.minimum(pull, actuator.pull_limit)
+            # The lower of the two where both are known; a law that was not identified there leaves it open.
+            upper[:, i] = np.minimum(_greatest_pull(muscle, lengths[:, i]), np.nan_to_num(upper[:, i], nan=np.inf))
     return DesignLimits(lower, upper, ceiling)
 
 
@@ -167,8 +181,8 @@ class LimbLimits:
         own = design_limits(mechanism, lengths)
         below, above = np.isnan(own.lower), np.isnan(own.upper)
         low, high = length_limits(mechanism)
-        error = np.where(lengths < low, lengths - low, np.where(lengths > high, lengths - high, 0.0))
-        error[:, np.isnan(low)] = np.nan
+        # NaN where an end is not known.
+        error = lengths - np.minimum(np.maximum(lengths, low), high)
         lower, upper = np.where(below, -np.inf, own.lower), np.where(above, own.ceiling, own.upper)
         return cls(lower, upper, below, above, error)
 

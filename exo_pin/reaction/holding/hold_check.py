@@ -1,7 +1,7 @@
 """Whether the actuators can take the lengths and forces of a pose.
 
 The forces are those of the answer: they were chosen within the limits where that is possible
-(:mod:`exo_pin.reaction.chosen_forces`). What is computed here is by how much limits are missed, for the texts.
+(:func:`exo_pin.reaction.answer.chosen_forces`). What is computed here is by how much limits are missed, for the texts.
 """
 
 from __future__ import annotations

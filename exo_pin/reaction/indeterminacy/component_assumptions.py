@@ -24,7 +24,7 @@ from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds, t
 from .certificate import Components, component_names, is_determined
 
 if TYPE_CHECKING:
-    from ..splits.split import PoseStack, Split
+    from ..splits.split import Chosen, PoseStack, Split
 
 __all__ = ["ComponentSource", "Freedom", "TensionBounds"]
 
@@ -97,15 +97,20 @@ class ComponentSource(ReadOnly):
         The stack's shape (...).
     values : ndarray
         f, g and F_s in one row, shape (N, 2 n + 3), N; NaN without an answer.
-    held : ndarray of bool
-        Shape (N,): whether the forces are within the limits of the query; the others are those of plain equilibrium.
+    chosen : Chosen
+        How they were chosen.
     """
 
     split: Split
     poses: PoseStack
     shape: tuple[int, ...]
     values: FloatArray
-    held: NDArray[np.bool_]
+    chosen: Chosen
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Whether the forces are within the limits of the query, shape (N,); else they are of plain equilibrium."""
+        return self.chosen.unmet == 0
 
     def __call__(self, constraint_bounds: ConstraintBounds = None, tension_bounds: TensionBounds = None) -> Components:
         """Kinds and intervals; see :meth:`exo_pin.reaction.Certificate.under`."""

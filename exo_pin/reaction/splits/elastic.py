@@ -27,8 +27,8 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_choice
 from ...design import Mechanism
 from ...wrist.limbs import STATUS
+from ..answer import QUERY_STATUS
 from ..indeterminacy.component_assumptions import Freedom
-from ..query_status import QUERY_STATUS
 from .elastic_linear import ElasticLinear
 from .split import Chosen, PoseStack
 

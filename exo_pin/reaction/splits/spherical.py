@@ -19,7 +19,7 @@ __all__ = ["Spherical", "shortest_tensions"]
 
 #: Distance from a limit, relative to the largest tension, below which a tension is on it: rounding.
 _ON_LIMIT = 1e-10
-#: Violation of the optimality conditions above which the pose is left to a program, a tenth of the balance's tolerance.
+#: Imbalance, relative to the largest tension, above which the pose is left to a program, a tenth of the answer's own.
 _EXACT = 1e-10
 
 
@@ -75,30 +75,26 @@ class Spherical(Split):
         own = poses.tensions
         if not 0 < own.self_stress.shape[2] <= SUMMED:
             return rows
-        shortest = shortest_tensions(
-            own.f[rows], own.self_stress[rows], poses.limits.lower[rows], poses.limits.upper[rows]
-        )
-        left = [
-            row
-            for row, tensions in zip(rows.tolist(), shortest, strict=True)
-            if np.isnan(tensions).any() or not self._put_optimal(poses, row, tensions, answer)
-        ]
-        return np.array(left, dtype=np.intp)
+        low, high = poses.limits.lower[rows], poses.limits.upper[rows]
+        f = shortest_tensions(own.f[rows], own.self_stress[rows], low, high)
+        scale = np.maximum(np.abs(f).max(axis=1), 1e-300)
+        miss = (poses.state.moment_of_f[rows] @ f[..., None])[..., 0] - poses.state.moment[rows]
+        # Also False where there are none.
+        good = np.abs(miss).max(axis=1) <= _EXACT * poses.radius * scale
+        answer.put_determined(rows[good], f[good], np.zeros_like(f[good]))
+        answer.unjudged[rows[good]] = True
+        return rows[~good]
 
-    def _put_optimal(self, poses: PoseStack, row: int, tensions: FloatArray, answer: Chosen) -> bool:
-        """Fill a pose if its tensions meet the optimality conditions."""
-        scale = float(np.abs(tensions).max(initial=0.0)) or 1.0
-        z, low, high = (part / scale for part in (tensions, poses.limits.lower[row], poses.limits.upper[row]))
+    def judged(self, poses: PoseStack, row: int, f: FloatArray, g: FloatArray) -> Choice:
+        """Optimality of tensions within their limits."""
+        scale = float(np.abs(f).max(initial=0.0)) or 1.0
+        z, low, high = (part / scale for part in (f, poses.limits.lower[row], poses.limits.upper[row]))
         A, b = poses.state.moment_of_f[row] / poses.radius, poses.state.moment[row] / (poses.radius * scale)
         n, free = len(z), (low + _ON_LIMIT < z) & (z < high - _ON_LIMIT)
         program = LeastSquares(np.eye(n), np.zeros(n), A, b, low, high, np.zeros((0, n)), np.zeros(0))
         multipliers = -np.linalg.lstsq(A[:, free].T, z[free], rcond=None)[0]
         solution = judged(program, z, multipliers, np.zeros(0))
-        exact = solution.kkt <= _EXACT
-        if exact:
-            gap = solution.residual_gap * scale
-            answer.put(row, Choice(tensions, np.zeros(n), solution.kkt, gap, solution.unique))
-        return exact
+        return Choice(f, g, solution.kkt, solution.residual_gap * scale, solution.unique)
 
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Assumed, but for tensions that balance themselves."""

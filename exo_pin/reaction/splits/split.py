@@ -42,7 +42,7 @@ class PoseStack(NamedTuple):
     stiffness, misfit : ndarray
         Of each limb along its side wrench, shape (N, n), N/m and m.
     status : ndarray of int8
-        Shape (N,), index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`, changed where equilibrium has none.
+        Shape (N,), index into :data:`exo_pin.reaction.answer.QUERY_STATUS`, changed where equilibrium has none.
     margin, determinant : ndarray
         Shape (N,), as in :class:`exo_pin.Reaction`.
     limits : LimbLimits
@@ -233,6 +233,10 @@ class Split(ABC):
         """Fill poses whose forces within limits of f alone need no program; return the rows that are left."""
         return rows
 
+    def judged(self, poses: PoseStack, row: int, f: FloatArray, g: FloatArray) -> Choice:
+        """Optimality of forces of one pose that :meth:`choose_within` left unjudged."""
+        raise NotImplementedError(type(self).__name__)
+
     @abstractmethod
     def kinds(self, freedom: Freedom) -> NDArray[np.str_]:
         """Assumption behind each of f, g and F_s that equilibrium alone does not determine, shape (2 n + 3,).
@@ -258,13 +262,15 @@ class Chosen:
     Attributes
     ----------
     status : ndarray of int8
-        Index into :data:`exo_pin.reaction.query_status.QUERY_STATUS`: whether equilibrium has an answer.
+        Index into :data:`exo_pin.reaction.answer.QUERY_STATUS`: whether equilibrium has an answer.
     unmet : ndarray of int8
         Shape (N,): 0 where all known limits are met, else why not, as an index into the same.
     f, g : ndarray
         Shape (N, n), N.
     kkt, gap, unique, trivial : ndarray
         Shape (N,), see :class:`exo_pin.reaction.Optimum` and :class:`exo_pin.Reaction`.
+    unjudged : ndarray of bool
+        Shape (N,): poses whose optimality is computed on demand, by :meth:`Split.judged`.
     """
 
     def __init__(self, status: NDArray[np.int8], n: int) -> None:
@@ -272,7 +278,7 @@ class Chosen:
         self.status, self.unmet = status, np.zeros(count, dtype=np.int8)
         self.f, self.g = np.full((2, count, n), np.nan)
         self.kkt, self.gap = np.full((2, count), np.nan)
-        self.unique, self.trivial = np.zeros((2, count), dtype=bool)
+        self.unique, self.trivial, self.unjudged = np.zeros((3, count), dtype=bool)
 
     def put(self, row: int, choice: Choice) -> None:
         """Fill one pose."""

@@ -15,7 +15,10 @@ DEGREES = {"degrees": True}
 MECHANISMS = {
     "prototype": lambda: ep.load("prototype").replace(limbs=None).mechanism,
     "worn-right": lambda: (
-        ep.load("prototype", side="right").worn_by(ep.Arm.from_anthropometry(1.75, 75, "male")).mechanism
+        ep.load("prototype", side="right")
+        .worn_by(ep.Arm.from_anthropometry(1.75, 75, "male"))
+        .replace(limbs=None)
+        .mechanism
     ),
     "random-3-mixed": lambda: random_mechanism(np.random.default_rng(71), 3, ["SPS", "UPU", "SPS"]),
     "random-3-cables": lambda: random_mechanism(np.random.default_rng(72), 3, ["SPS"] * 3),
@@ -171,7 +174,7 @@ def test_memory_beside_the_answer_does_not_grow(split):
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    # Blocks of 4096 poses with their forces and limits are some twenty arrays of 98 kB; all quaternions would be 9.6 MB.
+    # Blocks of 4096 poses, with forces and limits, are some twenty arrays of 98 kB; all quaternions would be 9.6 MB.
     assert peak - own.magnitude.nbytes - own.status_codes.nbytes - own.unknown.nbytes < 2.5e6
 
 

@@ -51,7 +51,7 @@ def test_four_cables_need_no_program(monkeypatch):
     """One self-stress: the shortest pull is f + N z with the z nearest to zero that no cable pushes at."""
     exo = ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(5), n=4))
     poses = regular_poses(exo.mechanism, np.random.default_rng(6), 60, margin=0.05)
-    monkeypatch.setattr("exo_pin.reaction.chosen_forces.choose", lambda pose: pytest.fail("a program was solved"))
+    monkeypatch.setattr("exo_pin.reaction.answer.choose", lambda pose: pytest.fail("a program was solved"))
     answer = exo.reaction(poses, limits="pull")
     own, tried = answer.source.poses.tensions, 0
     for k in np.flatnonzero(answer.held):

@@ -24,12 +24,14 @@ from .result import Reaction
 from .splits.limb_and_side_forces import choose
 from .splits.split import Chosen, PoseStack, Split
 
-__all__ = ["QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered", "chosen_forces"]
+__all__ = ["BEYOND", "QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered", "chosen_forces"]
 
 #: Status codes of the closed form, those of elastic devices, and why limits are not met.
 QUERY_STATUS = (*STATUS, "no_equilibrium", "guide_overloaded", "infeasible", "out_of_stroke", "beyond_limits")
 
 _NAMES = np.array(QUERY_STATUS)
+#: Of these, why known limits are not met; equilibrium has an answer.
+BEYOND = ("infeasible", "out_of_stroke", "beyond_limits")
 _SINGULAR, _NOT_SOLVED, _INFEASIBLE, _OUT_OF_STROKE, _BEYOND = (
     QUERY_STATUS.index(name) for name in ("singular", "not_solved", "infeasible", "out_of_stroke", "beyond_limits")
 )

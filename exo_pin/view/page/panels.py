@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.conventions import shoulder_angles
 from ...reaction import SPLITS
+from ...reaction.answer import BEYOND
 from ..scene.force_arrows import PoseContact, PoseForces
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def numbers_panel(exo: ShoulderExo, pose: Rotation, forces: PoseForces | None, n
         if forces.contact is not None:
             values, remarks = _contact(forces.contact, size if forces.has_device else None)
         if forces.verdict:
-            remarks.append({"text": forces.verdict, "warn": forces.status == "beyond_limits"})
+            remarks.append({"text": forces.verdict, "warn": forces.status in BEYOND})
         if forces.is_near_singular:
             remarks.append({"text": _NEAR, "warn": True})
         if forces.contact is None and forces.percent is not None and np.isfinite(forces.percent):

@@ -10,12 +10,12 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ... import wrist
 from ...core.conventions import shoulder_angles, shoulder_rotation
 from ...core.validation import FloatArray, as_positive, as_single_rotation, require_method
-from ...reaction import reaction_map
 from ...reaction.answer import STANDARD_GRAVITY
 from ...reaction.holding.verdict import angle_words
 from ..colours import BLACK, BLUE, GREEN, ORANGE, RED
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_mechanism", "overview", "shoulder_force_map", "use_file_backend"]
 
+#: Colour of the hatches over poses that are not held.
+_HATCH = "0.35"
 #: Length of the longest arrow and of a head, m.
 _LONGEST, _HEAD = 0.15, 0.03
-#: Colour of poses that no forces within the limits hold.
-_NOT_HELD = "0.75"
 
 
 def use_file_backend() -> None:
@@ -130,8 +130,8 @@ def shoulder_force_map(
 ) -> Axes:
     """Map |F_s| (g = 0, arm at rest) over flexion and abduction, with the singular curve det X = 0.
 
-    More than three limbs leave a choice of tensions: they are those of
-    :meth:`exo_pin.ShoulderExo.reaction`, and poses that no tensions within the limits hold are left grey.
+    The forces are those of :meth:`exo_pin.ShoulderExo.reaction_map`. Poses that the device cannot hold are hatched and
+    pale: their forces are those that would be needed.
 
     Parameters
     ----------
@@ -150,36 +150,36 @@ def shoulder_force_map(
     """
     require_method("exo", exo, "reaction", "a ShoulderExo")
     ax = axes_or_new(ax, 6, 5)
-    spare = exo.geometry.limb_count > 3
-    step = (1.0 if spare else 0.5) if step is None else as_positive("step", step)
+    step = (1.0 if exo.geometry.limb_count > 3 else 0.5) if step is None else as_positive("step", step)
     flexion, abduction = np.arange(-20, 110 + step, step), np.arange(-4, 96 + step, step)
     poses = shoulder_rotation(flexion[None, :], abduction[:, None], internal_rotation, side=exo.side, degrees=True)
     arm = exo.mechanism.require_arm("a map of forces")
-    if spare:
-        answer = exo.reaction(poses)
-        force = np.where(answer.held, answer.magnitude, np.nan)
-        title = "Force on the shoulder joint, limb forces within their limits"
-    else:
-        force = np.asarray(reaction_map(exo.mechanism, poses, keep=("magnitude",)).magnitude)
-        title = "Force on the shoulder joint, limbs without side force"
-    _coloured(ax, flexion, abduction, force, arm.body_mass)
-    if spare and np.isnan(force).any():
-        ax.set_facecolor(_NOT_HELD)
-        ax.plot([], [], "s", color=_NOT_HELD, markeredgecolor=BLACK, label="cannot be held")
+    answer = exo.reaction_map(poses, keep=("magnitude", "status"))
+    _coloured(ax, flexion, abduction, np.asarray(answer.magnitude), answer.held, arm.body_mass)
     if exo.geometry.limb_count == 3:
         determinant = wrist.singularity(exo.geometry, poses).determinant
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="white", linewidths=3.0)
         ax.contour(flexion, abduction, determinant, levels=[0.0], colors="black", linewidths=1.5)
         ax.plot([], [], color="black", linewidth=1.5, label="singular: det X = 0")
-    ax.set(xlabel="flexion, °", ylabel="abduction, °", title=title)
+    ax.set(xlabel="flexion, °", ylabel="abduction, °", title="Force on the shoulder joint, limbs without side force")
     if ax.get_legend_handles_labels()[1]:
         legend_below(ax)
     return ax
 
 
-def _coloured(ax: Axes, flexion: FloatArray, abduction: FloatArray, force: FloatArray, body_mass: float | None) -> None:
-    """Colour the map by |F_s|, shape (abduction, flexion), with a bar; in percent of body weight if that is known."""
-    from matplotlib.colors import LogNorm
+def _coloured(
+    ax: Axes,
+    flexion: FloatArray,
+    abduction: FloatArray,
+    force: FloatArray,
+    held: NDArray[np.bool_],
+    body_mass: float | None,
+) -> None:
+    """Colour the map by |F_s|, shape (abduction, flexion), with a bar; in percent of body weight if that is known.
+
+    Poses that are not held are pale and hatched.
+    """
+    from matplotlib.colors import LogNorm, Normalize
     from matplotlib.ticker import LogLocator, NullFormatter
 
     unit, name = 1.0, "|F_s|, N"
@@ -191,7 +191,14 @@ def _coloured(ax: Axes, flexion: FloatArray, abduction: FloatArray, force: Float
         low, high = 0.0, 1.0
     scale = LogNorm(low, high) if 0.0 < low < high else None  # an unloaded arm has no logarithm
     shown = np.clip(force * unit, low, high)
-    image = ax.pcolormesh(flexion, abduction, shown, norm=scale, cmap="cividis", shading="nearest", rasterized=True)
+    look: dict[str, Any] = {"norm": scale or Normalize(low, high), "cmap": "cividis", "shading": "nearest"}
+    image = ax.pcolormesh(flexion, abduction, np.where(held, shown, np.nan), rasterized=True, **look)
+    if not held.all():
+        pale = np.where(held, np.nan, shown)
+        ax.pcolormesh(flexion, abduction, pale, alpha=0.55, rasterized=True, **look)
+        hatched = ax.contourf(flexion, abduction, ~held, levels=[0.5, 1.5], colors="none", hatches=["//"])
+        hatched.set(edgecolor=_HATCH, linewidth=0.0)
+        ax.fill([], [], facecolor="white", edgecolor=_HATCH, hatch="////", label="cannot be held: what would be needed")
     bar = ax.figure.colorbar(image, ax=ax, extend="both", label=name)
     if scale is not None:
         bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))

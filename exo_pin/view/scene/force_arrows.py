@@ -13,6 +13,7 @@ from ...core.records import OneProcess, Record
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...reaction import Reaction
+from ...reaction.answer import BEYOND
 from ...wrist import LimbState, inverse_kinematics
 from ..colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, RED
 from .shapes import Arrow, trimmed
@@ -171,9 +172,7 @@ class ForcePicture(OneProcess):
     def plan(self, poses: Sequence[PoseForces]) -> None:
         """Choose the scale and the legend for a pose or for all poses of a motion."""
         largest = np.array([forces.largest for forces in poses])
-        firm = np.array([forces.status in ("ok", "beyond_limits") for forces in poses], dtype=bool) & np.isfinite(
-            largest
-        )
+        firm = np.array([forces.status in ("ok", *BEYOND) for forces in poses], dtype=bool) & np.isfinite(largest)
         known = largest[firm if firm.any() else np.isfinite(largest)]
         weight = float(np.linalg.norm(self._weight))
         top = max(weight, float(np.percentile(known, _SHARE)) if known.size else 0.0) or 1.0

@@ -238,7 +238,7 @@ def test_map_of_cables_has_tensions_within_their_limits():
     assert cables.reaction(pose, limits="none").actuator_forces.min() < 0.0
     assert shown[row, column] == pytest.approx(held.percent_body_weight)
     assert np.ma.getmaskarray(shown)[10, 13]  # no tensions hold flexion 110°, abduction 96°
-    assert "cannot be held" in axes.get_legend_handles_labels()[1]
+    assert "cannot be held" in axes.get_legend_handles_labels()[1][0]
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 
 # From points: consistent, and the pulls that were found pull, balance, and beat the shortest tensions.
 assert mine.check().passed
-held = pulls.has_answer
+held = pulls.held
 assert held.any()
 assert (pulls.actuator_forces[held] > -1e-9).all()
 assert pulls.is_balanced()

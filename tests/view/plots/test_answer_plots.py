@@ -217,7 +217,7 @@ def test_arrows_of_the_mechanism_are_seen_at_every_size(name, degrees):
     ("name", "words"),
     [
         ("prototype", "without side force"),
-        pytest.param("four-cables", "within their limits", marks=pytest.mark.full),
+        pytest.param("four-cables", "without side force", marks=pytest.mark.full),
     ],
 )
 def test_the_overview_says_what_its_panels_assume(name, words):

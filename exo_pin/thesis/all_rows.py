@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from . import appendix_c, appendix_d, chapter_4, scenario_one, table_5_4
+from . import appendix_c, appendix_d, chapter_4, scenario_one
 from .muscles import muscle_ledger
+from .prototype import dimensions, motion_tests, rig
 from .rows import Row
 
 __all__ = ["ledger"]
@@ -15,7 +16,9 @@ def ledger() -> list[Row]:
         *muscle_ledger.rows(),
         *chapter_4.rows(),
         *scenario_one.rows(),
-        *table_5_4.rows(),
+        *rig.rows(),
+        *dimensions.rows(),
+        *motion_tests.rows(),
         *appendix_c.rows(),
         *appendix_d.rows(),
     ]

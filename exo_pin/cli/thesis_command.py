@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import json
 from typing import Any
 
-from ..thesis import condensed, ledger, ledger_table
+import numpy as np
+
+from ..thesis import Row, condensed, ledger, ledger_table
+from ..thesis.printed_index import Section, printed_index, sections_named, summary
 from ..thesis.reading_searches import searches
-from . import add_flag
+from . import add_flag, aligned
 
 __all__ = ["add_commands"]
 
@@ -15,7 +19,12 @@ __all__ = ["add_commands"]
 def add_commands(commands: Any) -> None:
     """Register the commands of this module."""
     parser = commands.add_parser("thesis")
-    add_flag(parser, "--all", "print every value, with notes; without it long tables are summed up")
+    parser.add_argument(
+        "--section", metavar="LABEL", help="only this section and those inside it, such as 5.1.2, 3 or D"
+    )
+    add_flag(parser, "--all", "print every row; without it long tables are summed up")
+    add_flag(parser, "--reasons", "list the printed numbers that have no row, with the reason")
+    add_flag(parser, "--json", "print every row, and every number without one, as JSON")
     add_flag(parser, "--readings", "search for readings under which unreproduced numbers follow")
     parser.set_defaults(run=_thesis)
 
@@ -24,8 +33,71 @@ def _thesis(options: argparse.Namespace) -> int:
     if options.readings:
         print("\n".join(map(str, searches())))
         return 0
-    rows = ledger()
-    print(ledger_table(rows) if options.all else condensed(rows))
-    verdicts = [row.verdict for row in rows]
-    print("\n" + ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in sorted(set(verdicts))))
+    sections = printed_index()
+    if options.section is not None:
+        sections = sections_named(options.section, sections)
+    everything = ledger()
+    chosen = {id(row) for section in sections for entry in section.entries for row in entry.select(everything)}
+    rows = [row for row in everything if id(row) in chosen]
+    if options.json:
+        print(json.dumps(_as_json(sections, rows), indent=2, ensure_ascii=False))
+        return 0
+    print(_summary(sections, rows) + "\n")
+    if rows:
+        print(ledger_table(rows) if options.all else condensed(rows))
+    if options.reasons or options.section is not None:
+        print(_reasons(sections))
+    else:
+        print("\n--section LABEL shows one section, --reasons the numbers that have no row")
     return 0
+
+
+def _summary(sections: list[Section], rows: list[Row]) -> str:
+    table = summary(sections, rows)
+    names = [line[0] for line in table]
+    widest = max(map(len, names))
+    numbers = aligned([line[1:] for line in table])
+    return "\n".join(f"{name:{widest}}  {line}" for name, line in zip(names, numbers, strict=True))
+
+
+def _reasons(sections: list[Section]) -> str:
+    lines = [
+        f"{section.label}: {entry.about}: {entry.printed or f'{entry.cells} numbers'}: {entry.reason}"
+        for section in sections
+        for entry in section.entries
+        if entry.reason
+    ]
+    return "\n".join(["\nNumbers without a row, and why:", *lines]) if lines else ""
+
+
+def _as_json(sections: list[Section], rows: list[Row]) -> dict[str, Any]:
+    def numbers(values: np.ndarray) -> list[float | None]:
+        return [float(value) if np.isfinite(value) else None for value in values.ravel()]
+
+    return {
+        "rows": [
+            {
+                "source": row.source,
+                "quantity": row.quantity,
+                "unit": row.unit,
+                "printed": numbers(row.printed),
+                "computed": numbers(row.computed),
+                "verdict": row.verdict,
+                "reading": row.reading,
+                "note": row.note,
+            }
+            for row in rows
+        ],
+        "without_row": [
+            {
+                "section": section.label,
+                "about": entry.about,
+                "printed": entry.printed,
+                "count": entry.count,
+                "reason": entry.reason,
+            }
+            for section in sections
+            for entry in section.entries
+            if entry.reason
+        ],
+    }

@@ -285,7 +285,9 @@ def _frames(points: FloatArray, axis: FloatArray | None, limb_axes: FloatArray |
     y = -points / np.linalg.norm(points, axis=-1, keepdims=True)
     if axis is None:
         assert limb_axes is not None
-        x = limb_axes
+        # Of a limb that is nearly folded in the neutral pose the axis is perpendicular to few digits.
+        x = limb_axes - (limb_axes * y).sum(axis=-1, keepdims=True) * y
+        x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     else:
         x = np.cross(y, axis)
         length = np.linalg.norm(x, axis=-1, keepdims=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from . import appendix_c, appendix_d, chapter_4, scenario_one, table_5_4
+from . import appendix_c, appendix_d, chapter_4, scenario_one
 from .muscles import muscle_ledger
+from .printed_index import printed_index
+from .prototype import dimensions, motion_tests, rig
 from .rows import Row
 
 __all__ = ["ledger"]
@@ -11,11 +13,16 @@ __all__ = ["ledger"]
 
 def ledger() -> list[Row]:
     """All rows: what the thesis prints, what exo_pin computes, and the verdict, in the order of the thesis."""
-    return [
+    found = [
         *muscle_ledger.rows(),
         *chapter_4.rows(),
         *scenario_one.rows(),
-        *table_5_4.rows(),
+        *rig.rows(),
+        *dimensions.rows(),
+        *motion_tests.rows(),
         *appendix_c.rows(),
         *appendix_d.rows(),
     ]
+    entries = [entry for section in printed_index() for entry in section.entries]
+    place = {id(row): k for k, entry in enumerate(entries) for row in entry.select(found)}
+    return sorted(found, key=lambda row: place.get(id(row), len(entries)))

@@ -1,4 +1,4 @@
-"""The workspace index of Appendix C: its grid, and how far its two shares can be approached.
+"""Table 2-1 and the workspace index of Appendix C: its range, its grid, and how far its shares can be approached.
 
 The shares are recomputed here from the angles of :func:`exo_pin.wrist.inverse_kinematics`, not by
 :mod:`exo_pin.workspace`. (C-2) is garbled in print; it is read as the diamond of Table 5-6, |θx| + |θy| < 95°, counted
@@ -11,8 +11,9 @@ import numpy as np
 
 from ..core.conventions import shoulder_rotation
 from ..design import WristGeometry, preset
+from ..load_case.ranges_of_motion import DAILY_RANGES
 from ..wrist import inverse_kinematics
-from .rows import Row, compare
+from .rows import CONTRADICTED, Row, compare
 
 __all__ = ["rows"]
 
@@ -20,6 +21,8 @@ _SOURCE = "Appendix C"
 #: Ranges of θy, θx and θz, degrees.
 _RANGES = ((-110.0, 0.0), (-4.0, 96.0), (-85.0, 20.0))
 _HALF_DIAGONAL = np.radians(95.0)
+#: Table C-1: bounds of r_A, r_B, h_A, h_B, mm, and of the three α, degrees.
+_BOUNDS = np.array([(50, 180), (90, 200), (41, 60), (58, 108), (-20, 0), (30, 60), (90, 120)], dtype=float)
 
 
 def _axes(step: float) -> list[np.ndarray]:
@@ -40,16 +43,65 @@ def _share(geometry: WristGeometry, both_ends: bool) -> float:
 def rows() -> list[Row]:
     """Rows of the ledger.
 
-    Source: thesis (C-1), (C-2), Table C-1, Table C-2.
+    Source: thesis (C-1), (C-2), Table 2-1, Table C-1, Table C-2.
     """
-    counts = {step: int(np.prod([len(axis) for axis in _axes(step)])) for step in (2.0, 4.0)}
+    return [*_daily_range(), *_index(), *_optimum()]
+
+
+def _daily_range() -> list[Row]:
+    """The summary of Table 2-1 from its surveys, and how far it spreads in the ball of rotation vectors."""
+    # The two surveys that print where a range begins and ends; their angles are positive as named.
+    murray, buckley = DAILY_RANGES[:2]
+    flexion, abduction, internal = zip(murray.intervals, buckley.intervals, strict=True)
+    summary = [
+        -np.mean(flexion, axis=0)[1],
+        np.max(abduction) - 100.0,
+        np.max(abduction),
+        -np.mean(internal, axis=0)[1],
+        -np.min(internal),
+    ]
+    theta_y, theta_x, theta_z = np.meshgrid(*_axes(4.0), indexing="ij")
+    along = shoulder_rotation(-theta_y, theta_x, -theta_z, degrees=True).as_rotvec()[..., 1]
+    printed, meant = (100.0 * float((np.abs(along) <= most).mean()) for most in (2 / np.pi, np.pi / 2))
+    return [
+        compare("Table 2-1", "summary: flexion from, abduction from and to, axial rotation from and to", "°",
+                [-110.0, -4.0, 96.0, -85.0, 20.0], summary, 0.5, digits=2,
+                note="means or extremes of the surveys; -4° makes the width the 100° of one survey; flexion to 0° is a "
+                "choice"),
+        compare("Table 2-1", "Murray & Johnson, abduction to", "°", -39.7, murray.abduction_deg[1], 0.0, mended=39.7,
+                digits=1, note="every other range runs from low to high, and the torques beside it have both signs"),
+        compare(_SOURCE, "poses along Y in the ball of rotation vectors, from and to", "rad",
+                [-2 / np.pi, 2 / np.pi], [along.min(), along.max()], 0.05, digits=3,
+                otherwise=CONTRADICTED,
+                note=f"computed: of the whole daily range; {printed:.1f} % of it is within the printed ±2/π, less than "
+                f"the 61.6 % that are said to be reached, and {meant:.1f} % within ±π/2, which may be meant"),
+    ]  # fmt: skip
+
+
+def _optimum() -> list[Row]:
+    circles = preset("optimised-table-c-2").geometry.circles
+    assert circles is not None
+    sizes = [1e3 * size for size in (circles.r_A, circles.r_B, circles.h_A, circles.h_B)]
+    best = np.array([*sizes, *np.degrees(circles.alpha_A)])
+    return [
+        compare("Table C-2", "optimum r_A, r_B, h_A, h_B (mm) and α (°)", "", best, best.clip(*_BOUNDS.T), 0.05,
+                digits=1, otherwise=CONTRADICTED,
+                note="computed: the nearest values inside the bounds of Table C-1; h_A lies outside"),
+        compare(_SOURCE, "optimum of h_A, printed as around 29 mm", "mm", 29.0, best[2], 0.5, digits=1,
+                otherwise=CONTRADICTED, note="computed: Table C-2; the bounds of Table C-1 hold neither value"),
+    ]  # fmt: skip
+
+
+def _index() -> list[Row]:
+    counts = {step: int(np.prod([len(axis) for axis in _axes(step)])) for step in (1.0, 2.0, 3.0, 4.0, 5.0)}
+    (step,) = (step for step, count in counts.items() if count == 19656)
     optimised = preset("optimised-table-c-2").geometry
     at_29 = optimised.replace(h_A=0.029)
     centre = WristGeometry.from_circles(0.115, 0.145, 0.0505, 0.083, np.radians([-10.0, 45.0, 105.0]))
     best = [_share(optimised, False), _share(optimised, True), _share(at_29, False), _share(at_29, True)]
     start = [_share(centre, False), _share(centre, True)]
     return [
-        compare(_SOURCE, "increment of the grid with 19,656 configurations", "°", 2.0, 4.0, 0.0, mended=4.0, digits=0,
+        compare(_SOURCE, "increment of the grid with 19,656 configurations", "°", 2.0, step, 0.0, mended=4.0, digits=0,
                 note=f"28 × 26 × 27 = {counts[4.0]:,} poses at 4°; at 2° there are {counts[2.0]:,}"),
         compare(_SOURCE, "index Φ of Table C-2: joints at the base, at both ends; the same with the 29 mm of the text "
                 "for h_A", "%", [61.6] * 4, best, 0.5, digits=1,

@@ -1,14 +1,16 @@
-"""The equations of Chapter 4, (4-1) to (4-37), evaluated as printed; :mod:`.rig` has the test rig of Section 5.1."""
+"""The equations of Chapter 4, (4-1) to (4-37), evaluated as printed."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from ..chain import ClosedChain
 from ..core.conventions import thesis_angles, thesis_rotation
 from ..core.validation import FloatArray
 from ..design import WristGeometry, preset
 from ..wrist import LimbState, forward_kinematics, forward_kinematics_from_base_angles, inverse_kinematics
-from . import rig
+from ..wrist_chain import mechanism_urdf
 from .rows import Row, compare
 
 __all__ = ["rows"]
@@ -44,7 +46,16 @@ class _Example:
 def rows() -> list[Row]:
     """Rows of the ledger."""
     example = _Example()
-    return [*_orientation(), *_joints(example), *_scenario_one(example), *_scenario_two(example), *rig.rows()]
+    return [_freedoms(), *_orientation(), *_joints(example), *_scenario_one(example), *_scenario_two(example)]
+
+
+def _freedoms() -> Row:
+    """Freedoms of the wrist without a ball joint, from the rank of its loop closures."""
+    mechanism = preset("prototype")
+    chain = ClosedChain.from_urdf(*mechanism_urdf(mechanism, part="wrist"))
+    found = chain.mobility(chain.close(chain.neutral()))
+    return compare("Section 4.1", "degrees of freedom of the 3UPU wrist", "", 3.0, found.degrees_of_freedom, 0.0,
+                   digits=0, note=f"closures of rank {found.rank} of {found.rows}, no ball joint at O")  # fmt: skip
 
 
 def _orientation() -> list[Row]:
@@ -73,7 +84,13 @@ def _orientation() -> list[Row]:
     S = far.as_matrix()
     printed = thesis_rotation(np.arctan(-S[1, 2] / S[2, 2]), np.arcsin(S[0, 2]), np.arctan(-S[0, 1] / S[0, 0]))
     mended = thesis_rotation(*thesis_angles(far))
+    # A geometry of the thesis that has as many real solutions as there can be, if rarely: 9 of these 2,000 poses.
+    many = preset("optimised-table-c-2").geometry
+    drawn = Rotation.random(2000, rng=1)
+    most = int(forward_kinematics(many, inverse_kinematics(many, drawn).lengths).count.max())
     return [
+        compare("Section 4.2.2", "real solutions from three lengths, at most", "", 8.0, most, 0.0, digits=0,
+                note="the most of 2,000 poses of Table C-2's device; most poses have two or four"),
         compare("(4-1)", "l_i of the prototype at (20, -30, 10)°", "m", lengths,
                 inverse_kinematics(geometry, pose).lengths, 1e-12, digits=6),
         compare("(4-2)", "A_i and B_i of the prototype", "m", np.vstack([A, B]).ravel(),

@@ -30,8 +30,8 @@ from ..muscle.io.measured import table
 from ..muscle.io.published import muscle_model
 from ..muscle.laws.static import BAR
 from .appendix_d import ANGLES, PRINTED_FORCE, PRINTED_TENSIONS
+from .prototype.rig import RIG_RADIUS, STATIC_ANGLES, STATIC_LENGTHS
 from .readings import Match, best_reading
-from .rig import RIG_RADIUS, STATIC_ANGLES, STATIC_LENGTHS
 from .scenario_one import PRINTED_MATRICES
 
 __all__ = ["searches"]

@@ -21,6 +21,7 @@ from exo_pin.reaction.splits.registry import SPLITS
 from exo_pin.thesis import scenario_one
 from exo_pin.thesis.appendix_d import OtherReading
 from exo_pin.thesis.muscles.muscle_appendices import fit_rows
+from exo_pin.thesis.printed_index import printed_index
 from exo_pin.thesis.readings import best_reading
 from exo_pin.view import Browser
 from exo_pin.wrist.forces.affine_state import AffineState
@@ -131,6 +132,8 @@ def rare_examples():
         modes,
         path,
         scenario_one.rows(),
+        printed_index()[0],
+        printed_index()[0].entries[0],
         OtherReading.computed(),
         best_reading("s", "q", 1.0, 0.1, [("a", 1.0), ("b", 2.0)]),
         SplineBasis(np.arange(20.0)),

@@ -28,7 +28,7 @@ def test_rows_are_unique_and_hold_both_numbers(ledger_rows):
         ("Section 4.2.2", "A_2", "misprint, corrected"),
         ("Section 4.2.2", "B_2", "misprint, corrected"),
         ("Section 4.2.2", "R_A3", "misprint, corrected"),
-        ("Section 4.2.2", "orientation", "not reproducible"),
+        ("Section 4.2.2", "orientation", "contradicted"),
         ("Table 5-4", "distance", "reproduced"),
         ("Table 5-4", "principal", "misprint, corrected"),
         ("(D-32)", "f_i", "reproduced under another reading"),
@@ -41,6 +41,15 @@ def test_rows_are_unique_and_hold_both_numbers(ledger_rows):
         ("Table 5-1, Section", "largest component", "reproduced"),
         ("(D-36)", "F_s", "reproduced"),
         ("(D-8)", "a_C", "misprint, corrected"),
+        ("(3-18)", "viscosity", "reproduced under another reading"),
+        ("(A-6)", "K_1 to S_3", "misprint, corrected"),
+        ("Section 5.1.2", "differences of measured", "reproduced"),
+        ("Section 5.1.2", "largest difference of l_i", "reproduced"),
+        ("Section 5.2.3", "r_A", "contradicted"),
+        ("Section 5.4.1", "contraction", "reproduced under another reading"),
+        ("Section 5.4.1", "lengths of muscles 2 and 3", "contradicted"),
+        ("Table 5-7", "share of four tasks", "input not printed"),
+        ("Table C-2", "optimum", "contradicted"),
     ],
 )
 def test_verdicts(ledger_rows, source, quantity, verdict):
@@ -67,6 +76,27 @@ def test_verdict_follows_the_numbers():
     assert (other.verdict, other.reading) == ("reproduced under another reading", "mirrored")
     assert "another reading: mirrored" in ledger_table([other])
     assert compare("s", "q", "", -1.0, 1.0, 0.05, reading=("mirrored", -1.2)).verdict == "not reproducible"
+    assert compare("s", "q", "", 1.0, 2.0, 0.05, otherwise="contradicted").verdict == "contradicted"
+    assert compare("s", "q", "", [1.0, 2.0], [1.1, 2.0], [0.2, 0.0]).verdict == "reproduced"
+    assert compare("s", "q", "", [1.0, 2.0], [1.1, 2.1], [0.2, 0.0]).verdict == "not reproducible"
+    assert compare("s", "q", "", np.nan, 1.0, 9.0).verdict == "not reproducible"
+
+
+@pytest.mark.parametrize(
+    ("relation", "printed", "computed", "agrees"),
+    [
+        ("at most", 8.0, 7.5, True),
+        ("at most", 8.0, 8.1, False),
+        ("within", [3.0, 4.0], [3.2, 3.9], True),
+        ("within", [3.0, 4.0], [2.9, 3.9], False),
+        ("within", [3.0, 4.0], [3.2, 4.1], False),
+    ],
+)
+def test_statements_of_bounds(relation, printed, computed, agrees):
+    row = compare("s", "q", "", printed, computed, 0.0, relation=relation, note="n")
+    assert (row.verdict == "reproduced") == agrees
+    assert "bound" in row.note
+    assert row.note.endswith("; n")
 
 
 def test_table_has_a_row_each(ledger_rows):

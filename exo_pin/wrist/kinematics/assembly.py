@@ -12,6 +12,10 @@ of degree 4 in cos φ, sin φ: at most eight solutions. D is solved as a real po
 charts, |φ| <= 90° and |φ - 180°| <= 90°, so that the parameter stays within [-1, 1] and every root is finite.
 Every root is then polished by Newton's method on the rotation group, on the three equations themselves.
 
+If v_1 is parallel to v_2 or v_3, that equation has no ψ in it (A_i = B_i = 0), and D = C_i² (A² + B²) is a square, all
+of whose roots are double. So the first equation is one whose v is parallel to no other, and not nearly; parallel u
+do no harm, because A_i, B_i and C_i are then constant and give ψ alone.
+
 Two modes meet where D has a double root. Rounding then splits it into two close roots or moves it off zero, so the
 extrema of D near zero are tried as well; starts that Newton's method leads to the same orientation are one solution. A
 double root of D may also be two different ψ at one φ (symmetric poses), so both are tried there.
@@ -187,6 +191,21 @@ def _orientation(cos_f: float, sin_f: float, cos_g: float, sin_g: float, psi: fl
 
 
 @kernel
+def _pivot(v: Any, c: Any) -> int:
+    """The equation whose u and v are the axes: far from folded, and with a v that is parallel to no other."""
+    first, best = 0, -1.0
+    for i in range(3):
+        score = (1.0 - abs(c[i])) * (1.0 + abs(c[i]))
+        for j in range(3):
+            if j != i:
+                x, y, z = cross(vector(v, i), vector(v, j))
+                score *= x * x + y * y + z * z
+        if score > best:
+            best, first = score, i
+    return first
+
+
+@kernel
 def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     """Write all solutions R of u_i · R v_i = c_i, i = 1..3.
 
@@ -207,12 +226,10 @@ def assemble(u: Any, v: Any, c: Any, rotations: Any, margins: Any) -> int:
     int
         Number of solutions; 0 also where some |c_i| > 1; :data:`CONTINUUM` where a curve of orientations solves them.
     """
-    first, widest = 0, -1.0
     for i in range(3):
         if not abs(c[i]) <= 1.0 + 1e-14:
             return 0
-        if 1.0 - abs(c[i]) > widest:
-            widest, first = 1.0 - abs(c[i]), i
+    first = _pivot(v, c)
     cos_g = c[first]
     sin_g = math.sqrt(max(0.0, (1.0 - cos_g) * (1.0 + cos_g)))
     E, F, terms = np.empty((3, 3)), np.empty((3, 3)), np.empty((2, 3, 3))

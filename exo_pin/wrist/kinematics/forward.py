@@ -123,9 +123,23 @@ def forward_kinematics_from_base_angles(
 def _joints(geometry: WristGeometry) -> Joints:
     base, platform = geometry.base_points, geometry.platform_points
     a, b = (np.linalg.norm(points, axis=1) for points in (base, platform))
-    triples = np.array(list(combinations(range(len(base)), 3)), dtype=np.int64)
     frames, reference = geometry.base_frames, geometry.neutral.as_quat()
-    return Joints(base, platform, base / a[:, None], platform / b[:, None], a, b, frames, triples, reference)
+    u, v = base / a[:, None], platform / b[:, None]
+    return Joints(base, platform, u, v, a, b, frames, _triples(u, v), reference)
+
+
+def _triples(u: FloatArray, v: FloatArray) -> NDArray[np.int64]:
+    """Triples of limbs, shape (T, 3), the best conditioned first.
+
+    Three equations leave a curve of poses where all u, or all v, of them are parallel, and where two are one and the
+    same because both their u and their v are. Triples near to that come last.
+    """
+    triples = np.array(list(combinations(range(len(u)), 3)), dtype=np.int64)
+    pairs = triples[:, [[0, 1], [1, 2], [2, 0]]]
+    apart = sum((np.cross(x[pairs[..., 0]], x[pairs[..., 1]]) ** 2).sum(axis=-1) for x in (u, v))
+    second = [np.linalg.svd(x[triples], compute_uv=False)[:, 1] for x in (u, v)]
+    score = second[0] * second[1] * np.asarray(apart).min(axis=1)
+    return np.ascontiguousarray(triples[np.argsort(-score, kind="stable")])
 
 
 def _measured(name: str, value: ArrayLike, n: int) -> FloatArray:

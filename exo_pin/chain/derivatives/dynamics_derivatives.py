@@ -4,6 +4,11 @@ A closed chain has as many freedoms as independent coordinates, and a motion of 
 other coordinates follow. The derivatives are total derivatives on the constraint manifold with respect to them, as an
 optimiser over closed motions needs.
 
+The actuators of an underactuated chain (an acrobot, a cart with a pole, a walking robot) make a motion, and not every
+motion near it. So the equations of motion are differentiated with all their rows: in a coordinate without actuator a
+row of ``tau`` is the derivative of the generalised force that is missing there, as :class:`UndrivenMotion` has it.
+Changes of the motion that the actuators make are those (combinations of columns) in which these rows are zero.
+
 The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
 J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of a free flight in its place, so its
 derivatives are those of RNEA on a tree with that joint replaced by a free flight. Only the change of J̇ v with q comes
@@ -63,12 +68,16 @@ class Derivatives(Record):
     independent : ndarray of int
         Shape (d,), the independent coordinates' indices in v; columns are in this order.
     tau_q, tau_v, tau_a : ndarray
-        Shape (nv, d), of the efforts.
+        Shape (nv, d), of the efforts; in coordinates without actuator, of the generalised force that is missing there
+        and that no actuator makes, zero in columns that can be driven. With loops, missing forces have the least sum of
+        squares, forces multiplied by the characteristic length, and all columns are those with missing forces supplied.
     multipliers_q, multipliers_v, multipliers_a : ndarray
         Shape (rows, d), of λ; where closures are redundant, of the λ of least norm in the metric "closures".
     v_q, a_q, a_v : ndarray
         Shape (nv, d), of all velocities and accelerations. With respect to q_i, those of q are the reduced
         Jacobian, and so are those of v with respect to v_i and of a with respect to a_i.
+    can_drive : ndarray of bool
+        Shape (3, d), whether the actuators alone make the change with q_i, v_i and a_i.
     forces : ClosedForces
         The forces themselves, in the metric "closures".
     """
@@ -83,6 +92,7 @@ class Derivatives(Record):
     v_q: FloatArray
     a_q: FloatArray
     a_v: FloatArray
+    can_drive: NDArray[np.bool_]
     forces: ClosedForces
     _point: OperatingPoint = field(repr=False)
     _change: Change = field(repr=False)
@@ -172,11 +182,11 @@ def inverse_dynamics_derivatives(
     gravity = pin.Motion(state.model.gravity)
     point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), equations, wrenches, gravity)
     change, rates = change_of(state, point, parts)
-    tau, multipliers = force_change(point, change, rates, drive.passive)
+    tau, multipliers, can_drive = force_change(point, change, rates, parts, drive.passive)
     d = len(parts.independent)
     (v_q, _, _), (a_q, a_v, _) = _parts(change.v, d), _parts(change.a, d)
     by_state = *_parts(tau, d), *_parts(multipliers, d), v_q, a_q, a_v
-    return Derivatives(parts.independent, *by_state, forces, point, change)
+    return Derivatives(parts.independent, *by_state, frozen(can_drive.reshape(3, d)), forces, point, change)
 
 
 def _parts(columns: FloatArray, d: int) -> tuple[FloatArray, FloatArray, FloatArray]:

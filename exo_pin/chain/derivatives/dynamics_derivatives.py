@@ -5,9 +5,9 @@ other coordinates follow. The derivatives are total derivatives on the constrain
 optimiser over closed motions needs.
 
 The actuators of an underactuated chain (an acrobot, a cart with a pole, a walking robot) make a motion, and not every
-motion near it. So the equations of motion are differentiated with all their rows: in a coordinate without actuator a
-row of ``tau`` is the derivative of the generalised force that is missing there, as :class:`UndrivenMotion` has it.
-Changes of the motion that the actuators make are those (combinations of columns) in which these rows are zero.
+motion near it. So all rows of the equations of motion are differentiated: in a coordinate without actuator a row of
+``tau`` is the derivative of the generalised force that is missing there, as :class:`UndrivenMotion` has it. The
+actuators make the changes of the motion, combinations of columns, in which all these rows are zero.
 
 The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
 J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of a free flight in its place, so its
@@ -68,16 +68,14 @@ class Derivatives(Record):
     independent : ndarray of int
         Shape (d,), the independent coordinates' indices in v; columns are in this order.
     tau_q, tau_v, tau_a : ndarray
-        Shape (nv, d), of the efforts; in coordinates without actuator, of the generalised force that is missing there
-        and that no actuator makes, zero in columns that can be driven. With loops, missing forces have the least sum of
-        squares, forces multiplied by the characteristic length, and all columns are those with missing forces supplied.
+        Shape (nv, d), of the efforts; in coordinates without actuator, of the generalised force that is missing there,
+        which no actuator makes: zero where the actuators drive the whole chain. With loops it is the one of least sum
+        of squares, forces multiplied by the characteristic length. All results are those with missing forces supplied.
     multipliers_q, multipliers_v, multipliers_a : ndarray
         Shape (rows, d), of λ; where closures are redundant, of the λ of least norm in the metric "closures".
     v_q, a_q, a_v : ndarray
         Shape (nv, d), of all velocities and accelerations. With respect to q_i, those of q are the reduced
         Jacobian, and so are those of v with respect to v_i and of a with respect to a_i.
-    can_drive : ndarray of bool
-        Shape (3, d), whether the actuators alone make the change with q_i, v_i and a_i.
     forces : ClosedForces
         The forces themselves, in the metric "closures".
     """
@@ -92,7 +90,6 @@ class Derivatives(Record):
     v_q: FloatArray
     a_q: FloatArray
     a_v: FloatArray
-    can_drive: NDArray[np.bool_]
     forces: ClosedForces
     _point: OperatingPoint = field(repr=False)
     _change: Change = field(repr=False)
@@ -182,11 +179,11 @@ def inverse_dynamics_derivatives(
     gravity = pin.Motion(state.model.gravity)
     point = OperatingPoint(state, q, v, a, np.array(forces.multipliers), equations, wrenches, gravity)
     change, rates = change_of(state, point, parts)
-    tau, multipliers, can_drive = force_change(point, change, rates, parts, drive.passive)
+    tau, multipliers = force_change(point, change, rates, drive.passive)
     d = len(parts.independent)
     (v_q, _, _), (a_q, a_v, _) = _parts(change.v, d), _parts(change.a, d)
     by_state = *_parts(tau, d), *_parts(multipliers, d), v_q, a_q, a_v
-    return Derivatives(parts.independent, *by_state, frozen(can_drive.reshape(3, d)), forces, point, change)
+    return Derivatives(parts.independent, *by_state, forces, point, change)
 
 
 def _parts(columns: FloatArray, d: int) -> tuple[FloatArray, FloatArray, FloatArray]:

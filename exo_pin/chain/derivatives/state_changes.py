@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from ..dynamics.equations_of_motion import EquationsOfMotion
@@ -20,9 +19,6 @@ __all__ = ["Change", "OperatingPoint", "change_of", "force_change", "open_change
 #: Step of the differences of J̇ v, rad and characteristic lengths. Truncation errors are of the order of step⁴,
 #: rounding errors of 1e-16/step.
 _STEP = 1e-3
-#: Error of a change of forces by rounding and differences, as a share of the largest; loops that are open by a share
-#: of the characteristic length add ten times that share.
-_MISSING = 1e-10
 
 
 class Change(NamedTuple):
@@ -141,28 +137,24 @@ def open_change(point: OperatingPoint, change: Change) -> FloatArray:
 
 
 def force_change(
-    point: OperatingPoint, change: Change, rates: FloatArray, parts: Split, passive: np.ndarray
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Changes of forces, and which of them the actuators make.
+    point: OperatingPoint, change: Change, rates: FloatArray, passive: np.ndarray
+) -> tuple[FloatArray, FloatArray]:
+    """Changes of efforts and multipliers, shapes (nv, columns) and (rows, columns).
 
-    Efforts and multipliers solve the equations of motion with the least sum of squares of what is missing in the
-    coordinates without actuator, forces multiplied by the characteristic length. Nothing is missing at the point
-    itself, so that the change of what is missing is the part of the change across the range of these rows of Jᵀ.
-
-    Returns
-    -------
-    tuple
-        Changes of efforts, in coordinates without actuator of what is missing, shape (nv, columns); of the
-        multipliers, shape (rows, columns); whether nothing is missing but rounding, shape (columns,).
+    They solve the equations of motion with the least sum of squares of what is missing in the coordinates without
+    actuator, forces multiplied by the characteristic length; there the changes are those of what is missing. At the
+    point itself nothing is.
     """
     state, top = point.state, point.state.topology
     left = open_change(point, change) - np.einsum("kij,i->jk", rates, point.multipliers)
     column = top.column[passive]
     matrix = (point.equations.jacobian[:, passive] * top.row_scale[:, None] * column).T
-    found = np.zeros((state.row_count, change.q.shape[1]))
+    found, rank = np.zeros((state.row_count, change.q.shape[1])), 0
     if matrix.size:
         # The pseudo-inverse of a matrix of constant rank changes by itself and by how its null space turns.
-        inverse = np.linalg.pinv(matrix, rank_tolerance(matrix.shape, 1.0, state.model.njoints, point.equations.gap))
+        U, values, Vt = np.linalg.svd(matrix, full_matrices=False)
+        rank = int((values > rank_tolerance(matrix.shape, values[0], state.model.njoints, point.equations.gap)).sum())
+        inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
         scaled = point.multipliers / top.row_scale
         found = inverse @ (column[:, None] * left[passive])
         tall = inverse.T @ scaled
@@ -171,22 +163,7 @@ def force_change(
             found[:, k] += turned - inverse @ (matrix @ turned)
     multipliers = top.row_scale[:, None] * found
     tau = left - point.equations.jacobian.T @ multipliers
-    sizes = _sizes(point, left, parts)
-    share = _MISSING + 10.0 * point.equations.gap
-    can_drive = (np.abs(column[:, None] * tau[passive]) <= share * sizes).all(axis=0)
-    tau[np.ix_(passive, can_drive)] = 0.0
-    return tau, multipliers, can_drive
-
-
-def _sizes(point: OperatingPoint, left: FloatArray, parts: Split) -> FloatArray:
-    """Sizes against which a column's generalised forces count as rounding, N m per unit of the column.
-
-    With an inertia m, the largest change with an acceleration, and F, the largest force at the point, changes with
-    positions are of size F, those with velocities of size √(F m), or larger if there is a larger one.
-    """
-    top, d = point.state.topology, len(parts.independent)
-    unit = top.column[parts.independent]
-    largest = np.abs(top.column[:, None, None] * left.reshape(-1, 3, d) * unit).max(axis=(0, 2), initial=0.0)
-    tree = np.abs(point.equations.tree) * np.repeat([top.length, 1.0], 3)
-    force, inertia = float(tree.max(initial=0.0)), largest[2]
-    return np.asarray(np.outer(np.maximum(largest, [force, np.sqrt(force * inertia), inertia]), 1 / unit)).ravel()
+    if rank == len(passive):
+        # The loops carry whatever is needed in these coordinates, so that what is left is rounding.
+        tau[passive] = 0.0
+    return tau, multipliers

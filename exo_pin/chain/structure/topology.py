@@ -63,6 +63,8 @@ class Topology(Record):
         Shape (rows,), 1/length for rows in metres, 1 for rows in radians.
     distances : ndarray
         Shape (m,), lengths of the distance closures, m; 0 for the others.
+    owners : ndarray of int
+        Shape (nv,), the joint of each coordinate.
     metres : ndarray of bool
         Shape (nv,), which coordinates are in metres.
     column : ndarray
@@ -88,6 +90,7 @@ class Topology(Record):
     row_metres: NDArray[np.bool_]
     row_scale: FloatArray
     distances: FloatArray
+    owners: IntArray
     metres: NDArray[np.bool_]
     column: FloatArray
     per_newton: FloatArray
@@ -273,6 +276,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
         row_metres=frozen(row_metres),
         row_scale=frozen(np.where(row_metres, 1.0 / length, 1.0)),
         distances=frozen(np.array([closure.distance or 0.0 for closure in closures.closures])),
+        owners=frozen(np.repeat(np.arange(model.njoints), list(model.nvs))),
         metres=metres,
         column=frozen(column),
         per_newton=frozen(np.where(metres, 1.0, 1.0 / length)),

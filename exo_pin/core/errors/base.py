@@ -1,4 +1,4 @@
-"""Base class of all errors."""
+"""Base class of all errors, and the one place where what a message echoes is cut and made printable."""
 
 from __future__ import annotations
 
@@ -6,14 +6,45 @@ from typing import Any
 
 from ..records import freeze, read_only_arrays
 
+#: Longest message, characters.
+LONGEST = 2000
+_CUT = " [... cut ...] "
+
+
+def shown(text: str) -> str:
+    """A text for a terminal: at most :data:`LONGEST` characters, cut in the middle, control characters as escapes.
+
+    A file may hold texts of any length, and escape sequences that would change the terminal or hide parts of a message.
+    """
+    # Cut before, so that work is bounded, and after, because escapes are longer than what they stand for.
+    return _cut("".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in _cut(text)))
+
+
+def _cut(text: str) -> str:
+    left = LONGEST - len(_CUT)
+    return text if len(text) <= LONGEST else text[: left - left // 3] + _CUT + text[-(left // 3) :]
+
+
+def echo(value: object) -> str:
+    """What a message shows of any value, also where Python cannot print it: an integer of 5,000 digits, deep lists."""
+    try:
+        return f"{value!r:.80}"
+    except Exception:
+        return f"a value of type {type(value).__name__}"
+
 
 class ExoPinError(Exception):
     """Base of every error that exo_pin raises on purpose.
+
+    Its message is :func:`shown`; the attributes hold the whole evidence.
 
     Errors survive pickling, so they reach the parent of a process pool: same class, message and attributes. Python
     would call ``__init__`` with the message alone, which takes other arguments here, and a process pool waits for
     ever for an answer that cannot be unpickled.
     """
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(shown(str(arg)) for arg in args))
 
     def __reduce__(self) -> tuple[Any, ...]:
         state = dict(vars(self))

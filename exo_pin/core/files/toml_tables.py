@@ -10,7 +10,6 @@ import math
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from difflib import get_close_matches
 from os import PathLike
 from typing import Any
 
@@ -18,7 +17,7 @@ import numpy as np
 import tomli_w
 
 from ..errors import ExoPinError, FileFormatError, UnknownName
-from ..errors.inputs import hint
+from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
@@ -265,7 +264,7 @@ class Table:
         if not required:
             return None
         unused = [name for name in self._data if name not in self._known]
-        near = next((match for name in spellings for match in get_close_matches(name, unused, n=1)), None)
+        near = next((match for match in (nearest(name, unused) for name in spellings) if match), None)
         found = "" if near is None else f"; the file has {near!r}, which is no known key"
         raise self.error(f"missing{found}", " or ".join(spellings))
 

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from ..records import freeze, read_only_arrays
 
-#: Longest message, characters.
-LONGEST = 2000
+#: Longest message, and longest word in one (a name, path or number), characters.
+LONGEST, WORD = 2000, 500
 _CUT = " [... cut ...] "
+_LONG_WORD = re.compile(rf"\S{{{WORD + 1},}}")
 
 
 def shown(text: str) -> str:
     """A text for a terminal: at most :data:`LONGEST` characters, cut in the middle, control characters as escapes.
 
     A file may hold texts of any length, and escape sequences that would change the terminal or hide parts of a message.
+    Long words are cut first, so that what is said about them remains.
     """
-    # Cut before, so that work is bounded, and after, because escapes are longer than what they stand for.
-    return _cut("".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in _cut(text)))
+    short = _cut(_LONG_WORD.sub(lambda word: _cut(word[0], WORD), text), LONGEST)
+    # Once more, because escapes are longer than what they stand for.
+    return _cut("".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in short), LONGEST)
 
 
-def _cut(text: str) -> str:
-    left = LONGEST - len(_CUT)
-    return text if len(text) <= LONGEST else text[: left - left // 3] + _CUT + text[-(left // 3) :]
+def _cut(text: str, longest: int) -> str:
+    left = longest - len(_CUT)
+    return text if len(text) <= longest else text[: left - left // 3] + _CUT + text[-(left // 3) :]
 
 
 def echo(value: object) -> str:

@@ -1,9 +1,9 @@
 """The part of YAML that a robot's file needs: lists and mappings of texts, whole numbers and nothing.
 
 PyYAML's parser gives events, of which the values are made here: a file can make no other type (dates, sets, objects),
-and no work beyond its own length. Aliases, which stand for the value of an anchor and may be nested to any size, and tags
-are errors; a merge key is a key like others. A plain scalar is a whole number if it looks like one, None if it is empty,
-``~`` or ``null``, and a text otherwise.
+and no work beyond its own length. Aliases, which stand for the value of an anchor and may be nested to any size, and
+tags are errors; a merge key is a key like others. A plain scalar is a whole number if it looks like one, None if it is
+empty, ``~`` or ``null``, and a text otherwise.
 """
 
 from __future__ import annotations

@@ -19,9 +19,12 @@ def shown(text: str) -> str:
     A file may hold texts of any length, and escape sequences that would change the terminal or hide parts of a message.
     Long words are cut first, so that what is said about them remains.
     """
-    short = _cut(_LONG_WORD.sub(lambda word: _cut(word[0], WORD), text), LONGEST)
-    # Once more, because escapes are longer than what they stand for.
-    return _cut("".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in short), LONGEST)
+    # Once more afterwards, because escapes are longer than what they stand for.
+    return _short("".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in _short(text)))
+
+
+def _short(text: str) -> str:
+    return _cut(_LONG_WORD.sub(lambda word: _cut(word[0], WORD), text), LONGEST)
 
 
 def _cut(text: str, longest: int) -> str:

@@ -7,6 +7,7 @@ Parsing is :mod:`tomllib`, writing :mod:`tomli_w`. Beyond TOML a file is refused
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -26,6 +27,9 @@ __all__ = ["DEEPEST", "UNITS", "Table", "naming_file", "parse_toml", "read_toml"
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
+#: A dotted key of more parts, on which tomllib's work grows with the square of their number.
+_LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:{_PART}){{{DEEPEST}}}""")
 
 #: Unit suffixes of keys, and the factor to SI.
 UNITS: dict[str, dict[str, float]] = {
@@ -70,6 +74,8 @@ def read_toml(path: str | PathLike[str]) -> Table:
 
 def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
     """The root table of a TOML text; ``path`` is for messages. It raises as :func:`read_toml` does."""
+    if _LONG_KEY.search(text):
+        raise FileFormatError(f"not TOML that can be read: a key of more than {DEEPEST} parts", path)
     try:
         data = tomllib.loads(text)
     except RecursionError:

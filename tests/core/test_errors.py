@@ -38,11 +38,11 @@ MAKERS = {
     "a warning": errors.NoisyMovement,
 }
 TEXTS = {
-    "long": "x" * 1_000_000,
-    "long words": "many words " * 10_000,
-    "a terminal's escapes": "\x1b[2J\x1b]0;title\x07\x9b31m\x7f\x08" * 500,
-    "turned writing": "\u202egpj.exe\u2066\u2028" * 500,
-    "what no encoding has": "\ud800\udfff" * 500,
+    "long": "x" * 100_000,
+    "long words": "many words " * 1000,
+    "a terminal's escapes": "\x1b[2J\x1b]0;title\x07\x9b31m\x7f\x08" * 200,
+    "turned writing": "\u202egpj.exe\u2066\u2028" * 200,
+    "what no encoding has": "\ud800\udfff" * 200,
     "every character": "".join(map(chr, range(0x3000))),
 }
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from .errors import InvalidInput, UnknownName
+from .errors.base import echo
 from .records import Record
 
 __all__ = [
@@ -81,7 +82,7 @@ def as_real(name: str, value: Any) -> FloatArray:
         with np.errstate(over="ignore"):
             return np.array(raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}") from None
+        raise InvalidInput(f"expected {name} to be real numbers, got {echo(value)}") from None
 
 
 def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack: bool = False) -> FloatArray:
@@ -117,7 +118,7 @@ def as_finite(name: str, value: ArrayLike, shape: tuple[int | None, ...], stack:
             want = "(..., " + want[1:]
         raise InvalidInput(f"expected {name} to have shape {want}, got {array.shape}")
     if not np.isfinite(array).all():
-        raise InvalidInput(f"expected {name} to be finite, got {value!r:.80}")
+        raise InvalidInput(f"expected {name} to be finite, got {echo(value)}")
     if np.abs(array).max(initial=0.0) > LARGEST:
         raise InvalidInput(f"expected {name} in SI units, at most {LARGEST:g} in size, got {np.abs(array).max():g}")
     return frozen(array)
@@ -144,7 +145,7 @@ def as_mapping(name: str, value: Any, what: str) -> Mapping[Any, Any]:
     if value is None:
         return {}
     if not isinstance(value, Mapping):
-        raise InvalidInput(f"expected {name} as a mapping of {what}, got {value!r:.80}")
+        raise InvalidInput(f"expected {name} as a mapping of {what}, got {echo(value)}")
     return value
 
 
@@ -158,7 +159,7 @@ def as_choice(kind: str, value: Any, available: Iterable[str]) -> str:
     """
     names = tuple(available)
     if not isinstance(value, str) or value not in names:
-        raise UnknownName(kind, value if isinstance(value, str) else f"{value!r:.80}", names)
+        raise UnknownName(kind, value, names)
     return value
 
 
@@ -172,11 +173,12 @@ def as_pair(name: str, bounds: Any) -> Any:
     """
     if isinstance(bounds, bool | np.bool_) or not isinstance(bounds, int | float | np.integer | np.floating):
         return bounds
-    if bounds < 0.0:
+    number = float(as_real(name, bounds))
+    if number < 0.0:
         raise InvalidInput(
-            f"expected {name} as a number of zero or more for (-N, N), or (lower, upper), got {bounds:g} N"
+            f"expected {name} as a number of zero or more for (-N, N), or (lower, upper), got {number:g} N"
         )
-    return (-float(bounds), float(bounds))
+    return (-number, number)
 
 
 def as_positive(name: str, value: Any, zero: bool = False) -> float:
@@ -192,7 +194,7 @@ def as_positive(name: str, value: Any, zero: bool = False) -> float:
 def as_count(name: str, value: Any, least: int = 0) -> int:
     """Return ``value`` if it is a whole number of ``least`` or more; True and False are none."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InvalidInput(f"expected {name} to be a whole number of {least} or more, got {value!r:.80}")
+        raise InvalidInput(f"expected {name} to be a whole number of {least} or more, got {echo(value)}")
     return int(value)
 
 

@@ -13,6 +13,7 @@ from ..chain import ClosedChain
 from ..consistency import Report, check, check_chain
 from ..core.conventions import shoulder_rotation
 from ..core.errors import InvalidInput, NotAWrist, UnknownName
+from ..core.errors.base import echo
 from ..design import Arm, Limb, Mechanism, Shoulder, WristGeometry, preset, presets, read_mechanism
 from ..load_case.human_range import warn_outside_human_range, warn_suspicious_angles
 from .control_methods import ControlQuestions
@@ -280,7 +281,7 @@ def load(source: str | PathLike[str], side: str | None = None) -> ShoulderExo:
         If the file has an unknown, missing or wrong key.
     """
     if not isinstance(source, (str, PathLike)):
-        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {source!r:.60}")
+        raise InvalidInput(f"expected the name of a preset or the path of a .toml file, got {echo(source)}")
     text = fspath(source)
     if text in presets():
         mechanism = preset(text)

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput, UnknownName
+from ..core.errors.base import echo
 from ..core.validation import FloatArray, as_finite, as_positive
 from ..design import Arm, Limb
 
@@ -56,8 +57,8 @@ def labelled(name: str, value: Any) -> dict[str, Any]:
         return {name: "+".join(str(getattr(limb, "kind", "?")) for limb in value)}
     try:
         array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        return {name: f"{value!r:.80}"}
+    except (TypeError, ValueError, OverflowError):
+        return {name: echo(value)}
     if array.ndim == 0:
         return {name: float(array)}
     return {f"{name}_{k + 1}": part for k, part in enumerate(array.ravel().tolist())}
@@ -80,7 +81,7 @@ def _one_angle(name: str, angles: FloatArray, value: Any) -> FloatArray:
     changed, index = np.array(angles), int(name.partition("[")[2][:-1]) - 1
     if not 0 <= index < len(changed):
         raise InvalidInput(f"expected limb 1 to {len(changed)}, got {name}")
-    changed[index] = value
+    changed[index] = as_finite(name, value, ())
     return changed
 
 

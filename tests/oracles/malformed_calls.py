@@ -5,7 +5,13 @@ from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
 from exo_pin import wrist
+from exo_pin.core.errors.base import echo
 from exo_pin.load_case import Movement
+
+#: A list that Python cannot print.
+NESTED: list = []
+for _ in range(100_000):
+    NESTED = [NESTED]
 
 
 class Liar:
@@ -26,7 +32,7 @@ class Liar:
 
 def junk(rng):
     """Something that no argument can be, or nearly none."""
-    pick = int(rng.integers(24))
+    pick = int(rng.integers(27))
     size = tuple(rng.integers(0, 5, size=int(rng.integers(0, 4))))
     return (
         None,
@@ -53,6 +59,9 @@ def junk(rng):
         np.array(["a", "b"]),
         np.array([None, 1.0], dtype=object),
         np.diag([1.0, 1.0, -1.0]),
+        10**5000,
+        NESTED,
+        "\x1b[2J" + "x" * 5000,
     )[pick]
 
 
@@ -241,7 +250,7 @@ def sweep(rng):
 
 
 def design_files(rng):
-    return ep.load(str(junk(rng))[:40])
+    return ep.load(echo(junk(rng))[:40])
 
 
 MAKERS = (

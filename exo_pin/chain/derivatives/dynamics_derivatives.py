@@ -4,6 +4,11 @@ A closed chain has as many freedoms as independent coordinates, and a motion of 
 other coordinates follow. The derivatives are total derivatives on the constraint manifold with respect to them, as an
 optimiser over closed motions needs.
 
+The actuators of an underactuated chain (an acrobot, a cart with a pole, a walking robot) make a motion, and not every
+motion near it. So all rows of the equations of motion are differentiated: in a coordinate without actuator a row of
+``tau`` is the derivative of the generalised force that is missing there, as :class:`UndrivenMotion` has it. The
+actuators make the changes of the motion, combinations of columns, in which all these rows are zero.
+
 The pieces are Pinocchio's derivatives of RNEA, and J̇, which is linear in the velocity: ∂(Jᵀλ)/∂q along a direction is
 J̇(direction)ᵀ λ. The wrench that a joint transmits is the generalised force of a free flight in its place, so its
 derivatives are those of RNEA on a tree with that joint replaced by a free flight. Only the change of J̇ v with q comes
@@ -63,7 +68,9 @@ class Derivatives(Record):
     independent : ndarray of int
         Shape (d,), the independent coordinates' indices in v; columns are in this order.
     tau_q, tau_v, tau_a : ndarray
-        Shape (nv, d), of the efforts.
+        Shape (nv, d), of the efforts; in coordinates without actuator, of the generalised force that is missing there,
+        which no actuator makes: zero where the actuators drive the whole chain. With loops it is the one of least sum
+        of squares, forces multiplied by the characteristic length. All results are those with missing forces supplied.
     multipliers_q, multipliers_v, multipliers_a : ndarray
         Shape (rows, d), of λ; where closures are redundant, of the λ of least norm in the metric "closures".
     v_q, a_q, a_v : ndarray

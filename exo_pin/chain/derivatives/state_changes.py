@@ -139,15 +139,22 @@ def open_change(point: OperatingPoint, change: Change) -> FloatArray:
 def force_change(
     point: OperatingPoint, change: Change, rates: FloatArray, passive: np.ndarray
 ) -> tuple[FloatArray, FloatArray]:
-    """Changes of efforts and multipliers, shapes (nv, columns) and (rows, columns)."""
+    """Changes of efforts and multipliers, shapes (nv, columns) and (rows, columns).
+
+    They solve the equations of motion with the least sum of squares of what is missing in the coordinates without
+    actuator, forces multiplied by the characteristic length; there the changes are those of what is missing. At the
+    point itself nothing is.
+    """
     state, top = point.state, point.state.topology
     left = open_change(point, change) - np.einsum("kij,i->jk", rates, point.multipliers)
     column = top.column[passive]
     matrix = (point.equations.jacobian[:, passive] * top.row_scale[:, None] * column).T
-    found = np.zeros((state.row_count, change.q.shape[1]))
+    found, rank = np.zeros((state.row_count, change.q.shape[1])), 0
     if matrix.size:
         # The pseudo-inverse of a matrix of constant rank changes by itself and by how its null space turns.
-        inverse = np.linalg.pinv(matrix, rank_tolerance(matrix.shape, 1.0, state.model.njoints, point.equations.gap))
+        U, values, Vt = np.linalg.svd(matrix, full_matrices=False)
+        rank = int((values > rank_tolerance(matrix.shape, values[0], state.model.njoints, point.equations.gap)).sum())
+        inverse = (Vt[:rank].T / values[:rank]) @ U[:, :rank].T
         scaled = point.multipliers / top.row_scale
         found = inverse @ (column[:, None] * left[passive])
         tall = inverse.T @ scaled
@@ -156,5 +163,7 @@ def force_change(
             found[:, k] += turned - inverse @ (matrix @ turned)
     multipliers = top.row_scale[:, None] * found
     tau = left - point.equations.jacobian.T @ multipliers
-    tau[passive] = 0.0
+    if rank == len(passive):
+        # The loops carry whatever is needed in these coordinates, so that what is left is rounding.
+        tau[passive] = 0.0
     return tau, multipliers

@@ -171,7 +171,7 @@ def equations(
     v, a : ndarray
         Shape (nv,).
     moves : bool
-        Whether v or a is not zero.
+        Whether the opening by v and a is needed.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
 
@@ -188,10 +188,11 @@ def equations(
     unit_wrenches(poses, loops, unit)
     tree = np.empty(forces.shape)
     _tree_wrenches(poses, forces, tree)
-    scaled, speed, size, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0, 0.0, 0.0
+    scaled, opening_v, opening_a = _scaled(gap, row_scale), 0.0, 0.0
     if moves:
         rate, drift = np.empty((height, nv)), np.empty(height)
         jacobian_rate(poses, J, dJ, v, loops, q, rate, drift)
-        _, opening_v, speed, _ = missed(jacobian, np.zeros(height), v, row_scale, column)
-        _, opening_a, size, _ = missed(jacobian, drift, a, row_scale, column)
+        _, opening_v, _, _ = missed(jacobian, np.zeros(height), v, row_scale, column)
+        _, opening_a, _, _ = missed(jacobian, drift, a, row_scale, column)
+    speed, size = np.abs(v / column).max() if nv else 0.0, np.abs(a / column).max() if nv else 0.0
     return jacobian, unit, tree, poses.copy(), worst, scaled, speed, size + speed * speed, opening_v, opening_a

@@ -13,6 +13,7 @@ from ...core.errors import InvalidInput, LoopNotClosed, NearSingularConfiguratio
 from ...core.validation import FloatArray, as_finite, as_mapping, frozen
 from ..kinematics.rank import RESOLVED, configuration_error, rank_tolerance
 from ..structure.chain_state import CLOSED, ChainState
+from ..structure.motion_axes import carried_joints
 from . import equation_kernels as kernels
 
 __all__ = [
@@ -56,6 +57,8 @@ class EquationsOfMotion:
         J, shape (rows, nv).
     gap : float
         Largest scaled residual of the loops.
+    motion : float
+        Largest acceleration plus square of a velocity, characteristic lengths and rad a second squared.
     poses : ndarray
         Shape (njoints, 4, 3), as in :class:`exo_pin.chain.structure.memory.workspace.Workspace`.
     tree : ndarray
@@ -69,6 +72,7 @@ class EquationsOfMotion:
     tau: FloatArray
     jacobian: FloatArray
     gap: float
+    motion: float
     poses: FloatArray
     tree: FloatArray
     unit: FloatArray
@@ -91,6 +95,13 @@ class EquationsOfMotion:
         columns = np.ascontiguousarray(multipliers)  # another order would be compiled anew
         kernels.wrenches_of(self.poses, self.tree, self.unit, top.carried, top.loops, columns, out)
         return out
+
+    def weights(self) -> FloatArray:
+        """Weight and inertia force, not cancelled, of what each coordinate carries, shape (nv,), N m (scaled)."""
+        state, top = self.state, self.state.topology
+        masses = carried_joints(state.model) @ np.array([inertia.mass for inertia in state.model.inertias])
+        pull = float(np.linalg.norm(state.gravity)) + top.length * self.motion
+        return np.asarray(top.length * pull * masses[top.owners])
 
     def metric(self, start: FloatArray, stresses: FloatArray, metric: str) -> FloatArray:
         """The forces whose sum of squares a metric minimises, N, for λ = start + stresses z.
@@ -157,7 +168,7 @@ def equations_of_motion(
             raise LoopNotClosed(q.copy(), worst, 0)
         refuse_opening(opening_v, speed)
         refuse_opening(opening_a, size, "acceleration")
-    return EquationsOfMotion(state, q, tau, jacobian, gap, poses, tree, unit)
+    return EquationsOfMotion(state, q, tau, jacobian, gap, size, poses, tree, unit)
 
 
 def open_tree(

@@ -18,7 +18,7 @@ from .nonsmooth.joint_friction import Rubbing, friction_of, slip_directions
 from .nonsmooth.resting_friction import bearing_drive, friction_bounds, resting_friction
 from .objectives import Objective, Range, effort_bounds_of, effort_ranges, objective_of, reaction_bounds_of
 from .reactions import ClosedForces, JointReaction
-from .solution_kernels import efforts_and_residual, least, solutions
+from .solution_kernels import efforts_and_residual, largest_of_loops, least, solutions
 
 __all__ = ["PULL", "PUSH", "Objective", "Range", "inverse_dynamics", "joint_reaction", "solved"]
 
@@ -27,7 +27,7 @@ PULL: Range = (-np.inf, 0.0)
 #: Effort bounds of a slide that can only push.
 PUSH: Range = (0.0, np.inf)
 
-#: Largest error of the equations of motion, as a share of the largest force in them.
+#: Largest error of the equations of motion, as a share of the forces of the coordinate's joint and loops.
 _MISSING = 1e-7
 
 
@@ -178,11 +178,11 @@ def solved(
     rests = rubbing is not None and bool(len(rubbing.rest))
     if rubbing is not None and rests:
         drive = bearing_drive(drive, rubbing)
-    start, stresses, sharpness, missing, share_of_largest, weakest = solutions(
-        J, equations.tau, equations.tree, drive.passive, top.scales, top.length, state.model.njoints, equations.gap
+    start, stresses, sharpness, missing, sizes, share, weakest = solutions(
+        J, equations.tau, equations.tree, top.owners, drive.passive, top.scales, top.length, equations.gap
     )
-    if not share_of_largest <= _MISSING:
-        _refuse_undriven(equations, drive.passive, missing)
+    if not share <= _MISSING:
+        _refuse_undriven(equations, drive.passive, missing, sizes)
     if resolved:
         refuse_near_singular(state, equations.q, J, equations.gap, weakest)
     bounds: tuple[Bound, ...] = ()
@@ -257,12 +257,17 @@ def _bounds_and_multipliers(
     return tuple(bounds), start + stresses @ self_stress_within(distribution, least_first)
 
 
-def _refuse_undriven(equations: EquationsOfMotion, passive: np.ndarray, left: FloatArray) -> None:
-    state = equations.state
+def _refuse_undriven(equations: EquationsOfMotion, passive: np.ndarray, left: FloatArray, sizes: FloatArray) -> None:
+    """Raise UndrivenMotion, unless what is missing is rounding of weights and inertia forces that cancel (a fall)."""
+    state, top = equations.state, equations.state.topology
+    weights = equations.weights()
+    largest_of_loops(weights, top.blocks[1], top.blocks[3])
+    if (np.abs(left) <= _MISSING * np.maximum(sizes, weights[passive])).all():
+        return
     missing = np.zeros(state.model.nv)
-    missing[passive] = left
+    missing[passive] = left / top.column[passive]
     names = [str(name) for name in list(state.model.names)[1:]]
-    sizes = {name: float(np.abs(missing[state.velocity_slice(name)]).max(initial=0.0)) for name in names}
-    largest = max(sizes.values())
-    worst = sorted((name for name in names if sizes[name] > 1e-3 * largest), key=lambda name: -sizes[name])
+    largest_in = {name: float(np.abs(missing[state.velocity_slice(name)]).max(initial=0.0)) for name in names}
+    largest = max(largest_in.values())
+    worst = sorted((name for name in names if largest_in[name] > 1e-3 * largest), key=lambda name: -largest_in[name])
     raise UndrivenMotion(equations.q, missing, worst)

@@ -11,15 +11,17 @@ from ...numerics.small_linear import solve_cholesky
 from ..kinematics.rank import rank_tolerance
 from .equation_kernels import wrenches_of
 
-__all__ = ["efforts_and_residual", "least", "solutions"]
+__all__ = ["efforts_and_residual", "largest_of_loops", "least", "solutions"]
 
 
 #: No component is called undetermined for less than this share of a self-stress, nor unique for more.
 _SHARPEST, _BLUNTEST = 1e-10, 1e-6
+#: A light link's forces have errors of rounding of the heaviest link's, a share of 1e-13 of these.
+_ROUNDING = 1e-6
 
 
 @kernel
-def solutions(J: Any, tau: Any, tree: Any, passive: Any, scales: Any, length: float, joints: int, gap: float) -> Any:
+def solutions(J: Any, tau: Any, tree: Any, owners: Any, passive: Any, scales: Any, length: float, gap: float) -> Any:
     """All λ with tau - Jᵀλ = 0 in the passive coordinates.
 
     The loops of each block are solved by themselves, so that a robot of many loops takes as many small singular value
@@ -31,14 +33,14 @@ def solutions(J: Any, tau: Any, tree: Any, passive: Any, scales: Any, length: fl
         Shapes (rows, nv) and (nv,).
     tree : ndarray
         Shape (njoints, 6), the open tree's wrenches: against them a generalised force counts as rounding.
+    owners : ndarray of int
+        Shape (nv,), the joint of each coordinate.
     passive : ndarray of int
         Indices in v.
     scales : tuple
         As for :func:`exo_pin.chain.kinematics.rank.is_clearly_regular`.
     length : float
         Characteristic length, m.
-    joints : int
-        Number of joints of the tree.
     gap : float
         Largest scaled residual of the loops.
 
@@ -47,8 +49,9 @@ def solutions(J: Any, tau: Any, tree: Any, passive: Any, scales: Any, length: fl
     tuple
         The λ of least sum of squares of forces and of moments over the length; a basis of the self-stresses,
         orthonormal in that metric, shape (rows, k); the share of a self-stress that is rounding; what is missing in
-        the passive coordinates, N and N m; the same, scaled, as a share of the largest force; the smallest singular
-        value of the equations that is not zero, infinite if there is none.
+        the passive coordinates, N m (scaled); the forces with which it compares there, N m (scaled); the largest share
+        of these that is missing; the smallest singular value of the equations that is not zero, infinite if there is
+        none.
     """
     row_scale, column, (rows, columns, row_starts, column_starts) = scales
     count, height, blocks_count = len(passive), len(row_scale), len(row_starts) - 1
@@ -72,7 +75,7 @@ def solutions(J: Any, tau: Any, tree: Any, passive: Any, scales: Any, length: fl
         else:
             U, values, Vt = np.empty((0, 0)), np.empty(0), np.eye(len(own))
         parts.append((own, mine, A, U, values, Vt))
-    tolerance = rank_tolerance((count, height), largest, joints, gap)
+    tolerance = rank_tolerance((count, height), largest, len(tree), gap)
     null, filled, weakest = np.zeros((height, height)), 0, np.inf
     for own, mine, A, U, values, Vt in parts:
         rank = 0
@@ -101,21 +104,37 @@ def solutions(J: Any, tau: Any, tree: Any, passive: Any, scales: Any, length: fl
     sharpness = _SHARPEST
     if weakest < np.inf:
         sharpness = min(max(10.0 * tolerance / weakest, _SHARPEST), _BLUNTEST)
-    size, worst = 0.0, 0.0
+    sizes = np.empty(len(tau))
+    for k in range(len(tau)):
+        wrench = tree[owners[k]]
+        sizes[k] = max(length * np.abs(wrench[:3]).max(), np.abs(wrench[3:]).max())
     for i in range(count):
-        size = max(size, abs(right[i]), abs(right[i] - left[i]))
-        worst = max(worst, abs(left[i]))
-        left[i] /= column[passive[i]]
-    for j in range(1, len(tree)):
-        for k in range(3):
-            size = max(size, length * abs(tree[j, k]), abs(tree[j, 3 + k]))
+        sizes[passive[i]] = max(sizes[passive[i]], abs(right[i]), abs(right[i] - left[i]))
+    all_rows = sizes.max() if len(tau) else 0.0
+    largest_of_loops(sizes, columns, column_starts)
+    sizes += _ROUNDING * all_rows
+    share = 0.0
+    for i in range(count):
+        # Of nothing if there are no forces at all.
+        share = max(share, abs(left[i]) / sizes[passive[i]] if left[i] != 0.0 else 0.0)
     for r in range(height):
         # λ over row_scale is length times a force, for rows in metres.
         found[r] *= row_scale[r]
         for s in range(filled):
             null[r, s] *= row_scale[r] * length
     null = null[:, :filled].copy()
-    return found, null, sharpness, left, worst / size if size > 0.0 else 0.0, weakest
+    return found, null, sharpness, left, sizes[passive], share, weakest
+
+
+@kernel
+def largest_of_loops(sizes: Any, columns: Any, starts: Any) -> None:
+    """Give all coordinates of each block the largest of their sizes, shape (nv,): errors of one are in all."""
+    for b in range(len(starts) - 1):
+        largest = 0.0
+        for k in columns[starts[b] : starts[b + 1]]:
+            largest = max(largest, sizes[k])
+        for k in columns[starts[b] : starts[b + 1]]:
+            sizes[k] = largest
 
 
 @kernel

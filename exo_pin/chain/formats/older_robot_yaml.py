@@ -137,7 +137,7 @@ def _pairs(text: str, count: Any, model: pin.Model, file: Path) -> list[list[str
         raise FileFormatError(f"expected closed_loop_number to be a whole number, got {count!r}", file)
     ends: dict[int, list[str]] = {}
     for name in dict.fromkeys(frame.name for frame in model.frames):
-        number = re.search(re.escape(text) + r"(\d+)", name)
+        number = re.search(re.escape(text) + r"([0-9]{1,18})(?![0-9])", name)
         if number and "frame" not in name:
             ends.setdefault(int(number[1]), []).append(name)
     for loop in range(1, count + 1) if count >= 0 else sorted(ends):

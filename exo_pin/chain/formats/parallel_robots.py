@@ -25,7 +25,7 @@ from typing import Any
 
 import pinocchio as pin
 
-from ...core.errors import FileFormatError, MissingExtra, UnknownName
+from ...core.errors import FileFormatError, UnknownName
 from ...core.files.text_files import read_text
 from ..structure.closures import Closure
 from ..structure.description import Closures, Roles
@@ -33,6 +33,7 @@ from ..structure.motion_axes import q_slice, v_slice
 from .joint_data import joint_data, refuse_data
 from .older_robot_yaml import OLDER_KEYS, is_older, present_layout, refuse_indices, refuse_spatial
 from .urdf.urdf_loading import load_model
+from .yaml_values import parse_yaml
 
 __all__ = ["read_parallel_robot"]
 
@@ -69,7 +70,8 @@ def read_parallel_robot(
     Raises
     ------
     FileFormatError
-        If the file is not YAML or a key is unknown, missing or of a wrong kind, or a loop of type planar is not plane.
+        If the file is not YAML, has an alias or tag (:mod:`exo_pin.chain.formats.yaml_values`), or a key is unknown,
+        missing or of a wrong kind, or a loop of type planar is not plane.
     UnknownName
         If a loop's or a joint's type is not known, or a frame or joint is not in the URDF.
     InvalidInput
@@ -77,17 +79,14 @@ def read_parallel_robot(
     MissingExtra
         If PyYAML is not installed.
     """
-    try:
-        import yaml
-    except ImportError as error:
-        raise MissingExtra("robots", "PyYAML") from error
-    try:
-        if isinstance(path, (str, PathLike)) and os.path.isdir(path):
-            path = Path(path) / "robot.yaml"
-        data = _parsed(read_text(path))
-    except (yaml.YAMLError, RecursionError) as error:
-        raise FileFormatError(f"not YAML: {error}", path) from error
+    if isinstance(path, (str, PathLike)) and os.path.isdir(path):
+        path = Path(path) / "robot.yaml"
+    text = read_text(path)
     file = Path(path)
+    try:
+        data = parse_yaml(text)
+    except FileFormatError as error:
+        raise FileFormatError(str(error), file) from None
     if not isinstance(data, dict):
         raise FileFormatError("expected keys with values", file)
     for key in data:
@@ -131,21 +130,6 @@ def _described(
         if kind not in _JOINT_TYPES:
             raise UnknownName("type of a joint", kind, _JOINT_TYPES, where=str(file))
     return loops, [kind.lower() for kind in kinds], motors, dict(zip(names, others, strict=True))
-
-
-def _parsed(text: str) -> Any:
-    """The data of a YAML text; a key that is there twice is an error, where PyYAML takes the last one."""
-    import yaml
-
-    class Loader(yaml.SafeLoader):
-        def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-            twice = next((key for n, key in enumerate(keys) if key in keys[:n]), None)
-            if twice is not None:
-                raise yaml.constructor.ConstructorError(None, None, f"{twice!r} is given twice", node.start_mark)
-            return super().construct_mapping(node, deep)
-
-    return yaml.load(text, Loader)
 
 
 def _listed(data: dict[str, Any], key: str, file: Path, required: bool) -> list[Any]:

@@ -105,7 +105,7 @@ class _Builder:
     def __init__(self, parser: expat.XMLParserType, what: str) -> None:
         self._what = what
         self.root: Element | None = None
-        self._parser, self._open = parser, list[Element]()
+        self._parser, self._open, self._texts = parser, list[Element](), list[list[str]]()
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
         parser.CharacterDataHandler = self._characters
@@ -121,6 +121,7 @@ class _Builder:
         else:
             self.root = element
         self._open.append(element)
+        self._texts.append([])
 
     def _place(self, tag: str, attributes: dict[str, str]) -> str:
         if not self._open:
@@ -131,11 +132,11 @@ class _Builder:
 
     def _end(self, tag: str) -> None:
         element = self._open.pop()
-        element.text = element.text.strip()
+        element.text = "".join(self._texts.pop()).strip()
 
     def _characters(self, text: str) -> None:
         if self._open:
-            self._open[-1].text += text
+            self._texts[-1].append(text)
 
     def _doctype(self, name: str, *_: object) -> None:
         line = self._parser.CurrentLineNumber

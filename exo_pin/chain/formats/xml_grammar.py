@@ -5,11 +5,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 
 from ...core.errors import FileFormatError
+from ...core.errors.inputs import hint, nearest
 from .xml_elements import Element
 
 __all__ = ["Rule", "is_left_out", "read_children", "read_rules"]
@@ -72,8 +72,8 @@ def read_children(element: Element, rule: Rule) -> list[Element]:
     """
     for attribute in rule.required:
         if attribute not in element.attributes:
-            near = get_close_matches(attribute, element.attributes, n=1)
-            raise element.error(f"the attribute {attribute!r} is missing{f'; there is {near[0]!r}' if near else ''}")
+            near = nearest(attribute, element.attributes)
+            raise element.error(f"the attribute {attribute!r} is missing{f'; there is {near!r}' if near else ''}")
     known = (*rule.required, *rule.optional, *rule.others)
     for attribute in element.attributes:
         if ":" not in attribute and attribute != "xmlns" and attribute not in known:
@@ -102,6 +102,4 @@ def read_children(element: Element, rule: Rule) -> list[Element]:
 
 
 def _unknown(element: Element, what: str, name: str, known: Iterable[str]) -> FileFormatError:
-    near = get_close_matches(name, known, n=1)
-    meant = f" (did you mean {near[0]!r}?)" if near else ""
-    return element.error(f"unknown {what}{meant}; there are: {', '.join(known) or 'none'}")
+    return element.error(f"unknown {what}{hint(name, known)}; there are: {', '.join(known) or 'none'}")

@@ -63,14 +63,13 @@ class Topology(Record):
         Shape (rows,), 1/length for rows in metres, 1 for rows in radians.
     distances : ndarray
         Shape (m,), lengths of the distance closures, m; 0 for the others.
-    metres : ndarray of bool
-        Shape (nv,), which coordinates are in metres.
+    owners, metres : ndarray
+        Shape (nv,), int and bool, the joint of each coordinate and whether it is in metres.
     column : ndarray
         Shape (nv,), length for metres, 1 for radians: a velocity over it has no length in it.
-    per_newton : ndarray
-        Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N.
-    weight : ndarray
-        Shape (nv,), mobility of each coordinate in the least movement: length² for metres, 1 for radians.
+    per_newton, weight : ndarray
+        Shape (nv,), 1 for forces, 1/length for moments: a generalised force times it is in N; mobility of each
+        coordinate in the least movement: length² for metres, 1 for radians.
     blocks : tuple of ndarray
         As in :mod:`~exo_pin.chain.structure.blocks`: the loops that share no coordinate with others.
     coupled, polynomials : ndarray
@@ -88,6 +87,7 @@ class Topology(Record):
     row_metres: NDArray[np.bool_]
     row_scale: FloatArray
     distances: FloatArray
+    owners: IntArray
     metres: NDArray[np.bool_]
     column: FloatArray
     per_newton: FloatArray
@@ -246,8 +246,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
             )
     kinds = np.array([TYPES[closure.type].code for closure in closures.closures], dtype=np.int64)
     rows = np.cumsum([0, *(closure.rows for closure in closures.closures)], dtype=np.int64)
-    coupled, polynomials = make_couplings(model, closures.closures, rows)
-    metres = in_metres(model)
+    (coupled, polynomials), metres = make_couplings(model, closures.closures, rows), in_metres(model)
     sliding = metres[coupled[:, 4]]
     kinds[np.searchsorted(rows, coupled[sliding, 0])] = COUPLED_LENGTH
     supports = moving_coordinates(model)[joints].reshape(count, 2, model.nv)
@@ -273,6 +272,7 @@ def make_topology(model: pin.Model, closures: Closures, frames: FrameTable) -> T
         row_metres=frozen(row_metres),
         row_scale=frozen(np.where(row_metres, 1.0 / length, 1.0)),
         distances=frozen(np.array([closure.distance or 0.0 for closure in closures.closures])),
+        owners=frozen(np.repeat(np.arange(model.njoints), list(model.nvs))),
         metres=metres,
         column=frozen(column),
         per_newton=frozen(np.where(metres, 1.0, 1.0 / length)),

@@ -5,9 +5,10 @@ from __future__ import annotations
 import errno
 from collections.abc import Iterable
 from difflib import get_close_matches
+from itertools import islice
 from os import PathLike, fspath
 
-from .base import ExoPinError
+from .base import ExoPinError, echo
 
 #: What to do about the reasons for which a file is not written.
 _ADVICE = {
@@ -21,10 +22,16 @@ _ADVICE = {
 }
 
 
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that may be meant. Comparing takes the product of the lengths: no long names, and not many."""
+    near = get_close_matches(name, islice(known, 1000), n=1) if len(name) <= 100 else []
+    return near[0] if near else None
+
+
 def hint(name: str, known: Iterable[str]) -> str:
     """The known name that may be meant, for a message; empty if none is near."""
-    near = get_close_matches(name, known, n=1)
-    return f" (did you mean {near[0]!r}?)" if near else ""
+    near = nearest(name, known)
+    return "" if near is None else f" (did you mean {near!r}?)"
 
 
 class InvalidInput(ExoPinError, ValueError):
@@ -46,7 +53,7 @@ class UnknownName(InvalidInput):
 
     def __init__(self, kind: str, name: object, available: Iterable[str], where: str = "") -> None:
         self.kind = kind
-        self.name = str(name)
+        self.name = name if isinstance(name, str) else echo(name)
         self.available = tuple(sorted(available))
         place = f" in {where}" if where else ""
         there = ", ".join(self.available) or "none"

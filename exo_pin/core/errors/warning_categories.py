@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from .base import shown
+
 
 class ExoPinWarning(UserWarning):
     """Base of the warnings about results that are computed as requested, and may mislead."""
+
+    def __init__(self, *args: object) -> None:
+        super().__init__(*(shown(str(arg)) for arg in args))
 
 
 class NoisyMovement(ExoPinWarning):

@@ -15,6 +15,7 @@ from os import PathLike
 from typing import NamedTuple
 
 from ..errors import FileNotWritten, InvalidInput
+from ..errors.base import echo
 
 __all__ = ["Target", "find_target", "is_stream"]
 
@@ -72,9 +73,9 @@ def find_target(path: str | PathLike[str]) -> Target:
     try:
         name = os.fspath(path)
     except TypeError:
-        raise InvalidInput(f"expected the path of a file to write, got {path!r:.80}") from None
+        raise InvalidInput(f"expected the path of a file to write, got {echo(path)}") from None
     if not isinstance(name, str) or not name or "\0" in name:
-        raise InvalidInput(f"expected the path of a file to write, got {path!r:.80}")
+        raise InvalidInput(f"expected the path of a file to write, got {echo(path)}")
     try:
         if os.path.isdir(name):
             raise InvalidInput(f"expected a file to write, got the folder {name!r}")

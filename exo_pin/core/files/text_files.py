@@ -7,6 +7,7 @@ import stat
 from os import PathLike
 
 from ..errors import FileFormatError
+from ..errors.base import echo
 
 __all__ = ["read_file", "read_text"]
 
@@ -29,7 +30,7 @@ def read_file(path: str | PathLike[str]) -> bytes:
         redirected to standard input can be read as ``/dev/stdin``.
     """
     if not isinstance(path, (str, PathLike)):
-        raise FileFormatError(f"expected the path of a file, got {path!r:.60}")
+        raise FileFormatError(f"expected the path of a file, got {echo(path)}")
     if path == "-":
         raise FileFormatError("cannot be read: standard input is not read; save it as a file first", path)
     try:

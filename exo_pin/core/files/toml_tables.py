@@ -7,10 +7,10 @@ Parsing is :mod:`tomllib`, writing :mod:`tomli_w`. Beyond TOML a file is refused
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from difflib import get_close_matches
 from os import PathLike
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 import tomli_w
 
 from ..errors import ExoPinError, FileFormatError, UnknownName
-from ..errors.inputs import hint
+from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
 from .text_files import read_text
@@ -27,6 +27,9 @@ __all__ = ["DEEPEST", "UNITS", "Table", "naming_file", "parse_toml", "read_toml"
 
 #: Levels of tables and arrays in a file.
 DEEPEST = 32
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+"""
+#: A dotted key of more parts, on which tomllib's work grows with the square of their number.
+_LONG_KEY = re.compile(rf"""(?<![\w"'-])(?:{_PART}){{{DEEPEST}}}""")
 
 #: Unit suffixes of keys, and the factor to SI.
 UNITS: dict[str, dict[str, float]] = {
@@ -71,6 +74,8 @@ def read_toml(path: str | PathLike[str]) -> Table:
 
 def parse_toml(text: str, path: str | PathLike[str] | None) -> Table:
     """The root table of a TOML text; ``path`` is for messages. It raises as :func:`read_toml` does."""
+    if _LONG_KEY.search(text):
+        raise FileFormatError(f"not TOML that can be read: a key of more than {DEEPEST} parts", path)
     try:
         data = tomllib.loads(text)
     except RecursionError:
@@ -265,7 +270,7 @@ class Table:
         if not required:
             return None
         unused = [name for name in self._data if name not in self._known]
-        near = next((match for name in spellings for match in get_close_matches(name, unused, n=1)), None)
+        near = next((match for match in (nearest(name, unused) for name in spellings) if match), None)
         found = "" if near is None else f"; the file has {near!r}, which is no known key"
         raise self.error(f"missing{found}", " or ".join(spellings))
 

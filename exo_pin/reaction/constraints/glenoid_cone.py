@@ -8,6 +8,7 @@ import numpy as np
 
 from ...core.conventions import MIRROR, as_side
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.fields import set_fields, set_positive
 from ...core.validation import FloatArray, as_choice, as_finite, as_positive
 
@@ -81,9 +82,9 @@ class GlenoidCone:
                 raise InvalidInput(f"expected {name} in rad within ±π/2, got {angle:g} (degrees?)")
             set_fields(self, **{name: angle})
         if isinstance(self.faces, bool) or not isinstance(self.faces, (int, np.integer)):
-            raise InvalidInput(f"expected faces to be an integer, got {self.faces!r:.80}")
+            raise InvalidInput(f"expected faces to be an integer, got {echo(self.faces)}")
         if not _FEWEST_FACES <= self.faces <= _MOST_FACES:
-            raise InvalidInput(f"expected {_FEWEST_FACES} to {_MOST_FACES} faces, got {self.faces}")
+            raise InvalidInput(f"expected {_FEWEST_FACES} to {_MOST_FACES} faces, got {echo(self.faces)}")
         as_choice("approximation", self.approximation, ("inner", "outer"))
         set_positive(self, "muscle_compression", zero=True)
         set_positive(self, "penalty", optional=True)

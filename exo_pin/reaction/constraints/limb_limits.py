@@ -211,7 +211,7 @@ def _evaluated(call: Any, outputs: int, arguments: tuple[FloatArray, ...]) -> Fl
         parts = (raw,) if outputs == 1 else tuple(raw)
         filled = [np.ma.filled(np.ma.asarray(part, dtype=np.float64), np.nan) for part in parts]
         spread = [np.broadcast_to(part, arguments[0].shape) for part in filled]
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"expected numbers of shape {arguments[0].shape} from an actuator: {error}") from error
     if len(spread) != outputs:
         raise InvalidInput(f"expected {outputs} arrays from an actuator, got {len(spread)}")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.errors import InfeasibleBounds, InvalidInput, NonConvexBound, UnknownName
+from ...core.errors.base import echo
 from ...core.validation import LARGEST, FloatArray, as_pair, as_real
 from ...load_case.pose_stacks import Rows
 
@@ -136,7 +137,7 @@ def two_ends(bounds: Any, expected: str) -> tuple[Any, Any]:
             raise TypeError
         lower, upper = bounds
     except (TypeError, ValueError):
-        raise InvalidInput(f"expected {expected}, got {bounds!r:.80}") from None
+        raise InvalidInput(f"expected {expected}, got {echo(bounds)}") from None
     return lower, upper
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 import warnings
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,7 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from ....core.errors import FileFormatError, InvalidInput, MissingExtra
+from ....core.errors.base import shown
+from ....core.files.text_files import read_file
 from ....core.records import OneProcess
+from .mjcf_size import root_tag
 
 __all__ = ["Compiled", "compile_mjcf", "mujoco_warnings"]
 
@@ -62,7 +64,7 @@ class Compiled(OneProcess):
     def warn(self) -> None:
         """Pass MuJoCo's warnings on to the caller of the caller's caller."""
         for text in dict.fromkeys(self.messages):
-            warnings.warn(f"{self.path or 'MJCF'}: MuJoCo: {text}", RuntimeWarning, stacklevel=4)
+            warnings.warn(shown(f"{self.path or 'MJCF'}: MuJoCo: {text}"), RuntimeWarning, stacklevel=4)
 
     def name(self, kind: str, index: int) -> str:
         """MuJoCo's name of an object, empty where it has none; ``kind`` as in mjtObj, for example "BODY"."""
@@ -110,15 +112,20 @@ def compile_mjcf(source: str | PathLike[str]) -> Compiled:
     path = None if is_text else os.fsdecode(source)
     if path is not None and not os.path.isfile(path):
         raise FileFormatError("there is no such file", path)
-    if _root_tag(source if is_text else path, is_text) == "robot":
+    try:
+        tag = root_tag(str(source) if path is None else read_file(path), None if path is None else Path(path).parent)
+    except FileFormatError as error:
+        raise FileFormatError(str(error), path) from None
+    if tag == "robot":
         raise FileFormatError("this is a URDF: load it with ClosedChain.from_urdf", path)
     load = mujoco.MjModel.from_xml_string if path is None else mujoco.MjModel.from_xml_path
     messages: list[str] = []
     try:
         with mujoco_warnings(mujoco, messages):
             model = load(source if path is None else path)
-    except (ValueError, mujoco.FatalError, mujoco.UnexpectedError) as error:
-        raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from error
+    except (ValueError, RuntimeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
+        # MuJoCo's text may have any characters of the file, and Python would print it as the cause.
+        raise FileFormatError(f"MuJoCo cannot read it: {error}", path) from None
     return Compiled(model, mujoco, path, messages)
 
 
@@ -132,13 +139,3 @@ def mujoco_warnings(mujoco: Any, messages: list[str]) -> Iterator[None]:
             yield
         finally:
             mujoco.set_mju_user_warning(before)
-
-
-def _root_tag(source: Any, is_text: bool) -> str:
-    """Tag of the outermost element, empty if it cannot be found: then the error is MuJoCo's."""
-    parser: Any = ET.XMLPullParser(events=("start",))
-    try:
-        parser.feed(source if is_text else Path(source).read_bytes())
-        return next((element.tag for _, element in parser.read_events()), "")
-    except (ET.ParseError, OSError, ValueError):
-        return ""

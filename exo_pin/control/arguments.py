@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 
 __all__ = ["require_callable"]
 
@@ -10,4 +11,4 @@ __all__ = ["require_callable"]
 def require_callable(value: object, expected: str) -> None:
     """Raise InvalidInput if a value cannot be called; ``expected`` says in words what it should be."""
     if not callable(value):
-        raise InvalidInput(f"expected {expected}, got {value!r:.60}")
+        raise InvalidInput(f"expected {expected}, got {echo(value)}")

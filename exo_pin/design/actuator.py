@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 from ..core.fields import set_fields, set_positive
 from ..core.validation import as_choice, as_finite
 
@@ -118,7 +119,7 @@ class Actuator:
         if (self.force_law is None) != (self.supply_pressure is None):
             raise InvalidInput("expected force_law and supply_pressure together: the law gives the pull at a pressure")
         if self.tackle is not None and (self.family != "cable" or not isinstance(self.tackle, Tackle)):
-            raise InvalidInput(f'expected a Tackle with the family "cable" only, got {self.tackle!r:.60}')
+            raise InvalidInput(f'expected a Tackle with the family "cable" only, got {echo(self.tackle)}')
         if self.force_law is not None and self.family != "pneumatic muscle":
             raise InvalidInput(
                 f'expected a force_law for the family "pneumatic muscle" only, got one for {self.family!r}'

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..core.conventions import MIRROR
 from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen, require_type
@@ -60,7 +61,7 @@ class Interface(Record):
             raise InvalidInput(f"expected at in m, got {at.tolist()} (millimetres?)")
         set_fields(self, stiffness=frozen(0.5 * (matrix + matrix.T)), at=at)
         if not isinstance(self.source, str):
-            raise InvalidInput(f"expected source to be a string, got {self.source!r:.40}")
+            raise InvalidInput(f"expected source to be a string, got {echo(self.source)}")
 
     @classmethod
     def of(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.conventions import GRAVITY, MIRROR, Side, as_side
 from ..core.errors import InvalidInput, MissingData
+from ..core.errors.base import echo
 from ..core.fields import set_fields
 from ..core.records import Record
 from ..core.validation import FloatArray, as_choice, as_finite, frozen, require_type
@@ -89,13 +90,13 @@ class Mechanism(Record):
     def _check_texts(self) -> None:
         for name in ("name", "title"):
             if not isinstance(getattr(self, name), str):
-                raise InvalidInput(f"expected {name} to be a string, got {getattr(self, name)!r:.40}")
+                raise InvalidInput(f"expected {name} to be a string, got {echo(getattr(self, name))}")
         if not isinstance(self.sources, Mapping) or not all(
             isinstance(text, str) for pair in self.sources.items() for text in pair
         ):
-            raise InvalidInput(f"expected sources to map strings to strings, got {self.sources!r:.60}")
+            raise InvalidInput(f"expected sources to map strings to strings, got {echo(self.sources)}")
         if not isinstance(self.estimated, (tuple, list)) or not all(isinstance(key, str) for key in self.estimated):
-            raise InvalidInput(f"expected estimated to be a list of strings, got {self.estimated!r:.60}")
+            raise InvalidInput(f"expected estimated to be a list of strings, got {echo(self.estimated)}")
         set_fields(self, sources=MappingProxyType(dict(self.sources)), estimated=tuple(self.estimated))
 
     @property

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..core.conventions import GRAVITY, MIRROR, as_side
 from ..core.errors import InvalidInput
+from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_positive, frozen
 from ..design import Arm
@@ -95,7 +96,7 @@ class Person(Record):
 
     def __post_init__(self, degrees: bool) -> None:
         if not isinstance(degrees, bool):
-            raise InvalidInput(f"expected degrees to be True or False, got {degrees!r:.80}")
+            raise InvalidInput(f"expected degrees to be True or False, got {echo(degrees)}")
         for name in ("height", "mass", "strength"):
             object.__setattr__(self, name, as_positive(name, getattr(self, name)))
         if self.strength > 10.0:

@@ -37,7 +37,7 @@ def parameter_values(parameters: Mapping[str, Any]) -> dict[str, list[Any]]:
             raise UnknownName("parameter", name, PARAMETERS)
         listed = list(given) if np.iterable(given) and not isinstance(given, str) else []
         if not listed:
-            raise InvalidInput(f"expected a sequence of values of {name}, got {given!r:.80}")
+            raise InvalidInput(f"expected a sequence of values of {name}, got {echo(given)}")
         out[name] = listed
     return out
 

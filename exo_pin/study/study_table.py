@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import InvalidInput, UnknownName
+from ..core.errors.base import echo
 from ..core.files import write_text
 from ..core.files.csv_tables import csv_text
 from ..core.notebook_tables import html_table
@@ -36,7 +37,7 @@ _ENDINGS = ("_m", "_mm", "_rad", "_deg", "_kg", "_m_s2")
 def _common_names(rows: Any) -> list[str]:
     """Names of the columns of rows, which all have the same."""
     if not isinstance(rows, Sequence) or not all(isinstance(row, Mapping) for row in rows):
-        raise InvalidInput(f"expected rows as a sequence of mappings, one a design, got {rows!r:.80}")
+        raise InvalidInput(f"expected rows as a sequence of mappings, one a design, got {echo(rows)}")
     names = list(rows[0]) if rows else []
     for number, row in enumerate(rows, 1):
         if set(row) != set(names):
@@ -102,7 +103,7 @@ class StudyTable(Record, Mapping[str, NDArray[Any]]):
         """
         for name in units:
             if self[name].dtype.kind not in "iuf":
-                raise InvalidInput(f"expected numbers in the column {name!r}, got {self[name][0]!r:.80}")
+                raise InvalidInput(f"expected numbers in the column {name!r}, got {echo(self[name][0])}")
         columns = dict(self)
         for name, (_, size) in units.items():
             # Rounded, so that 60° is 60 and not 59.99999999999999.

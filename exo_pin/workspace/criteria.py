@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InvalidInput, MissingData, UnknownName
+from ..core.errors.base import echo
 from ..core.records import Record
 from ..core.validation import as_choice, as_finite, as_positive
 from ..design import Mechanism
@@ -82,7 +83,7 @@ class Criteria(Record):
     def __post_init__(self) -> None:
         if self.names is not None:
             if isinstance(self.names, str) or not isinstance(self.names, Iterable):
-                raise InvalidInput(f"expected names to be a sequence of criteria, got {self.names!r:.60}")
+                raise InvalidInput(f"expected names to be a sequence of criteria, got {echo(self.names)}")
             for name in self.names:
                 if name not in CRITERIA:
                     raise UnknownName("criterion", name, CRITERIA)

@@ -19,6 +19,7 @@ from scipy.stats import qmc
 
 from ..core.conventions import GRAVITY, MIRROR
 from ..core.errors import InvalidInput, MissingData
+from ..core.errors.base import echo
 from ..core.progress import track
 from ..core.validation import FloatArray, ReadOnly, as_finite
 from ..design import Actuator, Arm
@@ -133,7 +134,7 @@ def limb_places(
         raise InvalidInput(f"expected a share of 0 to 1, got {share!r}")
     for label, value, least in (("count", count, 1), ("seed", seed, 0)):
         if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-            raise InvalidInput(f"expected {label} as a whole number of at least {least}, got {value!r:.80}")
+            raise InvalidInput(f"expected {label} as a whole number of at least {least}, got {echo(value)}")
     grid = pose_matrices(adl_box(step, side))[1]
     lines = [line.as_matrix() for line in lifting_lines(side, step=10.0)]
     matrices = np.ascontiguousarray(np.concatenate([grid, *lines]))

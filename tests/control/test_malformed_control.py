@@ -71,7 +71,7 @@ def trajectory(rng):
     elif which == 2:
         made = control.OrientationSpline(either(rng, [0.0, 1.0, 2.0]), Rotation.random(3, rng), bool(rng.integers(2)))
     elif which == 3:
-        made = control.daily_task("feeding", either(rng, 2.0), side=str(junk(rng)))
+        made = control.daily_task("feeding", either(rng, 2.0), side=junk(rng))
     else:
         made = control.abduction(
             either(rng, 1.0), either(rng, 2.0), control.TimeLaw("constant_speed", either(rng, 0.1))

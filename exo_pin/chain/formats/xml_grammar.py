@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from ...core.errors import FileFormatError
+from ...core.errors.base import echo
 from ...core.errors.inputs import hint, nearest
 from .xml_elements import Element
 
@@ -79,7 +80,7 @@ def read_children(element: Element, rule: Rule) -> list[Element]:
         if ":" not in attribute and attribute != "xmlns" and attribute not in known:
             raise _unknown(element, f"attribute {attribute!r}", attribute, known)
     if element.text and not rule.text:
-        raise element.error(f"expected no text in <{element.tag}>, got {element.text!r:.60}")
+        raise element.error(f"expected no text in <{element.tag}>, got {echo(element.text)}")
     read = (*rule.once, *rule.often, *rule.fixed)
     seen: dict[str, Element] = {}
     found = []

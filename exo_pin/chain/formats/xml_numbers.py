@@ -8,6 +8,7 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.errors.base import echo
 from ...core.validation import FloatArray
 from .xml_elements import Element
 
@@ -44,7 +45,7 @@ def numbers_of(element: Element, text: str, count: int, attribute: str = "") -> 
     words = [] if words == [""] else words
     if len(words) != count:
         expected = "a number" if count == 1 else f"{count} numbers"
-        raise element.error(f"expected {expected}, got {text!r:.80}", attribute)
+        raise element.error(f"expected {expected}, got {echo(text)}", attribute)
     return [_finite(element, attribute, word) for word in words]
 
 
@@ -88,8 +89,8 @@ def _finite(element: Element, attribute: str, word: str) -> float:
             hint = " (decimals come after a point, numbers are separated by blanks)"
         elif "$" in word:
             hint = " (expand the file with xacro first)"
-        raise element.error(f"expected a decimal number, got {word!r:.60}{hint}", attribute)
+        raise element.error(f"expected a decimal number, got {echo(word)}{hint}", attribute)
     value = float(word)
     if not math.isfinite(value):
-        raise element.error(f"expected a finite number, got {word!r:.60}", attribute)
+        raise element.error(f"expected a finite number, got {echo(word)}", attribute)
     return value

@@ -20,6 +20,7 @@ import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, frozen
 
@@ -67,7 +68,7 @@ def as_unknowns(names: str | Iterable[str]) -> tuple[str, ...]:
     try:
         given = (names,) if isinstance(names, str) else tuple(names)
     except TypeError:
-        raise InvalidInput(f"expected unknowns as names, got {names!r:.60}") from None
+        raise InvalidInput(f"expected unknowns as names, got {echo(names)}") from None
     found = {as_choice("quantity to calibrate", name, GROUPS) for name in given}
     if not found:
         raise InvalidInput(f"expected one unknown or more of {', '.join(GROUPS)}, got none")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.records import Record, reduced_tuple
 from ...core.validation import FloatArray, as_choice, as_positive, frozen, require_method
 from ...load_case.ranges_of_motion import ADL_BOX
@@ -164,7 +165,7 @@ def suggest_poses(
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
     poses = _grid(nominal) if candidates is None else as_orientations(candidates)
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= len(poses):
-        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {count!r}")
+        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
     model = nominal_model(nominal, unknowns)
     possible = _Measurements.of(model, poses, length_noise, orientation_noise, tolerances)
     start = _start(model, possible.prior)

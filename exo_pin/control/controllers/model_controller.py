@@ -32,6 +32,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.fields import set_positive
 from ...core.validation import FloatArray, as_positive, require_type
 from ...design import Mechanism
@@ -85,7 +86,7 @@ class FeedbackGains:
         if self.integral_time != np.inf:
             set_positive(self, "integral_time")
         if not isinstance(self.air_ahead, bool | np.bool_):
-            raise InvalidInput(f"expected air_ahead as True or False, got {self.air_ahead!r:.40}")
+            raise InvalidInput(f"expected air_ahead as True or False, got {echo(self.air_ahead)}")
 
 
 def gains_for(mechanism: Mechanism) -> FeedbackGains:

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput, MissingData
+from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_real, as_single_rotation, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
@@ -115,7 +116,7 @@ def _limits(name: str, given: FloatArray, count: int) -> FloatArray:
     """Limits of the tensions, shape (n,); they may be infinite."""
     limits = as_real(name, given)
     if limits.shape != (count,) or np.isnan(limits).any():
-        raise InvalidInput(f"expected {name} as {count} tensions in N, got {given!r:.80}")
+        raise InvalidInput(f"expected {name} as {count} tensions in N, got {echo(given)}")
     return limits
 
 

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_choice, as_positive
 from ...design import Mechanism
 from ...muscle.valve.supply import LAYOUTS
@@ -91,7 +92,7 @@ class ContractionController:
         require_callable(self._followed, f"{'lengths' if self._by_lengths else 'reference'} as a function of time")
         count = mechanism.limb_count
         if gains is not None and not np.iterable(gains):
-            raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {gains!r:.60}")
+            raise InvalidInput(f"expected gains as a sequence of PIGains, one a muscle, got {echo(gains)}")
         chosen = table_5_5_gains(self.contractions.nominal.tolist()) if gains is None else tuple(gains)
         if len(chosen) != count:
             raise InvalidInput(f"expected {count} gains, one a muscle, got {len(chosen)}")

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.files.toml_tables import Table, read_toml
 from ...core.validation import as_choice, as_finite, require_type
 from ...design import Mechanism, preset
@@ -49,7 +50,7 @@ def reference_of(given: Reference | str | PathLike[str], side: str = "left") -> 
     if isinstance(given, str | PathLike):
         return read_reference(given, side)
     if not isinstance(given, Reference):
-        raise InvalidInput(f'expected a reference, "abduction", "flexion" or a CSV file, got {given!r:.60}')
+        raise InvalidInput(f'expected a reference, "abduction", "flexion" or a CSV file, got {echo(given)}')
     return given
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput, UnknownName
+from ...core.errors.base import echo
 from ...core.fields import set_positive
 from ...core.validation import as_finite, require_type
 from ...muscle.laws.friction import ConstantFriction, Damping, FrictionLaw, LoadDependentFriction
@@ -108,7 +109,7 @@ class PlantOptions:
         if not isinstance(self.valves, ValveUnit):
             object.__setattr__(self, "valves", units)
         if not isinstance(self.second_flange, bool | np.bool_):
-            raise InvalidInput(f"expected second_flange as True or False, got {self.second_flange!r:.40}")
+            raise InvalidInput(f"expected second_flange as True or False, got {echo(self.second_flange)}")
         kappa = float(as_finite("polytropic_exponent", self.polytropic_exponent, ()))
         if not 1.0 <= kappa <= 1.4:
             raise InvalidInput(f"expected polytropic_exponent from 1 to 1.4, got {kappa:g}")

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_single_rotation, require_type
 from ...design import Mechanism
@@ -282,7 +283,7 @@ class Plant(Record):
         """
         start = self.rest() if state0 is None else state0
         if not isinstance(start, PlantState) or len(start.pressures) != self.count:
-            raise InvalidInput(f"expected state0 to be a PlantState of {self.count} limbs, got {start!r:.60}")
+            raise InvalidInput(f"expected state0 to be a PlantState of {self.count} limbs, got {echo(start)}")
         require_callable(controller, "a controller, a function (t, measurement) -> commands")
         if sensor is not None:
             require_callable(sensor, "a sensor, a function (t, measurement) -> measurement")

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.fields import set_fields, set_positive
 from ...core.validation import (
     FloatArray,
@@ -83,7 +84,7 @@ class Imu:
         object.__setattr__(self, "drift_axis", tuple(as_unit_vector("drift_axis", axis).tolist()))
         lost = as_real("lost", self.lost if np.size(self.lost) else np.zeros((0, 2)))
         if lost.ndim != 2 or lost.shape[1] != 2 or not (lost[:, 0] < lost[:, 1]).all():
-            raise InvalidInput(f"expected lost as intervals (from, to) in s, got {self.lost!r:.80}")
+            raise InvalidInput(f"expected lost as intervals (from, to) in s, got {echo(self.lost)}")
         object.__setattr__(self, "lost", tuple((start, end) for start, end in lost.tolist()))
 
     @property

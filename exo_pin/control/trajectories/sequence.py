@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.validation import FloatArray, require_type
 from .reference import Trajectory
 
@@ -35,7 +36,7 @@ class Sequence(Trajectory):
 
     def __post_init__(self) -> None:
         if not isinstance(self.parts, (tuple, list)) or not self.parts:
-            raise InvalidInput(f"expected parts as a tuple of trajectories, got {self.parts!r:.60}")
+            raise InvalidInput(f"expected parts as a tuple of trajectories, got {echo(self.parts)}")
         for part in self.parts:
             require_type("each part", part, Trajectory, "a Trajectory")
         object.__setattr__(self, "parts", tuple(self.parts))

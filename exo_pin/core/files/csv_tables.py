@@ -16,6 +16,7 @@ from os import PathLike
 import numpy as np
 
 from ..errors import FileFormatError
+from ..errors.base import echo
 from ..records import Record
 from ..validation import FloatArray, frozen
 from .text_files import read_text
@@ -83,7 +84,7 @@ class CsvTable(Record):
                 value = float(cell) if _NUMBER.fullmatch(cell) else np.nan
                 if not np.isfinite(value):
                     expected = f"line {line}: expected a finite number in column {columns[column]}"
-                    raise FileFormatError(f"{expected}, got {cell!r:.80}", self.path)
+                    raise FileFormatError(f"{expected}, got {echo(cell)}", self.path)
                 values[index, column] = value
         return frozen(values)
 
@@ -117,7 +118,7 @@ def parse_csv(text: str, path: str | PathLike[str] | None) -> CsvTable:
     if twice:
         raise FileFormatError(f"line {lines[0]}: the header names {', '.join(map(repr, twice))} twice", path)
     if len(header) == 1 and re.search("[;\t]", header[0]):
-        message = f"expected cells separated by commas, with decimal points, got {header[0]!r:.80}"
+        message = f"expected cells separated by commas, with decimal points, got {echo(header[0])}"
         raise FileFormatError(f"line {lines[0]}: {message}", path)
     for number, row in zip(lines[1:], rows[1:], strict=True):
         if len(row) != len(header):

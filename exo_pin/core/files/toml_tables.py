@@ -18,6 +18,7 @@ import numpy as np
 import tomli_w
 
 from ..errors import ExoPinError, FileFormatError, UnknownName
+from ..errors.base import echo
 from ..errors.inputs import hint, nearest
 from ..validation import FloatArray, as_finite, as_real
 from .atomic import write_text
@@ -194,7 +195,7 @@ class Table:
         """A string, from ``choices`` if they are given; None if absent and not required."""
         value = self._typed(key, str, required)
         if value is not None and choices is not None and value not in (names := tuple(choices)):
-            raise self.error(f"expected one of {', '.join(names)}; got {value!r:.80}{hint(value, names)}", key)
+            raise self.error(f"expected one of {', '.join(names)}; got {echo(value)}{hint(value, names)}", key)
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
@@ -277,12 +278,12 @@ class Table:
     def _typed(self, key: str, kind: type, required: bool) -> Any:
         value = self._take(key, (key,), required)
         if value is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):
-            raise self.error(f"expected {_KINDS[kind]}, got {value!r:.80}", key)
+            raise self.error(f"expected {_KINDS[kind]}, got {echo(value)}", key)
         return value
 
     def _without_flags(self, key: str, value: Any) -> Any:
         if _holds_flag(value):
-            raise self.error(f"expected numbers, got {value!r:.80}", key)
+            raise self.error(f"expected numbers, got {echo(value)}", key)
         return value
 
     def _numbers(self, key: str, dimensions: int) -> Any:
@@ -293,5 +294,5 @@ class Table:
             raise self.error(str(error), key) from None
         if array.ndim != dimensions or not np.isfinite(array).all():
             what = "an array of finite numbers" if dimensions else "a finite number"
-            raise self.error(f"expected {what}, got {value!r:.80}", key)
+            raise self.error(f"expected {what}, got {echo(value)}", key)
         return array.tolist()

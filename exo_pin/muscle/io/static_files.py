@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.files.toml_tables import Table, naming_file, read_toml, write_toml
 from ...core.validation import require_type
 from ..identification.static_identification import coefficient_name
@@ -196,7 +197,7 @@ def _parse_terms(top: Table) -> dict[tuple[int, int], float]:
             raise row.error(f"two coefficients have the powers {powers}", "contraction_power")
         unit = row.text("unit")
         if unit != _unit(*powers):
-            raise row.error(f"expected the unit {_unit(*powers)!r} for the powers {powers}, got {unit!r:.80}", "unit")
+            raise row.error(f"expected the unit {_unit(*powers)!r} for the powers {powers}, got {echo(unit)}", "unit")
         terms[powers] = row.coefficient("value")
         row.text("symbol", required=False)
         row.finish()

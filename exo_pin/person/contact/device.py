@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...core.conventions import MIRROR
 from ...core.errors import InfeasibleBounds, InvalidInput
+from ...core.errors.base import echo
 from ...core.records import Record
 from ...core.validation import FloatArray, as_choice, as_finite, as_real
 
@@ -65,7 +66,7 @@ class DeviceAction(Record):
             if getattr(self, name).shape[-1:] != (n,):
                 raise InvalidInput(f"expected {name} to have shape (..., {n}), got {getattr(self, name).shape}")
         if not (isinstance(self.side_forces, int) and 0 <= self.side_forces <= n):
-            raise InvalidInput(f"expected side_forces as a number of 0 to {n}, got {self.side_forces!r:.80}")
+            raise InvalidInput(f"expected side_forces as a number of 0 to {n}, got {echo(self.side_forces)}")
         crossed = np.asarray(self.lower > self.upper)
         if crossed.any():
             raise InfeasibleBounds(np.flatnonzero(crossed.reshape(-1, n).any(axis=0)))

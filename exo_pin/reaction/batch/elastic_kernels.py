@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from ...core.compiled import kernel
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_finite
 from ...design import Mechanism
 from ...numerics.vectors import dot, vector
@@ -109,7 +110,7 @@ class Elasticity(NamedTuple):
             except (TypeError, ValueError):
                 raise InvalidInput(f"expected {name} to be a number or of shape ({limb_count},)") from None
             if not (guides[:, column] >= 0.0).all():
-                raise InvalidInput(f"expected {name} to be zero or more, got {value!r:.80}")
+                raise InvalidInput(f"expected {name} to be zero or more, got {echo(value)}")
         if np.isinf(guides[:, :2]).any():
             raise InvalidInput("expected finite bending and torsional rigidities")
         if np.ndim(shoulder_stiffness) == 0:

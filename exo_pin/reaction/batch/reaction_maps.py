@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.progress import track
 from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, as_rotation, require_type
 from ...design import Mechanism
@@ -285,7 +286,7 @@ def _selected(keep: Iterable[str] | None) -> set[str]:
     if keep is None:
         return set(_KEEP)
     if not isinstance(keep, Iterable):
-        raise InvalidInput(f"expected keep to be names of quantities, got {keep!r:.80}")
+        raise InvalidInput(f"expected keep to be names of quantities, got {echo(keep)}")
     return {as_choice("quantity to keep", name, _KEEP) for name in ([keep] if isinstance(keep, str) else keep)}
 
 

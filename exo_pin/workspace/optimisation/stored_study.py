@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors.base import echo
 from ...core.records import OneProcess
 from ...design.io.mechanism_writing import mechanism_table
 from .merit import OBJECTIVES, Merit
@@ -188,7 +189,7 @@ def _heard(trial: Any) -> float:
 def _difference(before: str, now: str) -> str:
     old, new = json.loads(before), json.loads(now)
     changed = [key for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
-    return ", ".join(f"{key} was {old.get(key)!r:.60} and is {new.get(key)!r:.60}" for key in changed)
+    return ", ".join(f"{key} was {echo(old.get(key))} and is {echo(new.get(key))}" for key in changed)
 
 
 def study_description(

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.validation import FloatArray, as_rotation
 from ...design import WristGeometry
 from .assembly import CONTINUUM, MAX_MODES, MEETING_MARGIN
@@ -146,7 +147,7 @@ def _measured(name: str, value: ArrayLike, n: int) -> FloatArray:
     """Measurements, shape (..., n); NaN allowed, for rows may be marked."""
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
-        raise InvalidInput(f"expected {name} to be real numbers, got {value!r:.80}")
+        raise InvalidInput(f"expected {name} to be real numbers, got {echo(value)}")
     if array.ndim == 0 or array.shape[-1] != n:
         raise InvalidInput(f"expected {name} to have shape (..., {n}), got {array.shape}")
     return array.astype(np.float64)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from ...core.errors import InvalidInput
+from ...core.errors.base import echo
 from ...core.validation import FloatArray
 from ...design import WristGeometry
 from ...numerics.vectors import FOLDED_SINE, NEAR_MARGIN, SINGULAR_MARGIN
@@ -186,5 +187,5 @@ def _as_upu(is_upu: ArrayLike | None, count: int) -> NDArray[np.bool_]:
         return np.ones(count, dtype=bool)
     held = np.asarray(is_upu)
     if held.shape != (count,) or held.dtype != bool:
-        raise InvalidInput(f"expected is_upu to be {count} booleans, got {is_upu!r:.80}")
+        raise InvalidInput(f"expected is_upu to be {count} booleans, got {echo(is_upu)}")
     return held

@@ -11,6 +11,7 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 
+from ....core.errors.base import echo
 from ..xml_elements import Element
 from ..xml_grammar import Rule, is_left_out, read_children, read_rules
 
@@ -84,7 +85,7 @@ def flag(element: Element) -> bool:
         return True
     if element.text.lower() in ("false", "0"):
         return False
-    raise element.error(f"expected true or false, got {element.text!r:.60}")
+    raise element.error(f"expected true or false, got {echo(element.text)}")
 
 
 def _refuse_other_version(element: Element, is_new: bool, version: str) -> None:

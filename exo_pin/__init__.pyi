@@ -49,6 +49,7 @@ from .design.mechanism import Mechanism as Mechanism
 from .design.shoulder import Shoulder as Shoulder
 from .exo.shoulder_exo import ShoulderExo as ShoulderExo
 from .exo.shoulder_exo import load as load
+from .load_case.case import Case as Case
 from .load_case.centre_path import CentrePath as CentrePath
 from .load_case.motion_and_load import CentreOffset as CentreOffset
 from .load_case.motion_and_load import Load as Load
@@ -64,11 +65,13 @@ from .person.contact.device import DeviceAction as DeviceAction
 from .person.contact.result import JointContact as JointContact
 from .person.external_loads import write_external_loads as write_external_loads
 from .person.wearer import Person as Person
+from .reaction.assumptions import Assumptions as Assumptions
 from .reaction.batch.elastic_kernels import Elasticity as Elasticity
 from .reaction.batch.reaction_maps import ReactionMap as ReactionMap
 from .reaction.constraints.glenoid_cone import GlenoidCone as GlenoidCone
 from .reaction.indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .reaction.result import Reaction as Reaction
+from .reaction.solve_case import solve as solve
 from .reaction.splits.limb_and_side_forces import Weights as Weights
 from .reaction.table import reaction_table as reaction_table
 from .study.parameter_sweep import adl_box as adl_box

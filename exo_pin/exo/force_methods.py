@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import functools
-from typing import Any
-
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.errors import InvalidInput
-from ..design import Mechanism
 from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.case import Case
 from ..load_case.human_range import warn_outside_human_range
 from ..reaction import (
+    Assumptions,
     ConstraintBounds,
     ElasticDifference,
     GlenoidCone,
@@ -21,32 +18,27 @@ from ..reaction import (
     Split,
     Weights,
     elastic_difference,
-    reaction,
+    solve,
 )
 from ..reaction.holding.remedy import Remedy, remedy
 from ..reaction.holding.singular_approach import SingularApproach, singular_approach
 from ..wrist_chain import EquilibriumModel
+from ..wrist_chain.equilibrium import equilibrium_model
 from .subject import Subject
 
 __all__ = ["ForceQuestions"]
 
 
-@functools.lru_cache(maxsize=4)
-def _model_of(mechanism: Mechanism) -> EquilibriumModel:
-    """Made once for designs that are loaded again; mechanisms are compared by identity."""
-    return EquilibriumModel(mechanism)
-
-
 class ForceQuestions(Subject):
     """Forces of a design, with limb masses through Pinocchio or, for maps, in closed form."""
 
-    @functools.cached_property
+    @property
     def _equilibrium(self) -> EquilibriumModel:
-        return _model_of(self.mechanism)
+        return equilibrium_model(self.mechanism)
 
     def reaction(
         self,
-        orientation: Rotation | Movement,
+        poses: Rotation | Movement,
         motion: Motion | None = None,
         load: Load | None = None,
         split: str | Split = "spherical",
@@ -66,7 +58,7 @@ class ForceQuestions(Subject):
 
         Parameters
         ----------
-        orientation : Rotation or Movement
+        poses : Rotation or Movement
             Pose of the arm, single or a stack of shape (...); or a movement, whose motion then counts
             (:meth:`follow` adds peaks and the noise of measured movements).
         motion : Motion, optional
@@ -128,58 +120,58 @@ class ForceQuestions(Subject):
         -----
         Source: thesis (D-30).
         """
-        if isinstance(orientation, Movement):
-            if motion is not None:
-                raise InvalidInput("expected a movement without motion: a movement has a motion of its own")
-            orientation, motion = orientation.orientations, orientation.motion
-        if isinstance(orientation, Rotation):
-            warn_outside_human_range(orientation.as_matrix().reshape(-1, 3, 3), self._equilibrium.mechanism.side)
-        return reaction(
-            self._equilibrium,
-            orientation,
-            motion,
-            load,
-            split,
-            constraint_bounds,
-            centre_offset,
-            limits=limits,
-            cone=cone,
-            weights=weights,
-            progress=progress,
-        )
+        case = Case(poses, motion, load, centre_offset)
+        warn_outside_human_range(case.poses.as_matrix().reshape(-1, 3, 3), self.mechanism.side)
+        return solve(self, case, Assumptions(split, limits, constraint_bounds, cone, weights), progress=progress)
 
-    def remedy(self, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
+    def remedy(
+        self,
+        poses: Rotation,
+        load: Load | None = None,
+        split: str | Split = "spherical",
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits = "design",
+        progress: bool = False,
+    ) -> Remedy:
         """What would make a single pose possible: a pose nearby that can be held, or the moment that is missing.
 
         Parameters
         ----------
-        orientation : Rotation
-            Single.
+        poses : Rotation
+            Single, at rest.
+        load, split, centre_offset, limits
+            As in :meth:`reaction`.
         progress : bool
             Whether to show a bar on standard error.
-        **options
-            Of :meth:`reaction`: ``load``, ``centre_offset``, ``split``.
 
         Returns
         -------
         Remedy
             Prints as sentences.
         """
-        return remedy(self._equilibrium, orientation, progress, **options)
+        return remedy(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), progress)
 
     def singular_approach(
-        self, orientation: Rotation, start: Rotation | None = None, **options: Any
+        self,
+        poses: Rotation,
+        start: Rotation | None = None,
+        load: Load | None = None,
+        split: str | Split = "spherical",
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits = "design",
     ) -> SingularApproach:
         """Forces at rest on the way into the singular pose at or nearest to a pose.
 
         Parameters
         ----------
-        orientation : Rotation
-            Single. Of other than three limbs it must be singular itself.
+        poses : Rotation
+            Single, at rest. Of other than three limbs it must be singular itself.
         start : Rotation, optional
             Single: where the turn begins; the last 20° of the way if left out.
-        **options
-            Of :meth:`reaction`: ``load``, ``centre_offset``, ``split``.
+        load, split, centre_offset, limits
+            As in :meth:`reaction`.
 
         Returns
         -------
@@ -187,21 +179,29 @@ class ForceQuestions(Subject):
             Distance, the axis that loses hold, the nearest pose that can be held, and the forces; prints as a table,
             ``plot`` draws them.
         """
-        return singular_approach(self._equilibrium, orientation, start, **options)
+        return singular_approach(self, Case(poses, None, load, centre_offset), Assumptions(split, limits), start)
 
-    def elastic_difference(self, orientation: Rotation, **options: Any) -> ElasticDifference:
+    def elastic_difference(
+        self,
+        poses: Rotation,
+        motion: Motion | None = None,
+        load: Load | None = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits = "design",
+    ) -> ElasticDifference:
         """By how much the elastic formula for small displacements misses the equilibrium at the displaced geometry.
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose, single or a stack of shape (...).
-        **options
-            Of :meth:`reaction`, without ``split``.
+        motion, load, centre_offset, limits
+            As in :meth:`reaction`.
 
         Returns
         -------
         ElasticDifference
             Both answers, the difference of F_s and its relative size; prints as a sentence.
         """
-        return elastic_difference(self._equilibrium, orientation, **options)
+        return elastic_difference(self, Case(poses, motion, load, centre_offset), limits)

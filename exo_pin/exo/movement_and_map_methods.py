@@ -5,10 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..load_case import Load, Motion, Movement
-from ..reaction import ConstraintBounds, Elasticity, Limits, PressurePlan, ReactionMap, plan_pressures, reaction_map
+from ..core.validation import require_type
+from ..load_case import CentreOffset, CentrePath, Load, Motion, Movement
+from ..load_case.case import Case
+from ..reaction import (
+    Assumptions,
+    ConstraintBounds,
+    Elasticity,
+    GlenoidCone,
+    Limits,
+    PressurePlan,
+    ReactionMap,
+    Split,
+    Weights,
+    plan_pressures,
+    reaction_map,
+)
 from ..reaction.along import MovementReaction, movement_reaction
 from ..reaction.batch.reaction_maps import CHUNK
 from .force_methods import ForceQuestions
@@ -21,11 +36,15 @@ class MovementAndMapQuestions(ForceQuestions):
 
     def pressures(
         self,
-        orientation: Rotation,
+        poses: Rotation,
         actuators: Any,
         motion: Motion | None = None,
         load: Load | None = None,
-        **options: Any,
+        split: str | Split = "minimal",
+        constraint_bounds: ConstraintBounds = None,
+        *,
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
     ) -> PressurePlan:
         """Which pressures hold a pose with least shoulder force, and how stiff it is then.
 
@@ -34,23 +53,35 @@ class MovementAndMapQuestions(ForceQuestions):
 
         Parameters
         ----------
-        orientation : Rotation
+        poses : Rotation
             Pose, single or a stack of shape (...).
         actuators : object or sequence of n objects
             Pneumatic muscles, :class:`exo_pin.reaction.PressureActuator`.
         motion, load : Motion, Load, optional
             As in :meth:`reaction`. The stiffness is that of the arm at rest.
-        **options
-            More of :meth:`reaction`: ``split`` ("minimal" if left out), ``constraint_bounds``, ``cone``, ``weights``.
+        split, constraint_bounds, cone, weights
+            As in :meth:`reaction`.
 
         Returns
         -------
         PressurePlan
         """
-        return plan_pressures(self._equilibrium, orientation, actuators, motion, load, **options)
+        assumed = Assumptions(split, "none", constraint_bounds, cone, weights)
+        return plan_pressures(self, Case(poses, motion, load), actuators, assumed)
 
     def follow(
-        self, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
+        self,
+        movement: Movement,
+        load: Load | None = None,
+        static: bool = False,
+        split: str | Split = "spherical",
+        constraint_bounds: ConstraintBounds = None,
+        centre_offset: CentreOffset | CentrePath | ArrayLike | None = None,
+        *,
+        limits: Limits = "design",
+        cone: GlenoidCone | None = None,
+        weights: Weights | None = None,
+        progress: bool = False,
     ) -> MovementReaction:
         """Forces along a movement.
 
@@ -62,19 +93,22 @@ class MovementAndMapQuestions(ForceQuestions):
             On the arm, constant or of stack shape (N,).
         static : bool
             Whether to leave out velocity and acceleration, as for a slow movement or an arm without inertia data.
-        **options
-            More of :meth:`reaction`: ``split``, ``limits``, ``cone``, ``progress``, ...
+        split, constraint_bounds, centre_offset, limits, cone, weights, progress
+            As in :meth:`reaction`.
 
         Returns
         -------
         MovementReaction
             Histories, and their peak, rms, impulse and fraction not holdable.
         """
-        return movement_reaction(self._equilibrium, movement, load, static, **options)
+        require_type("movement", movement, Movement)
+        case = Case(movement.orientations, None if static else movement.motion, load, centre_offset)
+        assumed = Assumptions(split, limits, constraint_bounds, cone, weights)
+        return movement_reaction(self, movement, case, assumed, progress)
 
     def reaction_map(
         self,
-        orientations: Rotation,
+        poses: Rotation,
         motion: Motion | None = None,
         load: Load | None = None,
         split: str = "spherical",
@@ -94,7 +128,7 @@ class MovementAndMapQuestions(ForceQuestions):
 
         Parameters
         ----------
-        orientations : Rotation
+        poses : Rotation
             Poses of the arm, a stack of shape (...).
         motion, load, constraint_bounds
             As in :meth:`reaction`.
@@ -131,16 +165,12 @@ class MovementAndMapQuestions(ForceQuestions):
             If a limb has mass, or an argument does not fit; NonConvexBound and InfeasibleBounds are its children.
         """
         return reaction_map(
-            self.mechanism,
-            orientations,
-            motion,
-            load,
-            split,
-            constraint_bounds,
-            threads,
-            chunk,
-            keep,
-            elasticity,
-            progress,
-            limits,
+            self,
+            Case(poses, motion, load),
+            Assumptions(split, limits, constraint_bounds),
+            threads=threads,
+            chunk=chunk,
+            keep=keep,
+            elasticity=elasticity,
+            progress=progress,
         )

@@ -230,15 +230,15 @@ class ShoulderExo(
         """
         return check_chain(self.chain) if self._mechanism is None else check(self._mechanism)
 
-    def compare(self, other: ShoulderExo, orientations: Rotation, **options: Any) -> StudyTable:
+    def compare(self, other: ShoulderExo, poses: Rotation, **options: Any) -> StudyTable:
         """This design beside another over the same poses.
 
         Parameters
         ----------
         other : ShoulderExo
             The other design.
-        orientations : Rotation
-            Poses, any stack, such as :func:`exo_pin.adl_box`.
+        poses : Rotation
+            Any stack, such as :func:`exo_pin.adl_box`.
         **options
             ``load``, and those of :meth:`reaction`.
 
@@ -249,7 +249,7 @@ class ShoulderExo(
         """
         from ..study import compare
 
-        return compare(self, other, orientations, **options)
+        return compare(self, other, poses, **options)
 
 
 #: Readers of robots by the endings of their files.

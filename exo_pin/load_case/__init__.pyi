@@ -1,3 +1,4 @@
+from .case import Case as Case
 from .centre_path import CentrePath as CentrePath
 from .measurement_noise import MeasurementNoise as MeasurementNoise
 from .motion_and_load import CentreOffset as CentreOffset

@@ -1,6 +1,7 @@
 from .along import MovementReaction as MovementReaction
 from .along import movement_reaction as movement_reaction
 from .along import write_movement_reaction as write_movement_reaction
+from .assumptions import Assumptions as Assumptions
 from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
@@ -17,9 +18,9 @@ from .indeterminacy.certificate import Components as Components
 from .indeterminacy.infeasibility import Infeasibility as Infeasibility
 from .pressures import PressurePlan as PressurePlan
 from .pressures import plan_pressures as plan_pressures
-from .query import reaction as reaction
 from .result import Optimum as Optimum
 from .result import Reaction as Reaction
+from .solve_case import solve as solve
 from .splits.elastic import Elastic as Elastic
 from .splits.limb_and_side_forces import Weights as Weights
 from .splits.registry import SPLITS as SPLITS

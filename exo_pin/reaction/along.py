@@ -18,13 +18,14 @@ from ..core.files import is_stream, write_bytes, write_text
 from ..core.files.csv_tables import csv_text
 from ..core.pictures import drawn
 from ..core.validation import FloatArray
-from ..load_case import Load, Motion
+from ..load_case import Motion
+from ..load_case.case import Case
 from ..load_case.trajectories import Movement
-from ..wrist_chain.equilibrium import EquilibriumModel
+from .assumptions import Assumptions
 from .columns import force_columns, frame_of, vector_columns
 from .movement_noise import force_noise, is_stacked, warn_of_noise
-from .query import reaction
 from .result import Reaction
+from .solve_case import solve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -187,20 +188,16 @@ class MovementReaction:
 
 
 def movement_reaction(
-    model: EquilibriumModel, movement: Movement, load: Load | None = None, static: bool = False, **options: Any
+    device: Any, movement: Movement, case: Case, assumptions: Assumptions, progress: bool = False
 ) -> MovementReaction:
-    """Reactions along a movement; see :meth:`exo_pin.ShoulderExo.follow`."""
-    if not isinstance(movement, Movement):
-        raise InvalidInput(f"expected movement to be a Movement, got {type(movement).__name__}")
-    motion = None if static else movement.motion
-    answer = reaction(model, movement.orientations, motion, load, **options)
-    stacked = is_stacked(load, *options.values())
-    quiet = {**options, "progress": False}
+    """Reactions along a movement, see :meth:`exo_pin.ShoulderExo.follow`; ``case`` is at rest for a slow movement."""
+    answer = solve(device, case, assumptions, progress=progress)
 
-    def forces_at(orientations: Rotation, motion: Motion | None) -> FloatArray:
-        return reaction(model, orientations, motion, load, **quiet).shoulder_force
+    def forces_at(poses: Rotation, motion: Motion | None) -> FloatArray:
+        return solve(device, case.at(poses, motion), assumptions).shoulder_force
 
-    noise = force_noise(movement, answer.shoulder_force, forces_at, static, stacked)
+    stacked = case.is_stacked or is_stacked(assumptions.limits, assumptions.constraint_bounds)
+    noise = force_noise(movement, answer.shoulder_force, forces_at, case.motion is None, stacked)
     warn_of_noise(movement, answer.shoulder_force, noise)
     return MovementReaction(movement, answer, noise)
 

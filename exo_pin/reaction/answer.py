@@ -8,7 +8,7 @@ those that would be needed, and the reason: "out_of_stroke", "beyond_limits" (eq
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,16 @@ from ..core.compiled import kernel
 from ..core.errors import SolverFailed
 from ..core.progress import track
 from ..core.validation import FloatArray
+from ..load_case.case import Case
 from ..wrist.limbs import STATUS
 from .holding.infeasible_poses import is_held
 from .indeterminacy.component_assumptions import ComponentSource
 from .result import Reaction
 from .splits.limb_and_side_forces import choose
 from .splits.split import Chosen, PoseStack, Split
+
+if TYPE_CHECKING:
+    from .assumptions import Assumptions
 
 __all__ = ["BEYOND", "QUERY_STATUS", "STANDARD_GRAVITY", "answer", "answered", "chosen_forces"]
 
@@ -46,9 +50,9 @@ def answered(status: NDArray[np.int8]) -> NDArray[np.intp]:
 
 
 def answer(
-    split: Split,
+    case: Case,
+    assumptions: Assumptions,
     poses: PoseStack,
-    shape: tuple[int, ...],
     arm: tuple[FloatArray, FloatArray, FloatArray],
     progress: bool = False,
 ) -> Reaction:
@@ -56,17 +60,16 @@ def answer(
 
     Parameters
     ----------
-    split : Split
-        Chooses what equilibrium does not determine.
+    case, assumptions : Case, Assumptions
+        The question.
     poses : PoseStack
         Equilibrium and limits of N poses; their status is changed where a pose has no answer.
-    shape : tuple of int
-        The caller's stack.
     arm : tuple of ndarray
         What :func:`exo_pin.load_case.pose_stacks.arm_loads` returns.
     progress : bool
         Whether to show a progress bar.
     """
+    split, shape = assumptions.law, case.poses.shape
     chosen = chosen_forces(split, poses, progress)
     f, g, state, status, owner = chosen.f, chosen.g, poses.state, poses.status, poses.mechanism.arm
     closure = state.closures(f, g)
@@ -90,6 +93,8 @@ def answer(
         harness_wrenches=stacked(-closure),
         spherical_force=stacked(spherical),
         split=split.name,
+        case=case,
+        assumptions=assumptions,
         equilibrium_status=stacked(_NAMES[status]),
         margin=stacked(poses.margin),
         determinant=stacked(poses.determinant),

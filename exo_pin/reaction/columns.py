@@ -119,7 +119,7 @@ class ShownReaction:
 
     def as_dict(self: Reaction) -> dict[str, Any]:  # type: ignore[misc]
         """All fields as arrays and plain values, in one flat dict."""
-        names = [field.name for field in fields(self) if field.name not in ("source",)]
+        names = [field.name for field in fields(self) if field.name not in ("source", "case", "assumptions")]
         found = {name: getattr(self, name) for name in (*_DERIVED, *names)}
         found |= vars(self.optimum)
         if self.infeasibility is not None:

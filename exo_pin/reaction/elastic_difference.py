@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray, ReadOnly
-from ..wrist_chain.equilibrium import EquilibriumModel
-from .query import reaction
+from ..load_case.case import Case
+from .assumptions import Assumptions
+from .constraints.limb_limits import Limits
 from .result import Reaction
+from .solve_case import solve
 
 __all__ = ["ElasticDifference", "elastic_difference"]
 
@@ -57,7 +58,7 @@ class ElasticDifference(ReadOnly):
         )
 
 
-def elastic_difference(model: EquilibriumModel, orientation: Rotation, **options: Any) -> ElasticDifference:
+def elastic_difference(device: Any, case: Case, limits: Limits) -> ElasticDifference:
     """Answers of both splits; see :meth:`exo_pin.ShoulderExo.elastic_difference`."""
-    linear, finite = (reaction(model, orientation, split=split, **options) for split in ("elastic_linear", "elastic"))
-    return ElasticDifference(linear, finite)
+    splits = ("elastic_linear", "elastic")
+    return ElasticDifference(*(solve(device, case, Assumptions(split, limits)) for split in splits))

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray
-from ..load_case import Load, Motion
+from ..load_case.case import Case
 from ..wrist.forces.rotational_stiffness_matrix import rotational_stiffness
 from ..wrist.kinematics.inverse import inverse_kinematics
-from ..wrist_chain.equilibrium import EquilibriumModel
+from .assumptions import Assumptions
 from .constraints.limb_limits import PressureActuator, each_limb, in_reach
-from .query import as_split, reaction
 from .result import Reaction
+from .solve_case import solve
 
 __all__ = ["PressurePlan", "plan_pressures"]
 
@@ -68,37 +67,28 @@ class PressurePlan:
         return np.asarray(self.least_stiffness > 0.0)
 
 
-def plan_pressures(
-    model: EquilibriumModel,
-    orientation: Rotation,
-    actuators: Any,
-    motion: Motion | None = None,
-    load: Load | None = None,
-    **options: Any,
-) -> PressurePlan:
+def plan_pressures(device: Any, case: Case, actuators: Any, assumptions: Assumptions) -> PressurePlan:
     """Pressures of least shoulder force; see :meth:`exo_pin.ShoulderExo.pressures`."""
-    if "limits" in options:
-        raise InvalidInput("the actuators set the limits of f here: limits cannot be given as well")
-    if options.get("centre_offset") is not None:
+    if case.centre_offset is not None:
         raise InvalidInput(
             "expected no centre_offset: pressures and their stiffness are those of a device whose centre is the "
             "shoulder's. reaction takes an offset, with the muscles as limits"
         )
-    law = as_split(options.setdefault("split", "minimal"))
-    if law.moves:
+    if assumptions.law.moves:
         raise InvalidInput(
-            f"pressures and their stiffness are those of a device without displacement, got split={law.name!r}: use "
-            'split="elastic_linear", or reaction with the muscles as limits'
+            f"pressures and their stiffness are those of a device without displacement, got "
+            f'split={assumptions.law.name!r}: use split="elastic_linear", or reaction with the muscles as limits'
         )
-    n = model.mechanism.limb_count
+    mechanism = device.mechanism
+    n = mechanism.limb_count
     muscles = each_limb(
         actuators,
         n,
         PressureActuator,
         "force_limits(length), pressure_for(force, length) and stiffness(length, pressure)",
     )
-    answer = reaction(model, orientation, motion, load, limits=muscles, **options)
-    lengths = inverse_kinematics(model.mechanism.geometry, orientation).lengths.reshape(-1, n)
+    answer = solve(device, case, replace(assumptions, limits=muscles))
+    lengths = inverse_kinematics(mechanism.geometry, case.poses).lengths.reshape(-1, n)
     f = answer.actuator_forces.reshape(-1, n)
     held = np.flatnonzero(answer.held)
     pressures, axial = np.full(f.shape, np.nan), np.full(f.shape, np.nan)
@@ -109,5 +99,5 @@ def plan_pressures(
             axial[known, i] = in_reach(muscle.stiffness, 1, lengths[known, i], pressures[known, i])[0]
     shape = answer.status.shape
     stacked = (pressures.reshape(*shape, n), axial.reshape(*shape, n))
-    stiffness = rotational_stiffness(model.mechanism, orientation, answer.actuator_forces, stacked[1], load)
+    stiffness = rotational_stiffness(mechanism, case.poses, answer.actuator_forces, stacked[1], case.load)
     return PressurePlan(answer, *stacked, stiffness)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..core.validation import FloatArray, ReadOnly
+from ..load_case.case import Case
 from ..wrist.singularities.measures import singularity
 from .columns import ShownReaction
 from .holding.hold_check import HoldCheck, hold_check
@@ -20,6 +21,9 @@ from .indeterminacy.certificate import Certificate
 from .indeterminacy.component_assumptions import ComponentSource
 from .indeterminacy.infeasibility import Infeasibility
 from .table import reaction_html, reaction_table
+
+if TYPE_CHECKING:
+    from .assumptions import Assumptions
 
 __all__ = ["ClosestForces", "Optimum", "Reaction"]
 
@@ -91,6 +95,8 @@ class Reaction(ShownReaction, ReadOnly):
         Shape (..., 3): F_s with limbs that carry no side force, the F_s0 of (D-34).
     split : str
         How the forces that equilibrium does not determine were chosen.
+    case, assumptions : Case, Assumptions
+        The question, enough to ask it again: ``exo_pin.solve(device, answer.case, answer.assumptions)``.
     equilibrium_status : ndarray of str
         Shape (...): status of plain equilibrium, whether the actuators can supply it or not: "ok", "near_singular"
         (an answer, with limb forces far above the load), "singular", "folded", "not_solved", "no_equilibrium" (the
@@ -152,6 +158,8 @@ class Reaction(ShownReaction, ReadOnly):
     harness_wrenches: FloatArray
     spherical_force: FloatArray
     split: str
+    case: Case
+    assumptions: Assumptions
     equilibrium_status: NDArray[np.str_]
     status: NDArray[np.str_]
     margin: FloatArray

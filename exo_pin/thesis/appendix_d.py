@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 from ..core.conventions import thesis_rotation
 from ..core.validation import FloatArray
 from ..design import preset
-from ..reaction import reaction
+from ..load_case.case import Case
+from ..reaction import Assumptions, solve
 from ..wrist_chain import EquilibriumModel
 from .rows import Row, compare
 
@@ -86,9 +87,9 @@ def rows() -> list[Row]:
     """
     mechanism = preset("appendix-d")
     model, pose = EquilibriumModel(mechanism), example_pose()
-    spherical = reaction(model, pose)
-    minimal = reaction(model, pose, split="minimal")
-    bounded = reaction(model, pose, split="minimal", constraint_bounds="actuator")
+    spherical = solve(model, Case(pose))
+    minimal = solve(model, Case(pose), Assumptions("minimal"))
+    bounded = solve(model, Case(pose), Assumptions("minimal", constraint_bounds="actuator"))
     other = OtherReading.computed()
     g = other.bounded_side_forces()
     least = float(np.linalg.norm(other.limb_force + other.side_directions.T @ g))

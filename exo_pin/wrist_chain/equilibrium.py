@@ -17,7 +17,7 @@ two of the angles are those between them. The other two are turns of X_i about b
 from __future__ import annotations
 
 import threading
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,14 +27,14 @@ from numpy.typing import NDArray
 from ..chain import ClosedChain
 from ..core.compiled import kernel
 from ..core.progress import track
-from ..core.validation import FloatArray
+from ..core.validation import FloatArray, require_type
 from ..design import Arm, Mechanism
 from ..load_case.pose_stacks import Query
 from ..wrist.forces.affine_state import AffineState
 from ..wrist.limbs import Limbs, classify, joint_angles
 from .wrist_urdf import across, mechanism_urdf
 
-__all__ = ["EquilibriumModel"]
+__all__ = ["EquilibriumModel", "equilibrium_model"]
 
 #: Largest distance, m, and turn, rad, by which a loop may be open.
 _CLOSED = 1e-12
@@ -244,6 +244,19 @@ class EquilibriumModel:
         force = np.cross(s, about_B) / np.where(length > 0.0, length, 1.0) - tau[:, self._slides[own], None] * s
         closure[:, own] = np.concatenate([force, np.cross(base, force)], axis=2)
         of_f[:, own] = np.concatenate([-s, np.cross(base, -s)], axis=2)
+
+
+@lru_cache(maxsize=4)
+def equilibrium_model(mechanism: Mechanism) -> EquilibriumModel:
+    """Made once for designs that are asked again; mechanisms are compared by identity.
+
+    Raises
+    ------
+    InvalidInput
+        If it is no mechanism.
+    """
+    require_type("device", mechanism, Mechanism)
+    return EquilibriumModel(mechanism)
 
 
 @kernel(stack=True)

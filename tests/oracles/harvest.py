@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
 from trajectory_examples import trajectory_examples
 from workspace_examples import workspace_examples
-from wrists import PERSON, heavy_limbs, random_mechanism, regular_poses
+from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import wrist
@@ -26,7 +26,6 @@ from exo_pin.chain.formats.sdf import sdf_writing
 from exo_pin.numerics import least_forces
 from exo_pin.person.limb.glenoid_surface import glenoid_surface
 from exo_pin.person.limb.myoarm import myoarm
-from exo_pin.reaction import reaction_map
 from exo_pin.view import ChainScene, Scene, Sliders
 from exo_pin.wrist_chain import wrist_urdf as urdf
 
@@ -170,7 +169,7 @@ def _wrists(folder):
     exo.singularity(POSE)
     exo.sensor_sensitivity(POSE)
     wrist.joint_jacobians(geometry, POSE)
-    reaction_map(exo.mechanism, POSE)
+    map_of(exo.mechanism, POSE)
     wrist.holding(exo.mechanism, POSE)
     wrist.free_region(geometry, step_deg=15.0)
     wrist.daily_crossings(geometry, step_deg=15.0)

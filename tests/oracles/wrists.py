@@ -34,6 +34,11 @@ def exo_of(mechanism):
     return ep.ShoulderExo.from_mechanism(mechanism)
 
 
+def map_of(mechanism, *arguments, **options):
+    """The reaction map of a bare mechanism."""
+    return exo_of(mechanism).reaction_map(*arguments, **options)
+
+
 def random_terms(rng, count):
     velocity, acceleration, force, moment = rng.normal(size=(4, count, 3))
     return ep.Motion(3 * velocity, 3 * acceleration), ep.Load(10 * force, moment)

@@ -12,6 +12,7 @@ from wrists import (
     MECHANISMS,
     PERSON,
     exo_of,
+    map_of,
     random_mechanism,
     random_terms,
     regular_poses,
@@ -20,7 +21,6 @@ from wrists import (
 
 import exo_pin as ep
 from exo_pin.core.conventions import MIRROR, mirrored
-from exo_pin.reaction import reaction_map
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,8 @@ def test_pinocchio_equals_the_closed_form(name):
     splits = ["spherical", "standalone"] if mechanism.is_upu.sum() >= 3 else ["spherical"]
     for split in splits:
         for terms, closed in (
-            ((None, load), reaction_map(mechanism, poses, None, load, split)),
-            ((motion, load), reaction_map(mechanism, poses, motion, load, split)),
+            ((None, load), map_of(mechanism, poses, None, load, split)),
+            ((motion, load), map_of(mechanism, poses, motion, load, split)),
         ):
             answer = exo_of(mechanism).reaction(poses, *terms, split=split, limits="none")
             assert (answer.equilibrium_status == closed.status).all()
@@ -245,7 +245,7 @@ def test_answers_are_read_only(prototype):
         by_stiffness,
         pulling.certificate.components,
         prototype.reaction_map(poses),
-        reaction_map(prototype.mechanism, poses),
+        map_of(prototype.mechanism, poses),
     ]
     for record in records:
         named = list(arrays_of(record))

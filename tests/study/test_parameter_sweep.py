@@ -4,11 +4,11 @@ import sys
 
 import numpy as np
 import pytest
+from wrists import map_of
 
 import exo_pin as ep
 from exo_pin import wrist
 from exo_pin.cli import main
-from exo_pin.reaction import reaction_map
 from exo_pin.study import PARAMETERS, StudyTable, adl_box, evaluate
 
 PERSON = ep.Arm.from_anthropometry(1.75, 75, "male")
@@ -30,12 +30,12 @@ def test_what_three_pulling_muscles_of_the_prototype_hold(prototype):
     """1.8 % of the 2° grid with the moving part alone: by the closed form's signs and by the exact moment set."""
     poses = adl_box(2.0)
     assert poses.shape == (56, 51, 53)
-    tensions = reaction_map(prototype.mechanism, poses).actuator_forces
+    tensions = map_of(prototype.mechanism, poses).actuator_forces
     held = (tensions >= 0).all(axis=-1)
     assert round(100 * held.mean(), 1) == 1.8
     np.testing.assert_array_equal(wrist.holding(prototype.mechanism, poses).holdable, held)
     assert evaluate(prototype, poses)["pull_only"] == held.mean()
-    rest = reaction_map(prototype.mechanism, ep.shoulder_rotation(0, 0, 0)).actuator_forces
+    rest = map_of(prototype.mechanism, ep.shoulder_rotation(0, 0, 0)).actuator_forces
     np.testing.assert_allclose(rest, [-1.3, -4.0, -6.2], atol=0.05)
 
 

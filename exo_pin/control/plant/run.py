@@ -10,11 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray, ReadOnly
 from ...load_case import Load, Motion
+from ...load_case.case import Case
 from ...muscle.valve.flow import ATMOSPHERE
+from ...reaction.assumptions import Assumptions
 from ...reaction.constraints.limb_limits import given_forces
-from ...reaction.query import as_split, reaction
 from ...reaction.result import Reaction
-from ...wrist_chain.equilibrium import EquilibriumModel
+from ...reaction.solve_case import solve
 from .drives.muscle_drive import MuscleDrive
 from .equations.motor_kernels import MOTOR_COLUMNS
 from .equations.observation import observe
@@ -192,10 +193,11 @@ class Run(ReadOnly):
             Of shape (N,). Its actuator forces are the run's tensions: with three limbs the motion determines them, with
             more they are given as ``limits``, unless others are given or the split takes none.
         """
-        model, law = EquilibriumModel(self.plant.mechanism), as_split(split)
+        law = Assumptions(split).law
         if self.plant.count > _DETERMINED and law.chooses_tensions:
             options.setdefault("limits", given_forces(self.tensions))
-        return reaction(model, self.rotations, self.motion, self.load(), split=law, **options)
+        case = Case(self.rotations, self.motion, self.load(), options.pop("centre_offset", None))
+        return solve(self.plant.mechanism, case, Assumptions(law, **options))
 
     @property
     def shoulder_force(self) -> FloatArray:

@@ -15,15 +15,15 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.errors.base import echo
 from ...core.progress import track
-from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, as_rotation, require_type
+from ...core.validation import FloatArray, ReadOnly, as_choice, as_count, require_type
 from ...design import Mechanism
 from ...load_case import Load, Motion
+from ...load_case.case import Case
 from ...load_case.pose_stacks import Rows, require_massless
 from ...numerics.vectors import SINGULAR
 from ..answer import QUERY_STATUS
-from ..constraints.limb_limits import Limits
-from ..constraints.side_force_bounds import ConstraintBounds, SideForceBounds
-from ..query import as_split, check_option
+from ..assumptions import Assumptions
+from ..constraints.side_force_bounds import SideForceBounds
 from ..splits.elastic import Elastic
 from ..splits.elastic_linear import ElasticLinear
 from ..splits.minimal import Minimal
@@ -129,35 +129,30 @@ class ReactionMap(ShownMap, ReadOnly):
 
 
 def reaction_map(
-    mechanism: Mechanism,
-    orientations: Rotation,
-    motion: Motion | None = None,
-    load: Load | None = None,
-    split: str = "spherical",
-    constraint_bounds: ConstraintBounds = None,
+    device: Any,
+    case: Case,
+    assumptions: Assumptions,
+    *,
     threads: int = 1,
     chunk: int = CHUNK,
     keep: Iterable[str] | None = None,
     elasticity: Elasticity | None = None,
     progress: bool = False,
-    limits: Limits = "design",
 ) -> ReactionMap:
     """Forces over many poses; see :meth:`exo_pin.ShoulderExo.reaction_map`."""
-    law = as_split(as_choice("split", split, _CODES))
-    if constraint_bounds is not None:
-        check_option(law, "constraint_bounds")
+    mechanism: Mechanism = device.mechanism
+    code, law = _CODES[as_choice("split", assumptions.split, _CODES)], assumptions.law
     if elasticity is not None and not law.determines_sides:
-        raise InvalidInput(f'elasticity belongs to split="elastic", got split={split!r}')
+        raise InvalidInput(f'elasticity belongs to split="elastic", got split={law.name!r}')
     require_massless(mechanism)
     n, upu = mechanism.limb_count, np.flatnonzero(mechanism.is_upu)
-    code = _CODES[split]
     if elasticity is None:
         law.check(mechanism)
-    poses = _Poses(orientations)
-    terms = _TermRows(mechanism, motion, load, poses.shape)
+    poses = _Poses(case.poses)
+    terms = _TermRows(mechanism, case.motion, case.load, poses.shape)
     plain = ElasticLinear() if law.determines_sides else law
-    allowed = MapLimits(limits, mechanism, poses.shape)
-    bounds = SideForceBounds(constraint_bounds, poses.shape, n, allowed.one_signed)
+    allowed = MapLimits(assumptions.limits, mechanism, poses.shape)
+    bounds = SideForceBounds(assumptions.constraint_bounds, poses.shape, n, allowed.one_signed)
     if allowed.bind and elasticity is not None and n > 3:
         raise InvalidInput('an elasticity of its own goes with limits="none" for more than three limbs')
     device = _device(mechanism, upu, code, elasticity)
@@ -185,7 +180,7 @@ def reaction_map(
                 own[:] = array[: len(own)]
 
     starts = range(0, poses.count, chunk)
-    for _ in track(_run(compute, starts, threads), f"reaction map, {split}", progress, total=len(starts)):
+    for _ in track(_run(compute, starts, threads), f"reaction map, {law.name}", progress, total=len(starts)):
         pass
     filled: dict[str, Any] = {
         name: array.reshape((*poses.shape, *array.shape[1:])) if name in selected else None
@@ -220,8 +215,6 @@ class _Poses:
     """Quaternions of a stack of poses, block by block: a Rotation returns a copy of all of them."""
 
     def __init__(self, orientations: Rotation) -> None:
-        if not isinstance(orientations, Rotation):
-            as_rotation("orientations", orientations)
         self.shape: tuple[int, ...] = orientations.shape
         self.count = math.prod(self.shape)
         self._stack = orientations
@@ -233,7 +226,7 @@ class _Poses:
         rows = np.require(rows, dtype=np.float64, requirements=["C", "W"])
         # A sum is not finite if any of its terms is not, and entries of unit quaternions are too small to overflow.
         if not math.isfinite(rows.sum()):
-            raise InvalidInput("expected orientations to be finite")
+            raise InvalidInput("expected poses to be finite")
         return rows
 
 

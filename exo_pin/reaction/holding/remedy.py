@@ -18,9 +18,10 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.progress import track
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
-from ...wrist_chain.equilibrium import EquilibriumModel
+from ...load_case.case import Case
+from ..assumptions import Assumptions
 from ..indeterminacy.infeasibility import Infeasibility
-from ..query import reaction
+from ..solve_case import solve
 from .hold_check import HoldCheck
 from .verdict import angle_words
 
@@ -96,36 +97,37 @@ class Remedy(ReadOnly):
         return " ".join(parts)
 
 
-def remedy(model: EquilibriumModel, orientation: Rotation, progress: bool = False, **options: Any) -> Remedy:
+def remedy(device: Any, case: Case, assumptions: Assumptions, progress: bool = False) -> Remedy:
     """Remedies for a pose that cannot be held.
 
     Parameters
     ----------
-    model : EquilibriumModel
-        The design.
-    orientation : Rotation
-        Single.
+    device : ShoulderExo
+        The device.
+    case : Case
+        Of a single pose at rest: poses nearby are at rest, too.
+    assumptions : Assumptions
+        Of the question.
     progress : bool
         Whether to show a bar on standard error: an elastic device takes some milliseconds a pose, for up to a thousand
         poses.
-    **options
-        Of the query: ``load``, ``centre_offset``, ``split``. There is no motion: poses nearby are at rest.
 
     Raises
     ------
     InvalidInput
-        If ``orientation`` is a stack, or ``motion`` is given.
+        If the case has a stack of poses, or a motion.
     """
-    at_rest(options)
-    pose = as_single_rotation("orientation", orientation)
-    nearest = nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, pose, _REACH, progress)
-    return Remedy(nearest, reaction(model, pose, **options).infeasibility, model.mechanism.side)
+    pose = at_rest(case)
+    nearest = nearest_held_pose(lambda poses: solve(device, case.at(poses), assumptions).limits, pose, _REACH, progress)
+    answer = solve(device, case, assumptions)
+    return Remedy(nearest, answer.infeasibility, answer.source.poses.mechanism.side)
 
 
-def at_rest(options: dict[str, Any]) -> None:
-    """Raise InvalidInput if the options of a query have a motion, for what compares poses at rest."""
-    if options.get("motion") is not None:
+def at_rest(case: Case) -> Rotation:
+    """The single pose of a case at rest; raises InvalidInput for others."""
+    if case.motion is not None:
         raise InvalidInput("expected no motion: the poses nearby are at rest; leave it out")
+    return as_single_rotation("poses", case.poses)
 
 
 def nearest_held_pose(

@@ -17,12 +17,13 @@ from scipy.spatial.transform import Rotation
 from ...core.errors import InvalidInput
 from ...core.pictures import drawn
 from ...core.validation import FloatArray, ReadOnly, as_single_rotation
+from ...load_case.case import Case
 from ...wrist.singularities.measures import Singularity, singularity
 from ...wrist.singularities.nearest_singularity_search import nearest_singularity
-from ...wrist_chain.equilibrium import EquilibriumModel
+from ..assumptions import Assumptions
 from ..columns import force_columns, frame_of, peak_of
-from ..query import reaction
 from ..result import Reaction
+from ..solve_case import solve
 from .remedy import NearestPose, at_rest, nearest_held_pose, spread_directions
 from .verdict import angle_words, describe_axis
 
@@ -129,32 +130,32 @@ class SingularApproach(ReadOnly):
 
 
 def singular_approach(
-    model: EquilibriumModel, orientation: Rotation, start: Rotation | None = None, **options: Any
+    device: Any, case: Case, assumptions: Assumptions, start: Rotation | None = None
 ) -> SingularApproach:
     """Forces along a turn into the singular pose at or nearest to a pose.
 
     Parameters
     ----------
-    model : EquilibriumModel
-        The design.
-    orientation : Rotation
-        Single. With other than three limbs it must be singular itself: their singular poses form no surface.
+    device : ShoulderExo
+        The device.
+    case : Case
+        Of a single pose at rest. Of other than three limbs it must be singular itself: their singular poses form no
+        surface.
+    assumptions : Assumptions
+        Of the question.
     start : Rotation, optional
         Single: beginning of the turn. If left out, the turn covers the last 20° from the side of the given pose; for a
         singular pose it takes the direction in which the margin grows fastest.
-    **options
-        Of the query: ``load``, ``centre_offset``, ``split``.
 
     Raises
     ------
     InvalidInput
         If a pose is a stack, the start is the singular pose, there are other than three limbs and the pose is not
-        singular, or ``motion`` is given.
+        singular, or the case has a motion.
     """
-    at_rest(options)
-    pose = as_single_rotation("orientation", orientation)
+    pose = at_rest(case)
     begin = None if start is None else as_single_rotation("start", start)
-    mechanism = model.mechanism
+    mechanism = device.mechanism
 
     def measure(poses: Rotation) -> Singularity:
         return singularity(mechanism.geometry, poses, mechanism.is_upu)
@@ -178,8 +179,8 @@ def singular_approach(
         lost_axis=measure(end).lost_direction,
         turns=turns,
         orientations=orientations,
-        reaction=reaction(model, orientations, **options),
-        nearest_held=nearest_held_pose(lambda poses: reaction(model, poses, **options).limits, pose),
+        reaction=solve(device, case.at(orientations), assumptions),
+        nearest_held=nearest_held_pose(lambda poses: solve(device, case.at(poses), assumptions).limits, pose),
         side=mechanism.side,
     )
 

@@ -12,7 +12,7 @@ from ...core.records import OneProcess
 from ...core.validation import FloatArray
 from ...design import Mechanism
 from ...load_case import CentreOffset, CentrePath
-from ...reaction.query import as_split
+from ...reaction.assumptions import as_split
 from ...wrist.forces.displaced import as_offset
 from ..colours import BLACK, GREY
 from ..meshcat_viewer import mg

@@ -5,14 +5,13 @@ import numpy as np
 import pytest
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
-from wrists import random_mechanism, regular_poses
+from wrists import map_of, random_mechanism, regular_poses
 
 from exo_pin import wrist
 from exo_pin.core.conventions import MIRROR, mirrored, shoulder_rotation, thesis_rotation
 from exo_pin.core.errors import InvalidInput, MissingData
 from exo_pin.design import Limb, LimbBody, preset
 from exo_pin.load_case import Load, Motion
-from exo_pin.reaction import reaction_map
 
 DEGREES = {"degrees": True}
 
@@ -20,9 +19,9 @@ DEGREES = {"degrees": True}
 def test_motion_may_broadcast_in_part():
     mechanism = random_mechanism(np.random.default_rng(9), 3)
     poses = Rotation.random(4, rng=np.random.default_rng(10))
-    whole = reaction_map(mechanism, poses, Motion(np.ones((4, 3)), np.ones((4, 3))))
+    whole = map_of(mechanism, poses, Motion(np.ones((4, 3)), np.ones((4, 3))))
     for motion in (Motion(np.ones((4, 3)), np.ones(3)), Motion(np.ones(3), np.ones((4, 3)))):
-        spread = reaction_map(mechanism, poses, motion)
+        spread = map_of(mechanism, poses, motion)
         np.testing.assert_array_equal(spread.shoulder_force, whole.shoulder_force)
 
 
@@ -34,7 +33,7 @@ def test_prototype_at_rest():
 
 
 def test_prototype_reference_forces():
-    forces = reaction_map(preset("prototype").replace(limbs=()), thesis_rotation(40, -20, -30, **DEGREES))
+    forces = map_of(preset("prototype").replace(limbs=()), thesis_rotation(40, -20, -30, **DEGREES))
     np.testing.assert_allclose(forces.actuator_forces, [0.478730, 3.732240, 13.185893], atol=1e-6)
     # Printed with six decimals from other rounding of the same numbers.
     np.testing.assert_allclose(forces.shoulder_force, [6.136294, 13.289826, -2.869032], atol=2e-6)
@@ -45,7 +44,7 @@ def test_prototype_reference_forces():
     [((0, 0, 0), (-1.3, -4.0, -6.2)), ((60, 0, 0), (-17.8, 26.5, -3.7))],
 )
 def test_prototype_forces_at_rest_and_in_abduction(pose, expected):
-    forces = reaction_map(preset("prototype").replace(limbs=()), thesis_rotation(*pose, **DEGREES))
+    forces = map_of(preset("prototype").replace(limbs=()), thesis_rotation(*pose, **DEGREES))
     np.testing.assert_allclose(forces.actuator_forces, expected, atol=0.06)
 
 
@@ -86,8 +85,8 @@ def test_statics_and_dynamics_equal_mujoco(mechanism):
     velocity, acceleration = rng.normal(size=(2, 200, 3)) * 3
     force, moment = rng.normal(size=(2, 200, 3)) * [[[10]], [[1]]]
     motion, load = Motion(velocity, acceleration), Load(force, moment)
-    still = reaction_map(mechanism, poses)
-    moving = reaction_map(mechanism, poses, motion, load)
+    still = map_of(mechanism, poses)
+    moving = map_of(mechanism, poses, motion, load)
     oracle = MujocoWrist(mechanism)
     none = np.zeros(3)
     for k, pose in enumerate(poses):
@@ -107,7 +106,7 @@ def test_standalone_wrist_balances_as_a_free_body():
     rng = np.random.default_rng(13)
     for mechanism in (preset("prototype").replace(limbs=()), random_mechanism(rng, 5)):
         poses = regular_poses(mechanism, rng, 100)
-        forces = reaction_map(mechanism, poses, split="standalone")
+        forces = map_of(mechanism, poses, split="standalone")
         state = wrist.inverse_kinematics(mechanism.geometry, poses)
         pull = -forces.actuator_forces[..., None] * state.directions
         side = -forces.constraint_forces[..., None] * state.normals
@@ -122,7 +121,7 @@ def test_standalone_wrist_balances_as_a_free_body():
 def test_least_norm_of_five_limbs():
     mechanism = random_mechanism(np.random.default_rng(14), 5)
     poses = regular_poses(mechanism, np.random.default_rng(15), 50)
-    f = reaction_map(mechanism, poses).actuator_forces
+    f = map_of(mechanism, poses).actuator_forces
     J = wrist.limb_jacobian(mechanism.geometry, poses)
     self_stress = f - np.einsum("kni,kij,kmj,km->kn", J, np.linalg.inv(np.swapaxes(J, 1, 2) @ J), J, f)
     np.testing.assert_allclose(self_stress, 0, atol=1e-11 * np.abs(f).max())
@@ -134,7 +133,7 @@ def test_mirror_image():
     right = left.mirrored()
     poses = regular_poses(left, rng, 50)
     for split, sign in (("spherical", 1), ("standalone", -1)):
-        a, b = (reaction_map(m, p, split=split) for m, p in ((left, poses), (right, mirrored(poses))))
+        a, b = (map_of(m, p, split=split) for m, p in ((left, poses), (right, mirrored(poses))))
         np.testing.assert_allclose(b.actuator_forces, a.actuator_forces, rtol=1e-9, atol=1e-9)
         # X is a pseudovector: its coefficient changes sign.
         np.testing.assert_allclose(b.constraint_forces, sign * a.constraint_forces, rtol=1e-8, atol=1e-8)
@@ -148,7 +147,7 @@ def test_mirror_image():
 def test_singular_poses_are_marked_and_spoil_no_other():
     mechanism = preset("prototype").replace(limbs=())
     poses = thesis_rotation([40, 90, 10], [-20, 0, 0], [-30, 0, 0], **DEGREES)
-    forces = reaction_map(mechanism, poses)
+    forces = map_of(mechanism, poses)
     assert forces.status.tolist() == ["ok", "singular", "ok"]
     assert np.isnan(forces.actuator_forces[1]).all()
     assert np.isnan(forces.shoulder_force[1]).all()
@@ -159,7 +158,7 @@ def test_singular_poses_are_marked_and_spoil_no_other():
 def test_margin_brackets_the_smallest_singular_value():
     mechanism = random_mechanism(np.random.default_rng(17), 5)
     poses = Rotation.random(200, np.random.default_rng(18))
-    margin = reaction_map(mechanism, poses).margin
+    margin = map_of(mechanism, poses).margin
     radius = np.linalg.norm(mechanism.geometry.platform_points, axis=-1).max()
     exact = wrist.singularity(mechanism.geometry, poses).smallest_singular_value / radius
     assert (margin <= exact * (1 + 1e-9)).all()
@@ -170,7 +169,7 @@ def test_folded_limb_is_marked():
     geometry = preset("prototype").replace(limbs=()).geometry
     # Turn the arm so that B_1 comes to lie on the line through O and A_1.
     turn, _ = Rotation.align_vectors(geometry.base_points[:1].copy(), geometry.platform_points[:1].copy())
-    assert reaction_map(preset("prototype").replace(limbs=()), turn).status == "folded"
+    assert map_of(preset("prototype").replace(limbs=()), turn).status == "folded"
     assert wrist.singularity(geometry, turn).kind == "folded"
     assert np.isnan(wrist.inverse_kinematics(geometry, turn).normals[0]).all()
 
@@ -179,9 +178,9 @@ def test_load_in_either_frame_and_at_a_point():
     mechanism = preset("prototype").replace(limbs=())
     pose = thesis_rotation(40, -20, -30, **DEGREES)
     force, at = np.array([3.0, -5.0, 2.0]), np.array([0.01, 0.02, -0.4])
-    base = reaction_map(mechanism, pose, None, Load(force, at=at))
-    arm = reaction_map(mechanism, pose, None, Load(pose.inv().apply(force), at=at, frame="arm"))
-    couple = reaction_map(mechanism, pose, None, Load(force, moment=np.cross(pose.apply(at), force)))
+    base = map_of(mechanism, pose, None, Load(force, at=at))
+    arm = map_of(mechanism, pose, None, Load(pose.inv().apply(force), at=at, frame="arm"))
+    couple = map_of(mechanism, pose, None, Load(force, moment=np.cross(pose.apply(at), force)))
     for other in (arm, couple):
         np.testing.assert_allclose(other.actuator_forces, base.actuator_forces, rtol=1e-12)
         np.testing.assert_allclose(other.shoulder_force, base.shoulder_force, rtol=1e-12)
@@ -189,24 +188,24 @@ def test_load_in_either_frame_and_at_a_point():
 
 def test_stacks_keep_their_shape():
     poses = thesis_rotation(np.zeros((4, 1)), np.linspace(0.1, 0.5, 5), 0.2)
-    forces = reaction_map(preset("prototype").replace(limbs=()), poses, Motion(np.ones(3), np.zeros((5, 3))))
+    forces = map_of(preset("prototype").replace(limbs=()), poses, Motion(np.ones(3), np.zeros((5, 3))))
     assert forces.actuator_forces.shape == (4, 5, 3)
     assert forces.status.shape == (4, 5)
-    assert reaction_map(preset("prototype").replace(limbs=()), poses[:0]).status.shape == (0, 5)
+    assert map_of(preset("prototype").replace(limbs=()), poses[:0]).status.shape == (0, 5)
 
 
 def test_what_is_missing_or_wrong_is_named():
     pose = Rotation.identity()
     with pytest.raises(MissingData, match=r"scenario-one.*arm mass"):
-        reaction_map(preset("scenario-one"), pose)
+        map_of(preset("scenario-one"), pose)
     with pytest.raises(MissingData, match="inertia"):
-        reaction_map(preset("appendix-d"), pose, Motion(np.ones(3), np.zeros(3)))
+        map_of(preset("appendix-d"), pose, Motion(np.ones(3), np.zeros(3)))
     with pytest.raises(InvalidInput, match="Rotation"):
-        reaction_map(preset("prototype").replace(limbs=()), np.eye(3))
+        map_of(preset("prototype").replace(limbs=()), np.eye(3))
     with pytest.raises(InvalidInput, match="too few"):
-        reaction_map(preset("prototype").replace(limbs=()).replace(limbs=(Limb("SPS"),) * 3), pose, split="standalone")
+        map_of(preset("prototype").replace(limbs=()).replace(limbs=(Limb("SPS"),) * 3), pose, split="standalone")
     heavy = preset("prototype").replace(limbs=()).replace(limbs=(Limb(base_body=LimbBody.rod(0.1, 0.1, 0.01)),) * 3)
     with pytest.raises(InvalidInput, match=r"mass 0\.1 kg"):
-        reaction_map(heavy, pose)
+        map_of(heavy, pose)
     with pytest.raises(InvalidInput, match="broadcast"):
-        reaction_map(preset("prototype").replace(limbs=()), pose, Motion(np.ones((2, 3)), np.zeros(3)))
+        map_of(preset("prototype").replace(limbs=()), pose, Motion(np.ones((2, 3)), np.zeros(3)))

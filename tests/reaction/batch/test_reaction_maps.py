@@ -5,10 +5,9 @@ import tracemalloc
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from wrists import random_mechanism, regular_poses
+from wrists import map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.reaction import reaction_map
 
 DEGREES = {"degrees": True}
 
@@ -197,7 +196,7 @@ def test_a_pose_that_is_not_finite_is_refused():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"split": "fair"}, ep.UnknownName, "elastic, elastic_linear, minimal, spherical"),
+        ({"split": "fair"}, ep.UnknownName, "elastic, elastic_linear, elastic_locked, minimal, spherical"),
         ({"constraint_bounds": (-1.0, 1.0)}, ep.InvalidInput, "minimal"),
         ({"elasticity": ep.Elasticity.of(1.0, 1.0, 1.0)}, ep.InvalidInput, "elastic"),
         ({"split": "elastic"}, ep.MissingData, "shoulder stiffness"),
@@ -233,7 +232,7 @@ def test_bad_mechanisms_and_stiffnesses():
     with pytest.raises(ep.InvalidInput, match="mass"):
         exo.replace(limbs=(ep.Limb(base_body=ep.LimbBody.rod(0.1, 0.1, 0.01)),) * 3).reaction_map(pose)
     with pytest.raises(ep.MissingData, match="arm mass"):
-        reaction_map(ep.load("scenario-one").mechanism, pose)
+        map_of(ep.load("scenario-one").mechanism, pose)
     example = ep.load("appendix-d")
     assert example.reaction_map(pose).status == "ok"
     with pytest.raises(ep.MissingData, match="inertia"):

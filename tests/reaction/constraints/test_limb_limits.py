@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from programs import random_pose
 from scipy.spatial.transform import Rotation
-from wrists import random_mechanism, regular_poses
+from wrists import map_of, random_mechanism, regular_poses
 
 import exo_pin as ep
 from exo_pin import wrist
-from exo_pin.reaction import GlenoidCone, Weights, reaction_map
+from exo_pin.reaction import GlenoidCone, Weights
 from exo_pin.reaction.holding.infeasible_poses import shortfall
 from exo_pin.reaction.splits.limb_and_side_forces import force_scale
 from exo_pin.wrist.forces.wrench_feasibility import holding
@@ -93,7 +93,7 @@ def test_three_limbs_pull_only_agree_with_the_closed_form():
     exo = ep.load("prototype").worn_by(PERSON).replace(limbs=None)
     poses = Rotation.random(300, np.random.default_rng(56))
     answer = exo.reaction(poses, limits="pull")
-    f = reaction_map(exo.mechanism, poses).actuator_forces
+    f = map_of(exo.mechanism, poses).actuator_forces
     np.testing.assert_array_equal(answer.status == "beyond_limits", (f < 0).any(axis=1))
     held = answer.held
     # In poses that cannot be held, too: these are the forces that would be needed.

@@ -6,11 +6,11 @@ from scipy.spatial.transform import Rotation
 from wrists import (
     exo_of,
     heavy_limbs,
+    map_of,
     random_mechanism,
 )
 
 import exo_pin as ep
-from exo_pin.reaction import reaction_map
 
 
 def test_folded_cable_beside_others_is_answered():
@@ -23,7 +23,7 @@ def test_folded_cable_beside_others_is_answered():
     arm = random_mechanism(rng, 3).arm
     cables = ep.ShoulderExo(ep.WristGeometry(base, platform, neutral=tilt), arm, [ep.Limb("SPS")] * 5)
     poses = Rotation.from_euler("X", [[0.0], [10.0]], degrees=True)
-    answer, closed = cables.reaction(poses), reaction_map(cables.mechanism, poses)
+    answer, closed = cables.reaction(poses), map_of(cables.mechanism, poses)
     assert answer.status.tolist() == closed.status.tolist() == ["ok", "ok"]
     np.testing.assert_allclose(answer.shoulder_force, closed.shoulder_force, rtol=1e-9)
     np.testing.assert_allclose(answer.actuator_forces, closed.actuator_forces, rtol=1e-9, atol=1e-9)

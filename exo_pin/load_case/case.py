@@ -1,0 +1,96 @@
+"""The case of a question: in which poses, in what motion, under which load, on whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from ..core.errors import InvalidInput
+from ..core.fields import set_fields
+from ..core.records import Record
+from ..core.validation import as_finite, as_rotation, require_type
+from .centre_path import CentrePath
+from .motion_and_load import CentreOffset, Load, Motion
+from .pose_stacks import Query, as_query
+from .trajectories import Movement
+
+__all__ = ["Case"]
+
+
+@dataclass(frozen=True, eq=False)
+class Case(Record):
+    """What is asked of a device, checked once; the same case may be put to many devices.
+
+    Attributes
+    ----------
+    poses : Rotation or Movement
+        Pose of the arm, single or a stack of shape (...), taking {O_B} to {O_A}. A movement gives its poses and its
+        motion.
+    motion : Motion or None
+        Angular velocity and acceleration; the arm is at rest if left out.
+    load : Load or None
+        Force and couple on the arm, besides its weight.
+    centre_offset : CentreOffset, CentrePath, array_like or None
+        Where the device's centre lies, seen from the anatomical one, m; an array of shape (..., 3) shifts base and cuff
+        together, a path lets the anatomical centre move as the arm is lifted.
+    wearer : Arm, Person or None
+        Who wears the device; the arm of the design if left out.
+
+    Raises
+    ------
+    InvalidInput
+        If something is of the wrong type, or its stack dimensions do not broadcast to those of the poses.
+    """
+
+    poses: Rotation
+    motion: Motion | None = None
+    load: Load | None = None
+    centre_offset: CentreOffset | CentrePath | ArrayLike | None = None
+    wearer: Any = None
+
+    def __post_init__(self) -> None:
+        if isinstance(self.poses, Movement):
+            if self.motion is not None:
+                raise InvalidInput("expected a movement without motion: a movement has a motion of its own")
+            set_fields(self, motion=self.poses.motion, poses=self.poses.orientations)
+        if not isinstance(self.poses, Rotation):
+            # Whether they are finite is checked with the copy that is computed with: there may be millions.
+            as_rotation("poses", self.poses)
+        for name, kind in (("motion", Motion), ("load", Load)):
+            if getattr(self, name) is not None:
+                require_type(name, getattr(self, name), kind)
+        offset = self.centre_offset
+        if offset is not None and not isinstance(offset, CentreOffset | CentrePath):
+            offset = CentreOffset.together(as_finite("centre_offset", offset, (3,), stack=True))
+            set_fields(self, centre_offset=offset)
+
+    @cached_property
+    def query(self) -> Query:
+        """Poses, motion and load as flat stacks."""
+        return as_query(self.poses, self.motion, self.load)
+
+    @property
+    def offset(self) -> CentreOffset | None:
+        """Offset of the device's centre in these poses; None where it is the shoulder's."""
+        given = self.centre_offset
+        return given.offset(self.poses) if isinstance(given, CentrePath) else given  # type: ignore[return-value]
+
+    @property
+    def is_stacked(self) -> bool:
+        """Whether load or offset has a value for every pose."""
+        parts = (self.load, None if isinstance(self.centre_offset, CentrePath) else self.centre_offset)
+        return any(
+            isinstance(value, np.ndarray) and value.ndim >= 2
+            for part in parts
+            if part is not None
+            for value in vars(part).values()
+        )
+
+    def at(self, poses: Rotation, motion: Motion | None = None) -> Case:
+        """The same case in other poses, at rest unless a motion is given."""
+        return replace(self, poses=poses, motion=motion)

@@ -1,0 +1,86 @@
+"""What is assumed where equilibrium alone does not determine the forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from ..core.errors import InvalidInput
+from ..core.records import Record
+from ..core.validation import as_choice, require_type
+from .constraints.glenoid_cone import GlenoidCone
+from .constraints.limb_limits import Limits
+from .constraints.side_force_bounds import ConstraintBounds
+from .splits.limb_and_side_forces import Weights
+from .splits.registry import SPLITS
+from .splits.split import Split
+
+__all__ = ["Assumptions", "as_split"]
+
+
+@dataclass(frozen=True, eq=False)
+class Assumptions(Record):
+    """How undetermined forces are chosen, and within which limits; checked once.
+
+    Attributes
+    ----------
+    split : str or Split
+        How undetermined forces are divided between shoulder and limbs, see :meth:`exo_pin.ShoulderExo.reaction`.
+    limits : "design", "none", "pull", number, (lower, upper), or actuators
+        Limits of the limbs.
+    constraint_bounds : None, "actuator", number or (lower, upper)
+        Bounds on the side forces g of the split "minimal", N.
+    cone : GlenoidCone or None
+        Keeps F_s in the socket.
+    weights : Weights or None
+        Objective of the split "minimal".
+
+    Raises
+    ------
+    InvalidInput
+        If the split does not support an option, or an option is of the wrong type; UnknownName is its child.
+    """
+
+    split: str | Split = "spherical"
+    limits: Limits = "design"
+    constraint_bounds: ConstraintBounds = None
+    cone: GlenoidCone | None = None
+    weights: Weights | None = None
+
+    def __post_init__(self) -> None:
+        law = self.law
+        for name, kind in (("constraint_bounds", None), ("cone", GlenoidCone), ("weights", Weights)):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            _check_option(law, name)
+            if kind is not None:
+                require_type(name, value, kind)
+
+    @cached_property
+    def law(self) -> Split:
+        """The split itself."""
+        return as_split(self.split)
+
+
+def as_split(split: str | Split) -> Split:
+    """The split with a name; an instance of a class of the user is returned as it is.
+
+    Raises
+    ------
+    InvalidInput
+        If there is no split of that name.
+    """
+    if isinstance(split, str) and split in SPLITS:
+        return SPLITS[split]
+    return split if isinstance(split, Split) else SPLITS[as_choice("split", split, tuple(SPLITS))]
+
+
+def _check_option(split: Split, option: str) -> None:
+    """Raise for an option that a split does not support, with the reason or the splits that do."""
+    if option in split.options:
+        return
+    if option in split.refusals:
+        raise InvalidInput(split.refusals[option])
+    names = [f'split="{other.name}"' for other in SPLITS.values() if option in other.options]
+    raise InvalidInput(f"{option} belong to {' or '.join(names)}, got split={split.name!r}")

@@ -1,0 +1,150 @@
+"""From a case and assumptions to an answer."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..core.validation import FloatArray, require_method, require_type
+from ..load_case import Load, Motion
+from ..load_case.case import Case
+from ..load_case.pose_stacks import Query, arm_loads, as_query
+from ..wrist.forces.affine_state import AffineState, BalancedTensions
+from ..wrist.forces.displaced import Displaced, as_offset
+from ..wrist.forces.side_forces import side_wrenches
+from ..wrist.limbs import classify
+from ..wrist_chain.equilibrium import EquilibriumModel, equilibrium_model
+from .answer import answer, answered
+from .assumptions import Assumptions
+from .constraints.actuator_limits import LimbLimits
+from .constraints.limb_limits import as_limb_limits
+from .constraints.side_force_bounds import UNBOUNDED, SideForceBounds
+from .elastic_poses import ElasticPoses
+from .result import Reaction
+from .splits.elastic import Elastic
+from .splits.limb_and_side_forces import Socket
+from .splits.split import PoseStack, Split, limb_lengths
+
+__all__ = ["solve"]
+
+
+def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, progress: bool = False) -> Reaction:
+    """Forces on arm, shoulder and torso: the one way from a question to its answer.
+
+    Parameters
+    ----------
+    device : ShoulderExo, Mechanism or EquilibriumModel
+        The device, on the wearer's arm.
+    case : Case
+        Poses, motion, load, centre offset, wearer.
+    assumptions : Assumptions, optional
+        How undetermined forces are chosen, and within which limits; limbs without side force within the limits of the
+        design if left out.
+    progress : bool
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    Reaction
+
+    Raises
+    ------
+    MissingData
+        If the device has no arm, the case has a motion and the arm has no inertia, or the split is "elastic" and
+        the shoulder's stiffness is not known.
+    InvalidInput
+        If case or assumptions do not fit the device; NonConvexBound and InfeasibleBounds are its children.
+
+    Notes
+    -----
+    Source: thesis (D-7), (D-9), (D-30).
+    """
+    require_type("case", case, Case)
+    chosen = Assumptions() if assumptions is None else assumptions
+    require_type("assumptions", chosen, Assumptions)
+    if case.wearer is not None:
+        require_method("device", device, "worn_by", "a ShoulderExo, which a wearer can wear")
+        device = device.worn_by(case.wearer)
+    model = device if isinstance(device, EquilibriumModel) else equilibrium_model(getattr(device, "mechanism", device))
+    law, mechanism = chosen.law, model.mechanism
+    law.check(mechanism)
+    if case.motion is not None:
+        mechanism.require_arm("motion", inertia=True)
+    query, moved, offset = case.query, case.offset, None
+    if moved is not None:
+        offset = law.offsets(query.matrices, *as_offset(moved, query.shape))
+    elastic = None
+    if isinstance(law, Elastic):
+        elastic = ElasticPoses(law, mechanism, query, offset, partial(_loads_at, model, case))
+    lengths = partial(limb_lengths, mechanism, query.matrices, offset) if elastic is None else elastic.lengths
+    # The way from a design to its answer needs none of the other forms of limits.
+    if isinstance(chosen.limits, str) and chosen.limits == "design":
+        limits = LimbLimits.of_design(mechanism, lengths())
+    else:
+        limits = as_limb_limits(chosen.limits, mechanism, query.shape, lengths)
+    bounds = UNBOUNDED
+    if chosen.constraint_bounds is not None:
+        options = (query.shape, mechanism.limb_count, limits.one_signed, offset is not None)
+        bounds = SideForceBounds(chosen.constraint_bounds, *options)
+    cone = chosen.cone
+    socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
+    loads = arm_loads(model.arm, mechanism.gravity, query) if elastic is None else elastic.loads
+    if elastic is not None:
+        own, unmoved = elastic.device.displaced, elastic.unmoved
+        classified = (elastic.status, unmoved.margin, unmoved.determinant)
+        found = _Equilibria(own.state, own.tensions, own.side.stiffness, elastic.device.misfit, *classified)
+    elif offset is None:
+        found = _aligned(model, law, query, progress)
+    else:
+        own = Displaced(mechanism, query, *offset, *loads[:2])
+        found = _Equilibria(own.state, own.tensions, own.side.stiffness, own.side.misfit, *own.classified)
+    within = (limits, bounds, socket, chosen.weights)
+    poses = PoseStack(mechanism, model.radius, model.upu, *found, *within, query.matrices, offset)
+    if elastic is not None:
+        poses, loads = elastic.within_limits(poses, progress), elastic.loads
+    return answer(case, chosen, poses, loads, progress)
+
+
+class _Equilibria(NamedTuple):
+    """Equilibrium of N poses, stiffness and misfit of their limbs, and their distance from a singularity."""
+
+    state: AffineState
+    tensions: BalancedTensions
+    stiffness: FloatArray
+    misfit: FloatArray
+    status: NDArray[np.int8]
+    margin: FloatArray
+    determinant: FloatArray
+
+
+def _aligned(model: EquilibriumModel, law: Split, query: Query, progress: bool) -> _Equilibria:
+    """Equilibrium through Pinocchio, where the device's centre is the shoulder's."""
+    mechanism = model.mechanism
+    limbs = classify(mechanism, query.matrices)
+    state = model.states(query, limbs, answered(limbs.status), progress)
+    stiffness = misfit = np.zeros_like(limbs.length)
+    if law.shoulder_stiffness(mechanism) is not None:
+        none = np.zeros((len(stiffness), 3))
+        stiffness = side_wrenches(mechanism, query.matrices, none, none).stiffness
+    return _Equilibria(state, BalancedTensions.of(state), stiffness, misfit, *limbs[:3])
+
+
+def _loads_at(
+    model: EquilibriumModel, case: Case, rows: NDArray[np.intp], matrices: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Loads of the arm in rows of the stack at other orientations; a row may occur more than once."""
+
+    def own(array: Any) -> FloatArray:
+        return np.asarray(np.broadcast_to(array, (*case.poses.shape, 3)).reshape(-1, 3)[rows])
+
+    motion, load = case.motion, case.load
+    if motion is not None:
+        motion = Motion(own(motion.angular_velocity), own(motion.angular_acceleration))
+    if load is not None:
+        load = Load(own(load.force), own(load.moment), own(load.at), load.frame)
+    query = as_query(Rotation.from_matrix(matrices, assume_valid=True), motion, load)
+    return arm_loads(model.arm, model.mechanism.gravity, query)

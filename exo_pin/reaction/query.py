@@ -75,7 +75,7 @@ def reaction(
     if constraint_bounds is not None:
         signed = allowed.one_signed
         bounds = SideForceBounds(constraint_bounds, query.shape, mechanism.limb_count, signed, offset is not None)
-    socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
+    socket = None if cone is None else Socket.of(cone, mechanism.side, orientation)
     loads = arm_loads(model.arm, mechanism.gravity, query) if device is None else device.loads
     if device is not None:
         own, unmoved = device.device.displaced, device.unmoved

@@ -10,6 +10,7 @@ from guided_limbs import guided
 from mechanisms import random_wrist
 from moving_chains import moving
 from scipy.spatial.transform import Rotation
+from sockets import hanging
 from wrists import PERSON, heavy_limbs
 
 import exo_pin as ep
@@ -79,7 +80,7 @@ def _reaction(rng, exo, k):
         {"split": "minimal"},
         {"split": "minimal", "constraint_bounds": (-8.0, 8.0)},
         {"split": "minimal", "limits": (-200.0, 200.0), "weights": ep.Weights(tension=1e-3)},
-        {"split": "minimal", "cone": ep.GlenoidCone(0.6, 0.4, penalty=1.0)},
+        {"split": "minimal", "cone": hanging(0.6, 0.4, penalty=1.0)},
         {"centre_offset": rng.uniform(-0.005, 0.005, 3)},
         {"limits": (-300.0, 300.0)},
         {"split": "elastic"},

@@ -50,7 +50,7 @@ def add_commands(commands: Any) -> None:
     add_number(
         parser, "--scale", "N", "force that an arrow of 10 cm stands for, N (default: chosen by the largest force)"
     )
-    add_flag(parser, "--cone", "draw the cone in which the shoulder's socket is stable")
+    add_flag(parser, "--cone", "with --person: draw the cone in which their shoulder's socket is stable")
     parser.add_argument(
         "--ghost",
         metavar="F,A,I",
@@ -109,7 +109,7 @@ def _view_wrist(exo: ShoulderExo, options: argparse.Namespace) -> int:
     scene = Scene(exo, human=human, limbs=options.limbs, metres_per_newton=scale, **looks)
     scene.show(start)
     if options.cone:
-        scene.glenoid_cone()
+        scene.glenoid_cone(None if options.person is None else wearer(options).glenoid_cone())
     if options.ghost is not None:
         scene.ghost(_angles("--ghost", options.ghost, exo.side))
     for message in scene.messages:

@@ -165,9 +165,12 @@ class Limb:
         Half diagonal of the diamond |ψ_x| + |ψ_y| < limit that limits a universal joint's angles, counted from
         where its two yokes are in line, rad.
     joint_straight : tuple of float or None
-        That direction, along the limb, in the joint's own frame ({A_i} at the base, {B_i} at the platform), shape
-        (3,); None where it is not known, and then ``joint_limit`` cannot be applied. Along Z of (4-15) it is not:
-        the prototype at rest would be out of range.
+        Direction in which the limb leaves a joint whose yokes are in line, in the joint's own frame, shape (3,): from
+        A_i to B_i in {A_i} at the base, from B_i to A_i in {B_i} at the cuff. One value serves both. None where it is
+        not known, and then ``joint_limit`` cannot be applied. Along Z of (4-15), (0, 0, 1), it is not: the prototype
+        at rest would be out of range. The joint at A_1 is straight at rest with ``geometry.base_frames[0].T @ s``, s
+        the limb's direction there (:meth:`exo_pin.ShoulderExo.inverse_kinematics`), (0.733, 0.664, 0.148) for the
+        prototype; that at B_1 with ``geometry.platform_frames[0].T @ -s``, (-0.417, 0.863, 0.285).
     guide : LimbGuide or None
         Elasticity across the limb's line; None for a bare muscle, which has no stiffness there. Of no effect on
         an SPS limb.
@@ -199,6 +202,13 @@ class Limb:
         if self.joint_straight is not None:
             direction = as_unit_vector("joint_straight", self.joint_straight)
             set_fields(self, joint_straight=tuple(direction.tolist()))
+
+    def mirrored(self) -> Limb:
+        """The limb on the other side of the body: X of the joints' frames points the other way."""
+        if self.joint_straight is None:
+            return self
+        x, y, z = self.joint_straight
+        return replace(self, joint_straight=(-x, y, z))
 
     @property
     def mass(self) -> float:

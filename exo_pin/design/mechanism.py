@@ -161,6 +161,7 @@ class Mechanism(Record):
             self,
             geometry=self.geometry.mirrored(),
             arm=None if self.arm is None else self.arm.mirrored(),
+            limbs=tuple(limb.mirrored() for limb in self.limbs),
             shoulder=self.shoulder.mirrored(),
             gravity=self.gravity @ MIRROR,
             interfaces=self.interfaces.mirrored(),

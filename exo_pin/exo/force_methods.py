@@ -80,7 +80,8 @@ class ForceQuestions(Subject):
             With more than three limbs, the tensions that equilibrium does not determine are those of least sum of
             squares; in "minimal" the tensions that balance themselves serve to lower |F_s| as well.
         constraint_bounds : None, "actuator", number or (lower, upper), optional
-            Bounds on g_i for "minimal": none, |g_i| <= |f_i|, |g_i| at most so many N, or N, broadcasting to (..., n).
+            Bounds on g_i, the force of a limb across its line, for "minimal": none, |g_i| <= |f_i|, |g_i| at most so
+            many N, or N, broadcasting to (..., n).
             With a centre offset "actuator" means the |f_i| of limbs without side force, unless ``limits`` fix
             the sign of f.
         centre_offset : CentreOffset, CentrePath or array_like, optional
@@ -98,7 +99,8 @@ class ForceQuestions(Subject):
             held keeps the forces of plain equilibrium, which would be needed; ``can_hold`` is false, ``status`` and
             ``verdict`` give the reason, and ``infeasibility`` what is missing.
         cone : GlenoidCone, optional
-            Keep F_s in the socket, as a constraint or at a price. Give the person's own muscles with it.
+            Keep F_s in the socket, as a constraint or at a price. :meth:`exo_pin.Person.glenoid_cone` makes one that
+            follows the scapula; give the compression by the person's own muscles with it.
         weights : Weights, optional
             For "minimal": other weights of shear, compression and tension than 1, 1 and 0.
         progress : bool

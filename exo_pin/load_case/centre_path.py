@@ -16,7 +16,7 @@ from ..core.records import Record
 from ..core.validation import FloatArray, as_finite, as_rotation
 from .motion_and_load import CentreOffset
 
-__all__ = ["CentrePath", "elevation_angle"]
+__all__ = ["CentrePath", "as_elevations", "elevation_angle", "known_elevations"]
 
 
 def elevation_angle(orientation: Rotation) -> FloatArray:
@@ -24,6 +24,41 @@ def elevation_angle(orientation: Rotation) -> FloatArray:
     R = as_rotation("orientation", orientation).as_matrix()
     # As an arc tangent, which is accurate where the arm hangs, too.
     return np.asarray(np.arctan2(np.hypot(R[..., 0, 2], R[..., 1, 2]), R[..., 2, 2]))
+
+
+def as_elevations(value: ArrayLike, count: int, what: str) -> FloatArray:
+    """Rising elevations within 0 to π, shape (count,), rad, one for each of ``what``.
+
+    Raises
+    ------
+    InvalidInput
+        If they are not.
+    """
+    angles = as_finite("elevation", value, (None,))
+    if len(angles) < 2 or len(angles) != count:
+        raise InvalidInput(f"expected as many elevations as {what}, 2 or more, got {len(angles)} and {count}")
+    if (np.diff(angles) <= 0.0).any() or angles[0] < 0.0 or angles[-1] > np.pi + 1e-9:
+        raise InvalidInput(f"expected elevation to rise within 0 to π rad, got {angles} (degrees?)")
+    return angles
+
+
+def known_elevations(angles: FloatArray, known: FloatArray) -> FloatArray:
+    """Elevations of shape (...), rad, if they lie within the ``known`` ones.
+
+    Raises
+    ------
+    InvalidInput
+        If one does not: there is no extrapolation.
+    """
+    low, high = float(known[0]), float(known[-1])
+    # Rounding of a rotation's matrix moves the angle of a hanging arm by about 1e-8.
+    beyond = (angles < low - 1e-7) | (angles > high + 1e-7)
+    if beyond.any():
+        raise InvalidInput(
+            f"expected elevations of {np.degrees(low):g} to {np.degrees(high):g} degrees, where the path is "
+            f"known, got {np.degrees(angles[beyond].ravel()[0]):g} degrees"
+        )
+    return np.asarray(np.clip(angles, low, high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +84,8 @@ class CentrePath(Record):
     fit: FloatArray | ArrayLike = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        angles = as_finite("elevation", self.elevation, (None,))
         moved = as_finite("displacement", self.displacement, (None, 3))
-        if len(angles) < 2 or len(angles) != len(moved):
-            raise InvalidInput(
-                f"expected as many elevations as displacements, 2 or more, got {len(angles)} and {len(moved)}"
-            )
-        if (np.diff(angles) <= 0.0).any() or angles[0] < 0.0 or angles[-1] > np.pi + 1e-9:
-            raise InvalidInput(f"expected elevation to rise within 0 to π rad, got {angles} (degrees?)")
+        angles = as_elevations(self.elevation, len(moved), "displacements")
         CentreOffset(moved, moved)  # its check of the size
         set_fields(self, elevation=angles, displacement=moved, fit=as_finite("fit", self.fit, (3,)))
 
@@ -68,18 +97,8 @@ class CentrePath(Record):
         InvalidInput
             If an elevation lies outside the given ones: there is no extrapolation.
         """
-        angles = as_finite("elevation", elevation, (), stack=True)
-        low, high = float(self.elevation[0]), float(self.elevation[-1])
-        # Rounding of a rotation's matrix moves the angle of a hanging arm by about 1e-8.
-        beyond = (angles < low - 1e-7) | (angles > high + 1e-7)
-        if beyond.any():
-            raise InvalidInput(
-                f"expected elevations of {np.degrees(low):g} to {np.degrees(high):g} degrees, where the path is "
-                f"known, got {np.degrees(angles[beyond].ravel()[0]):g} degrees"
-            )
-        return np.asarray(
-            scipy.interpolate.PchipInterpolator(self.elevation, self.displacement)(np.clip(angles, low, high))
-        )
+        angles = known_elevations(as_finite("elevation", elevation, (), stack=True), self.elevation)
+        return np.asarray(scipy.interpolate.PchipInterpolator(self.elevation, self.displacement)(angles))
 
     def offset(self, orientation: Rotation) -> CentreOffset:
         """Offset of the device in poses of shape (...): the base is displaced by minus the motion of the centre."""

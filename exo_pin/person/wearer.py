@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ..core.conventions import GRAVITY, MIRROR, as_side
+from ..core.conventions import GRAVITY, as_side
 from ..core.errors import InvalidInput
 from ..core.errors.base import echo
 from ..core.records import Record
@@ -19,15 +19,16 @@ from ..design import Arm
 from ..design.anthropometry import arm_segments, upper_arm_length
 from ..load_case import CentrePath, Load, Motion
 from ..load_case.pose_stacks import pose_matrices
+from ..reaction.constraints.glenoid_cone import GlenoidCone
 from .contact.assumption_range import ContactRange, contact_range
 from .contact.contact_options import ContactOptions
 from .contact.device import DeviceAction
 from .contact.query import contact_forces
 from .contact.result import JointContact
-from .limb.limb_state import LimbState, limb_state
+from .limb.limb_state import LimbState, limb_by_elevation, limb_state
 from .limb.muscle_table import MUSCLES, MuscleTable, muscle_table
 from .limb.myoarm import myoarm
-from .limb.posture import LIMIT_NAMES, model_axes
+from .limb.posture import LIMIT_NAMES
 from .reading_tables import build_table
 
 __all__ = ["Person"]
@@ -36,8 +37,6 @@ __all__ = ["Person"]
 _UPPER_ARM = 0.2907243711831287
 #: Body mass whose arm, by the table of de Leva (1996) for men, weighs as much as the arm of the MoBL-ARMS model, kg.
 _MODEL_MASS = 3.91832 / 0.0494
-#: Elevations between which the path of the centre is given, rad.
-_ELEVATIONS = np.radians(np.arange(0.0, 180.1, 2.5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,9 +214,19 @@ class Person(Record):
             For ``centre_offset`` of :meth:`exo_pin.ShoulderExo.reaction`: the misalignment of a device whose centre is
             fixed to the torso.
         """
-        e1 = model_axes(myoarm())[:, 0]
-        lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (MIRROR @ e1 * -1.0 if self.side == "left" else e1))
-        return CentrePath(_ELEVATIONS, self.limb_state(lifted).centre, fit)
+        elevations, state = limb_by_elevation(self.length_scale, self.side == "left")
+        return CentrePath(elevations, state.centre, fit)
+
+    def glenoid_cone(self, **details: Any) -> GlenoidCone:
+        """The cone of this person's socket, which follows the scapula as the arm is elevated.
+
+        The socket is that of :meth:`joint_contact`. In the model the scapula follows the elevation alone, so that the
+        cone holds in every plane of elevation, and on either side. ``details`` are further attributes of
+        :class:`exo_pin.GlenoidCone`: the compression by the person's muscles, above all.
+        """
+        elevations, state = limb_by_elevation(self.length_scale, left=True)
+        turns = Rotation.from_matrix(np.swapaxes(state.glenoid[:, [2, 0, 1]], 1, 2))
+        return GlenoidCone(orientation=turns, elevation=elevations, **details)
 
     def joint_contact(
         self,

@@ -6,6 +6,7 @@ from .batch.elastic_kernels import Elasticity as Elasticity
 from .batch.reaction_maps import ReactionMap as ReactionMap
 from .batch.reaction_maps import reaction_map as reaction_map
 from .constraints.glenoid_cone import GlenoidCone as GlenoidCone
+from .constraints.glenoid_orientation import glenoid_orientation as glenoid_orientation
 from .constraints.limb_limits import ForceLimited as ForceLimited
 from .constraints.limb_limits import Limits as Limits
 from .constraints.limb_limits import PressureActuator as PressureActuator

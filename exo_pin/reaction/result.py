@@ -82,8 +82,9 @@ class Reaction(ShownReaction, ReadOnly):
         f_i, shape (..., n), tension positive.
     constraint_forces : ndarray
         g_i, shape (..., n): the couple in the universal joint at B_i is g_i |B_i|, (D-18), and for a massless
-        limb the limb pulls the arm with -f_i s_i - g_i X_i. These are passive reactions, no actuator sets them.
-        Zero for an SPS limb.
+        limb the limb pulls the arm with -f_i s_i - g_i X_i. With a centre offset |g_i| is still the whole force across
+        the limb, whose direction is perpendicular to s_i and on the side of X_i, and its line misses O. These are
+        passive reactions, no actuator sets them. Zero for an SPS limb.
     limb_wrenches : ndarray
         Shape (..., n, 6): force and moment of each limb on the arm.
     cuff_wrench : ndarray

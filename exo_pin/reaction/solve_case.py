@@ -91,7 +91,7 @@ def solve(device: Any, case: Case, assumptions: Assumptions | None = None, *, pr
         options = (query.shape, mechanism.limb_count, limits.one_signed, offset is not None)
         bounds = SideForceBounds(chosen.constraint_bounds, *options)
     cone = chosen.cone
-    socket = None if cone is None else Socket(*cone.half_spaces(mechanism.side), cone.penalty)
+    socket = None if cone is None else Socket.of(cone, mechanism.side, case.poses)
     loads = arm_loads(model.arm, mechanism.gravity, query) if elastic is None else elastic.loads
     if elastic is not None:
         own, unmoved = elastic.device.displaced, elastic.unmoved

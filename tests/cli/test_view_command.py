@@ -31,6 +31,13 @@ def test_a_page_is_written(capsys, tmp_path):
     assert "play(JSON" not in text
 
 
+def test_a_cone_needs_a_person(capsys, tmp_path):
+    status, _, message = run(capsys, *BARE, "--cone", "--html", str(tmp_path / "scene.html"))
+    assert status != 0
+    assert "orientation of the glenoid" in message
+    assert "--person" in message
+
+
 def test_a_motion_is_written(capsys, tmp_path):
     target = tmp_path / "motion.html"
     status, _, _ = run(capsys, *BARE, "--to", "60,20,0", "--seconds", "0.2", "--html", str(target))

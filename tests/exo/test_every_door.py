@@ -227,7 +227,7 @@ def test_every_door_asks_solve(monkeypatch, capsys):
         lambda: exo.follow(ep.Movement.from_samples(np.arange(4), poses, smoothing=None)),
         lambda: exo.reaction_map(poses),
         lambda: exo.compare(exo, poses),
-        lambda: ep.sweep(exo, {"lean_forward": [0.0]}, poses, cone=ep.GlenoidCone(muscle_compression=1e3)),
+        lambda: ep.sweep(exo, {"lean_forward": [0.0]}, poses, cone=person.glenoid_cone(muscle_compression=1e3)),
         lambda: exo.remedy(poses[0]),
         lambda: exo.joint_contact(poses, person),
         lambda: scene.show(poses[0]),

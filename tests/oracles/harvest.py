@@ -16,6 +16,7 @@ from moving_chains import moving
 from rubbing_chains import slide
 from scipy.spatial.transform import Rotation
 from sdf_robots import random_sdf
+from sockets import hanging
 from trajectory_examples import trajectory_examples
 from workspace_examples import workspace_examples
 from wrists import PERSON, heavy_limbs, map_of, random_mechanism, regular_poses
@@ -122,7 +123,7 @@ def _forces(folder):
     exo = guided(ep.load("prototype").worn_by(PERSON), stiffness=2e4 * np.eye(3))
     exo.reaction(POSES).certificate.components.__str__()
     exo.reaction(POSES, split="minimal", constraint_bounds=(-5, 5)).optimum.kkt.shape  # noqa: B018 - made on demand
-    exo.reaction(POSE, split="minimal", limits=(0, 5), cone=ep.GlenoidCone(20), weights=ep.Weights())
+    exo.reaction(POSE, split="minimal", limits=(0, 5), cone=hanging(20), weights=ep.Weights())
     exo.reaction(POSE, split="elastic", centre_offset=ep.CentreOffset([0.001, 0, 0], [0, 0, 0.001]))
     exo.elastic_difference(POSE)
     exo.singular_approach(POSE)

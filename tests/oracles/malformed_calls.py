@@ -195,14 +195,14 @@ def cone(rng):
     good = {
         "superior": 0.6,
         "anterior": 0.3,
-        "retroversion": 0.1,
-        "inclination": 0.1,
         "faces": 8,
         "approximation": "inner",
         "muscle_compression": 100.0,
         "penalty": 1.0,
     }
-    return EXO.reaction(poses(rng), cone=ep.GlenoidCone(**with_one_bad(rng, good)))
+    angles = dict.fromkeys(("internal_rotation", "upward_rotation", "tilt", "retroversion", "inclination"), 0.1)
+    turn = ep.glenoid_orientation(**with_one_bad(rng, angles)) if rng.random() < 0.5 else Rotation.identity()
+    return EXO.reaction(poses(rng), cone=ep.GlenoidCone(orientation=turn, **with_one_bad(rng, good)))
 
 
 def weights(rng):

@@ -1,6 +1,8 @@
 """Seeded poses for the programs over limb and side forces, of every kind, without a mechanism behind them."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+from sockets import hanging
 
 from exo_pin.reaction import GlenoidCone
 from exo_pin.reaction.splits.limb_and_side_forces import Pose, Socket, Weights
@@ -36,17 +38,18 @@ def random_pose(rng, kind, n=None, faces=None, reachable=None):
     socket = None
     if kind in ("hard_cone", "soft_cone"):
         cone = GlenoidCone(
-            retroversion=rng.normal() * 0.1,
-            inclination=rng.normal() * 0.1,
+            orientation=Rotation.from_rotvec(0.3 * rng.normal(size=3)),
             faces=int(faces or rng.integers(4, 33)),
             muscle_compression=float(rng.choice([0.0, 50.0, 500.0])),
             penalty=None if kind == "hard_cone" else 10 ** rng.uniform(-2, 3),
         )
-        socket = Socket(*cone.half_spaces(), cone.penalty)
+        socket = Socket.of(cone, "left", Rotation.identity()).row(0)
     goal, tension = np.eye(3), 0.0
     if kind == "weights":
-        weights = Weights(10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1), float(rng.choice([0.0, 1e-4, 0.01])))
-        goal, tension = weights.root("left"), weights.tension
+        weights = Weights(
+            10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1), float(rng.choice([0.0, 1e-4, 0.01])), hanging()
+        )
+        goal, tension = weights.root("left", Rotation.identity()), weights.tension
     if kind in ("spherical", "alone"):
         goal = None
     moment_of_f = -np.cross(b, s).T

@@ -60,12 +60,11 @@ class ContactOptions(Record):
         if self.cone is not None:
             if not isinstance(self.cone, GlenoidCone):
                 raise InvalidInput(f"expected cone to be a GlenoidCone or None, got {type(self.cone).__name__}")
-            own = (self.cone.retroversion, self.cone.inclination, self.cone.protraction, self.cone.muscle_compression)
-            if any(own) or self.cone.penalty is not None:
+            own = self.cone.orientation is not None or self.cone.penalty is not None
+            if own or self.cone.muscle_compression != 0.0:
                 raise InvalidInput(
                     "expected a cone with ratios only: its axes are those of the person's scapula, and the muscles' "
-                    "compression is computed. Leave out retroversion, inclination, protraction, muscle_compression "
-                    "and penalty"
+                    "compression is computed. Leave out orientation, muscle_compression and penalty"
                 )
 
     def described(self, person: Person, moving: bool) -> dict[str, str]:

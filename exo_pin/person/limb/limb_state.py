@@ -13,17 +13,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ...core.conventions import MIRROR
 from ...core.validation import FloatArray
 from .glenoid_surface import glenoid_surface
 from .muscle_table import MUSCLES
 from .myoarm import MyoArm, myoarm
-from .posture import angles_of, beyond, thorax_to_base
+from .posture import angles_of, beyond, model_axes, thorax_to_base
 
-__all__ = ["LimbState", "limb_lengths", "limb_state", "muscle_paths", "placed"]
+__all__ = ["LimbState", "limb_by_elevation", "limb_lengths", "limb_state", "muscle_paths", "placed"]
 
 _own = threading.local()
+#: Elevations of :func:`limb_by_elevation`, rad.
+_ELEVATIONS = np.radians(np.arange(0.0, 180.1, 2.5))
 
 
 class LimbState(NamedTuple):
@@ -112,6 +115,13 @@ def limb_lengths(matrices: FloatArray, elbow_flexion: float, forearm_rotation: f
     for row, angles in enumerate(angles_of(limb, matrices)):
         lengths[row] = placed(limb, angles, elbow_flexion, forearm_rotation).ten_length[limb.tendons]
     return scale * lengths
+
+
+def limb_by_elevation(scale: float, left: bool) -> tuple[FloatArray, LimbState]:
+    """Elevations from 0 to 180°, rad, and the bones with a straight arm that is lifted outwards by them."""
+    axis = model_axes(myoarm())[:, 0]
+    lifted = Rotation.from_rotvec(_ELEVATIONS[:, None] * (-axis @ MIRROR if left else axis))
+    return _ELEVATIONS, limb_state(lifted.as_matrix(), 0.0, 0.0, scale, left)
 
 
 def _nothing(angles: FloatArray, outside: NDArray[np.bool_]) -> LimbState:

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation, Slerp
 
 from ...core.conventions import MIRROR, as_side
-from ...core.errors import InvalidInput
+from ...core.errors import InvalidInput, MissingData
 from ...core.errors.base import echo
 from ...core.fields import set_fields, set_positive
-from ...core.validation import FloatArray, as_choice, as_finite, as_positive
+from ...core.records import Record
+from ...core.validation import FloatArray, as_choice, as_finite, as_positive, as_rotation
+from ...load_case.centre_path import as_elevations, elevation_angle, known_elevations
 
 __all__ = ["GlenoidCone"]
 
 _FEWEST_FACES, _MOST_FACES = 3, 256
 
 
-@dataclass(frozen=True)
-class GlenoidCone:
+@dataclass(frozen=True, eq=False)
+class GlenoidCone(Record):
     """Contact forces at which the humeral head stays in its socket: an elliptical cone about the glenoid's axis.
 
     With N the compression of the contact (along the axis that points out of the socket, as the socket pushes the
@@ -29,24 +34,32 @@ class GlenoidCone:
     The default ratios 0.61 and 0.34 are of published musculoskeletal models; Lippitt et al. (1993) measured up to
     0.6, greatest along superior and inferior. A circle of 0.5 is the other form in use.
 
+    **Where the socket faces** is the person's, and nothing is assumed: a hanging scapula already faces 30 to 40
+    degrees forward, and turns upward with the arm. Three ways to say it:
+
+    * :meth:`exo_pin.Person.glenoid_cone`, from the anatomical model, following the elevation of the arm;
+    * ``orientation`` by :func:`exo_pin.glenoid_orientation`, from angles that were measured or published;
+    * the same at several values of ``elevation``, so that the socket follows the arm.
+
+    Without an orientation a cone has its ratios alone. That is enough for :meth:`exo_pin.Person.joint_contact`, which
+    knows the scapula; every other use raises MissingData.
+
     **The person's own muscles add compression**, tens to hundreds of N, which the equilibrium of the device does not
     contain. Without them nearly every device pulls the head out of this cone. Give their compression as
     ``muscle_compression``, or as a :class:`exo_pin.Load` through O (:meth:`muscle_load`); then the load is
     part of F_s, and ``muscle_compression`` stays 0.
 
-    The glenoid is fixed in the base frame: it does not follow the scapula as the arm rises. Version and inclination
-    are measured against the scapula, so the rotation of the scapula on the ribs is part of ``protraction``.
-
     Attributes
     ----------
     superior, anterior : float
         Ratio of shear to compression at the edge, along superior-inferior and anterior-posterior.
-    retroversion : float
-        Turn of the socket's opening backwards, rad; 1 ± 3 degrees in adults.
-    inclination : float
-        Turn of its opening upwards, rad; 7.1 ± 4.1 degrees of the bone.
-    protraction : float
-        Turn of the whole scapula forwards about the vertical, rad.
+    orientation : Rotation or None
+        Takes the glenoid's axes (x anterior, y out of the socket, z superior) of a **left** shoulder to {O_A}; a right
+        one is the mirror image in the x-z plane. The identity faces straight to the left. Single, or shape (k,) at
+        the elevations.
+    elevation : ndarray or None
+        Shape (k,), rad, rising, k >= 2: elevations of the arm (0 hanging) at which the orientations hold; between them
+        it turns about one axis at a constant rate. None: the socket stays.
     faces : int
         Number of flat faces of the polyhedral cone that the programs use.
     approximation : {"inner", "outer"}
@@ -61,14 +74,27 @@ class GlenoidCone:
     Raises
     ------
     InvalidInput
-        If a ratio is not positive, an angle looks like degrees, or the faces are too few or too many.
+        If a ratio is not positive, orientation and elevation do not fit, or the faces are too few or too many.
+
+    Examples
+    --------
+    A scapula at rest that faces 35° forward and leans 10° forward, its glenoid turned 5° back and 8° up. The force of
+    the socket on a left head points forward and to the left; straight sideways it would slide out.
+
+    >>> turn = glenoid_orientation(35, 0, -10, retroversion=5, inclination=8, degrees=True)
+    >>> cone = GlenoidCone(orientation=turn)
+    >>> cone.axes("left")[0].round(2)
+    array([0.52, 0.84, 0.15])
+    >>> cone.axes("right")[0].round(2)
+    array([ 0.52, -0.84,  0.15])
+    >>> cone.utilisation([0.0, 100.0, 0.0]).round(2)
+    np.float64(1.77)
     """
 
     superior: float = 0.61
     anterior: float = 0.34
-    retroversion: float = 0.0
-    inclination: float = 0.0
-    protraction: float = 0.0
+    orientation: Rotation | None = None
+    elevation: FloatArray | ArrayLike | None = None
     faces: int = 16
     approximation: str = "inner"
     muscle_compression: float = 0.0
@@ -76,11 +102,7 @@ class GlenoidCone:
 
     def __post_init__(self) -> None:
         set_positive(self, "superior", "anterior")
-        for name in ("retroversion", "inclination", "protraction"):
-            angle = float(as_finite(name, getattr(self, name), ()))
-            if abs(angle) > np.pi / 2:
-                raise InvalidInput(f"expected {name} in rad within ±π/2, got {angle:g} (degrees?)")
-            set_fields(self, **{name: angle})
+        self._check_orientation()
         if isinstance(self.faces, bool) or not isinstance(self.faces, (int, np.integer)):
             raise InvalidInput(f"expected faces to be an integer, got {echo(self.faces)}")
         if not _FEWEST_FACES <= self.faces <= _MOST_FACES:
@@ -89,10 +111,24 @@ class GlenoidCone:
         set_positive(self, "muscle_compression", zero=True)
         set_positive(self, "penalty", optional=True)
 
+    def _check_orientation(self) -> None:
+        if self.orientation is None:
+            if self.elevation is not None:
+                raise InvalidInput("elevation needs an orientation for each of its angles: give both or neither")
+            return
+        shape = as_rotation("orientation", self.orientation).shape
+        if self.elevation is None:
+            if shape:
+                raise InvalidInput(f"expected a single orientation, or elevation with it, got a stack of shape {shape}")
+            return
+        if len(shape) != 1:
+            raise InvalidInput(f"expected orientations of shape (k,), one an elevation, got {shape}")
+        set_fields(self, elevation=as_elevations(self.elevation, shape[0], "orientations"))
+
     @classmethod
-    def circular(cls, ratio: float = 0.5, **details: float) -> GlenoidCone:
+    def circular(cls, ratio: float = 0.5, **details: Any) -> GlenoidCone:
         """A circular cone."""
-        return cls(superior=ratio, anterior=ratio, **details)  # type: ignore[arg-type]
+        return cls(superior=ratio, anterior=ratio, **details)
 
     @property
     def error(self) -> float:
@@ -103,33 +139,58 @@ class GlenoidCone:
         cosine = float(np.cos(np.pi / self.faces))
         return 1.0 - cosine if self.approximation == "inner" else 1.0 / cosine - 1.0
 
-    def axes(self, side: str = "left") -> FloatArray:
+    def require_orientation(self) -> Rotation:
+        """The orientation; raises MissingData if there is none."""
+        if self.orientation is None:
+            raise MissingData(
+                ["orientation of the glenoid"],
+                "a glenoid cone",
+                advice="take a person's (person.glenoid_cone(); --person on the command line), or give the scapula's "
+                "angles (orientation=exo_pin.glenoid_orientation(...))",
+            )
+        return self.orientation
+
+    def axes(self, side: str = "left", pose: Rotation | None = None) -> FloatArray:
         """Axes of the glenoid in the base frame.
 
         Parameters
         ----------
         side : {"left", "right"}
             Side of the body.
+        pose : Rotation, optional
+            Of the arm, single or a stack of shape (...); needed by a cone that follows it.
 
         Returns
         -------
         ndarray
-            Shape (3, 3), rows: out of the socket, superior, anterior. The left one points to +y at zero angles.
-        """
-        turn, rise = self.protraction - self.retroversion, self.inclination
-        outward = np.array([np.sin(turn) * np.cos(rise), np.cos(turn) * np.cos(rise), np.sin(rise)])
-        superior = np.array([-np.sin(turn) * np.sin(rise), -np.cos(turn) * np.sin(rise), np.cos(rise)])
-        anterior = np.array([np.cos(turn), -np.sin(turn), 0.0])
-        rows = np.stack([outward, superior, anterior])
-        return rows if as_side(side) == "left" else rows @ MIRROR
+            Shape (..., 3, 3), rows: out of the socket, superior, anterior; unit vectors.
 
-    def half_spaces(self, side: str = "left") -> tuple[FloatArray, FloatArray]:
-        """The polyhedral cone as N F_s <= h, the muscles' compression included.
+        Raises
+        ------
+        MissingData
+            If the cone has no orientation.
+        InvalidInput
+            If it follows the arm and there is no ``pose``, or one beyond the given elevations.
+        """
+        side, orientation = as_side(side), self.require_orientation()
+        turns = orientation.as_matrix()
+        shape = () if pose is None else as_rotation("pose", pose).shape
+        if self.elevation is not None:
+            if pose is None:
+                raise InvalidInput("this cone follows the elevation of the arm: give the pose, too")
+            angles = known_elevations(elevation_angle(pose), np.asarray(self.elevation))
+            turns = Slerp(self.elevation, orientation)(angles.ravel()).as_matrix().reshape(*shape, 3, 3)
+        anterior, outward, superior = np.moveaxis(turns, -1, 0)
+        rows = np.broadcast_to(np.stack([outward, superior, anterior], axis=-2), (*shape, 3, 3))
+        return rows if side == "left" else rows @ MIRROR
+
+    def half_spaces(self, side: str = "left", pose: Rotation | None = None) -> tuple[FloatArray, FloatArray]:
+        """The polyhedral cone as N F_s <= h, the muscles' compression included; parameters of :meth:`axes`.
 
         Returns
         -------
         N : ndarray
-            Shape (faces, 3), unit rows in the base frame.
+            Shape (..., faces, 3), unit rows in the base frame.
         h : ndarray
             Shape (faces,), N, zero or more.
         """
@@ -139,37 +200,36 @@ class GlenoidCone:
             [np.full(self.faces, -size), np.cos(angles) / self.superior, np.sin(angles) / self.anterior], axis=1
         )
         rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-        axes = self.axes(side)
-        normals = rows @ axes
-        return normals, -self.muscle_compression * (normals @ axes[0])
+        return rows @ self.axes(side, pose), -self.muscle_compression * rows[:, 0]
 
-    def components(self, shoulder_force: FloatArray, side: str = "left") -> FloatArray:
+    def components(self, shoulder_force: FloatArray, side: str = "left", pose: Rotation | None = None) -> FloatArray:
         """Compression, superior and anterior shear of the contact force, the muscles' compression included.
 
         Parameters
         ----------
         shoulder_force : ndarray
             F_s, shape (..., 3), N, base frame: the force of the shoulder on the arm.
-        side : {"left", "right"}
-            Side of the body.
+        side, pose : optional
+            As :meth:`axes`.
 
         Returns
         -------
         ndarray
             Shape (..., 3), N. The socket's force on the head; the head presses back with the opposite.
         """
-        parts = np.array(as_finite("shoulder_force", shoulder_force, (3,), stack=True) @ self.axes(side).T)
+        force = as_finite("shoulder_force", shoulder_force, (3,), stack=True)
+        parts = np.array(np.einsum("...ij,...j->...i", self.axes(side, pose), force))
         parts[..., 0] += self.muscle_compression
         return parts
 
-    def utilisation(self, shoulder_force: FloatArray, side: str = "left") -> FloatArray:
+    def utilisation(self, shoulder_force: FloatArray, side: str = "left", pose: Rotation | None = None) -> FloatArray:
         """Shear over the limit of the elliptical cone, shape (...): up to 1 inside, infinite without compression."""
-        compression, superior, anterior = np.moveaxis(self.components(shoulder_force, side), -1, 0)
+        compression, superior, anterior = np.moveaxis(self.components(shoulder_force, side, pose), -1, 0)
         shear = np.hypot(superior / self.superior, anterior / self.anterior)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(compression > 0.0, shear / compression, np.inf)
         return np.where((shear == 0.0) & (compression == 0.0), 0.0, ratio)
 
-    def muscle_load(self, newtons: float, side: str = "left") -> FloatArray:
-        """Force of muscles that press the head straight into the socket, shape (3,), N, for a Load through O."""
-        return -as_positive("newtons", newtons, zero=True) * self.axes(side)[0]
+    def muscle_load(self, newtons: float, side: str = "left", pose: Rotation | None = None) -> FloatArray:
+        """Force of muscles that press the head straight into the socket, shape (..., 3), N, for a Load through O."""
+        return -as_positive("newtons", newtons, zero=True) * self.axes(side, pose)[..., 0, :]

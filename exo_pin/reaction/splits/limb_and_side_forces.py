@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ...core.errors import SolverFailed
 from ...core.fields import set_positive
@@ -35,31 +36,54 @@ class Weights:
     tension : float
         Weight of the limb forces, zero or more. Above zero the best f is unique too; 0.01 weighs 1 N of shoulder
         force as 10 N of tension. At zero, of several best sets of forces that of least norm is taken.
-    glenoid : GlenoidCone
-        Defines the axes; only its angles count here.
+    glenoid : GlenoidCone or None
+        Defines the axes; only its orientation counts here. Not needed where shear and compression weigh the same.
+
+    Raises
+    ------
+    InvalidInput
+        If a weight is not positive.
+    MissingData
+        If shear and compression weigh differently and no orientation says which is which.
     """
 
     shear: float = 1.0
     compression: float = 1.0
     tension: float = 0.0
-    glenoid: GlenoidCone = field(default_factory=GlenoidCone)
+    glenoid: GlenoidCone | None = None
 
     def __post_init__(self) -> None:
         set_positive(self, "shear", "compression")
         set_positive(self, "tension", zero=True)
-        require_type("glenoid", self.glenoid, GlenoidCone)
+        require_type("glenoid", self.glenoid, GlenoidCone | None)
+        if self.shear != self.compression:
+            (self.glenoid or GlenoidCone()).require_orientation()
 
-    def root(self, side: str) -> FloatArray:
-        """Shape (3, 3): its product with F_s, squared, is the cost of F_s."""
-        return np.asarray(np.sqrt([self.compression, self.shear, self.shear])[:, None] * self.glenoid.axes(side))
+    def root(self, side: str, pose: Rotation) -> FloatArray:
+        """Shape (3, 3): its product with F_s, squared, is the cost of F_s in a single pose of the arm."""
+        axes = np.eye(3) if self.shear == self.compression else (self.glenoid or GlenoidCone()).axes(side, pose)
+        return np.asarray(np.sqrt([self.compression, self.shear, self.shear])[:, None] * axes)
 
 
 class Socket(NamedTuple):
-    """The half-spaces N F_s <= h of a glenoid cone, and the penalty outside it (None: not allowed)."""
+    """The half-spaces N F_s <= h of a glenoid cone, and the penalty outside it (None: not allowed).
+
+    N has the shape (faces, 3), or (count, faces, 3) for a stack of poses.
+    """
 
     N: FloatArray
     h: FloatArray
     penalty: float | None
+
+    @classmethod
+    def of(cls, cone: GlenoidCone, side: str, pose: Rotation) -> Socket:
+        """Of a stack of poses, flattened."""
+        N, h = cone.half_spaces(side, pose)
+        return cls(N.reshape(-1, *N.shape[-2:]), h, cone.penalty)
+
+    def row(self, k: int) -> Socket:
+        """Of pose k of a stack."""
+        return self._replace(N=self.N[k])
 
     @property
     def is_hard(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ...core.validation import FloatArray
 from ...design import Mechanism
@@ -50,7 +51,7 @@ class Minimal(Split):
 
     def program(self, poses: PoseStack, row: int) -> Pose:
         """Least F_s, as weighted, within all limits."""
-        weights = poses.weights
+        weights, pose = poses.weights, Rotation.from_matrix(poses.matrices[row])
         low, high = poses.side_bounds.at(row, poses.tensions.f[row])
         return poses.program(
             row,
@@ -58,7 +59,7 @@ class Minimal(Split):
             g_high=high[poses.upu],
             upu=poses.upu,
             by_actuator=poses.side_bounds.by_tension,
-            goal=np.eye(3) if weights is None else weights.root(poses.mechanism.side),
+            goal=np.eye(3) if weights is None else weights.root(poses.mechanism.side, pose),
             tension=0.0 if weights is None else weights.tension,
         )._replace(metric=None)
 

@@ -50,7 +50,7 @@ class PoseStack(NamedTuple):
     side_bounds : SideForceBounds
         Of g.
     socket : Socket or None
-        The glenoid cone.
+        The glenoid cone in the N poses.
     weights : Weights or None
         Weights of F_s.
     matrices : ndarray
@@ -148,7 +148,8 @@ class PoseStack(NamedTuple):
         # Where side forces load the tensions, those of least norm have the least part that balances itself.
         metric = self.tensions.self_stress[row].T
         loaded = len(metric) > 0 and state.moment_of_g.any()
-        return Pose(state, self.radius, low, high, self.socket, metric=metric if loaded else None, **choices)
+        socket = None if self.socket is None else self.socket.row(row)
+        return Pose(state, self.radius, low, high, socket, metric=metric if loaded else None, **choices)
 
 
 def limb_lengths(

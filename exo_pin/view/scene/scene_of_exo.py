@@ -206,7 +206,6 @@ class Scene(WristAdditions, Playing, Pages):
         self._arrows.plan(known)
         if self._figure.wearer is not None:
             self._figure.wearer.plan([each.contact for each in known if each.contact is not None])
-        self._place_cone()
         self._write_legend()
 
     def _draw(
@@ -221,6 +220,7 @@ class Scene(WristAdditions, Playing, Pages):
             except LoopNotClosed:
                 notes.append("the limbs do not close in this pose; they are left as they were")
             self._figure.show(pose)
+            self._place_cone()
             marks = self._marks.show(offset, pose.as_matrix())
             self._arrows.show(pose, forces, self._picture.mechanism.geometry, marks)
             self._colour_muscles(forces, pressures)

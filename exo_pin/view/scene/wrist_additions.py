@@ -18,6 +18,7 @@ from .shapes import flat_material, frustum, placement
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
+    from ..figure.figure import Figure
 
 __all__ = ["WristAdditions", "single_pose"]
 
@@ -31,6 +32,7 @@ class WristAdditions(Additions):
 
     _exo: ShoulderExo
     _arrows: ForcePicture
+    _figure: Figure
     _orientation: Rotation
     _ghost: MechanismPicture | None = None
     _cone: tuple[GlenoidCone, float]
@@ -71,13 +73,22 @@ class WristAdditions(Additions):
         Parameters
         ----------
         cone : GlenoidCone, optional
-            Which; the default one if left out. Compression by the person's own muscles moves its apex from O into
-            the body, by as much as their arrow would be long.
+            Which; that of the scene's person if left out. Compression by the person's own muscles moves its apex from
+            O into the body, by as much as their arrow would be long.
         length : float
             Of the drawn part along its axis, m.
+
+        Raises
+        ------
+        MissingData
+            If the cone has no orientation, or is left out and the scene has no person.
         """
         require_type("cone", cone, GlenoidCone | None)
-        self._cone = GlenoidCone() if cone is None else cone, as_positive("length", length)
+        if cone is None:
+            person = self._figure.person
+            cone = GlenoidCone() if person is None else person.glenoid_cone()
+        cone.axes(self._exo.side, self._orientation)  # its checks
+        self._cone = cone, as_positive("length", length)
         with self._stage.update():
             self._stage.viewer[_CONE].set_object(frustum(1e-6, 1.0), flat_material(SKY, 0.35))
             self._items["glenoid cone"] = {"glyph": "cone", "colour": SKY, "text": "F_s ends in here: socket holds"}
@@ -85,11 +96,11 @@ class WristAdditions(Additions):
             self._write_legend()
 
     def _place_cone(self) -> None:
-        """Place the cone, if there is one: its apex moves with the arrows' scale."""
+        """Place the cone, if there is one: it follows the scapula, and its apex moves with the arrows' scale."""
         if "glenoid cone" not in self._items:
             return
         socket, long = self._cone
-        outward, superior, anterior = socket.axes(self._exo.side)
+        outward, superior, anterior = socket.axes(self._exo.side, self._orientation)
         sides = long * np.column_stack([socket.anterior * anterior, socket.superior * superior, outward])
         apex = -self._arrows.scale * socket.muscle_compression * outward
         self._stage.set_transform(f"/meshcat/{_CONE}", placement(sides, apex))

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from ...core.validation import FloatArray
 from .analytic_vectors import solved, turn_coefficients, unit
-from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, unit_wrenches
+from .side_forces import SideWrenches, StraightGuides, reciprocal_couples, signed_root, unit_wrenches
 
 __all__ = ["bent_wrenches", "largest_deflection"]
 
@@ -110,7 +110,7 @@ def bent_wrenches(
     Returns
     -------
     wrenches : SideWrenches
-        Of the size at which the force along X_i, halfway between X_Ai and X_Bi of the straight guide, is 1.
+        Of the size at which the force is 1, positive towards X_i, halfway between X_Ai and X_Bi of the straight guide.
         ``stiffness`` is the reciprocal of twice the energy of that wrench, and ``deflection`` is g over it. NaN where
         no stable shape of the guide is near (it buckles).
     ends : ndarray
@@ -126,7 +126,7 @@ def bent_wrenches(
         turns = _settled(own, near, copies, bends)
         found = _ends(own, turns)
         force = _cross(found.couple_base - found.couple_arm, own.s) / guides.lengths[bends]
-        size = _dot(force, own.x)
+        size = signed_root(_dot(force, force), _dot(force, own.x))
         for part, unit_part in zip(wrench, (force, found.couple_arm, found.couple_base), strict=True):
             part[bends] = (unit_part / size).T
         ends[bends], deflection[bends] = turns.T, found.torque * size

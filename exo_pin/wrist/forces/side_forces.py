@@ -36,8 +36,8 @@ class SideWrenches(NamedTuple):
     moment_arms : ndarray
         Moment of the unit force s_i at B_i, shape (N, n, 3), m.
     forces, moments : ndarray
-        The side wrench of unit size: the limb pulls the arm with -g_i (force, moment); shape (N, n, 3), force
-        dimensionless, moment in m.
+        The side wrench of unit size: the limb pulls the arm with -g_i (force, moment); shape (N, n, 3), unit vectors
+        and moments in m. g_i is the whole force across the limb, positive towards X_i.
     misfit : ndarray
         Distance of the two centres along the side wrench at δ = 0, shape (N, n), m.
     stiffness : ndarray
@@ -242,9 +242,10 @@ def _across(couple: FloatArray, s: FloatArray) -> FloatArray:
 def reciprocal_couples(guides: StraightGuides) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The wrench that does no work in the four revolute joints: force, couple at B_i and couple at A_i, per unit.
 
-    The force is X + β (s × X), X halfway between the two joints' own axes, without a part along the limb. The couple at
-    B_i is perpendicular to both axes there, μ (Y_B × X_B). The couple at A_i must be perpendicular to both axes there,
-    which gives two linear equations for μ and β.
+    The force is a unit vector without a part along the limb, (X + β (s × X)) / √(1 + β²), with X halfway between the
+    two joints' own axes: g_i is the side force itself, positive towards X. With a centre offset β is not zero, and the
+    part along X alone is less than the force. The couple at B_i is perpendicular to both axes there, μ (Y_B × X_B).
+    The couple at A_i must be perpendicular to both axes there, which gives two linear equations for μ and β.
 
     Source: thesis (D-13), (D-14), (D-15), (D-16), (D-17), (D-18).
     """
@@ -254,12 +255,18 @@ def reciprocal_couples(guides: StraightGuides) -> tuple[FloatArray, FloatArray, 
     across = np.cross(y_arm, x_arm)
     a11, a12, b1 = dot(across, y_base), -length * dot(X, y_base), -length * dot(T, y_base)
     a21, a22, b2 = dot(across, x_base), -length * dot(X, x_base), -length * dot(T, x_base)
-    determinant = a11 * a22 - a12 * a21
-    inverse = 1.0 / np.where(determinant == 0.0, 1.0, determinant)
-    mu, beta = (b1 * a22 - b2 * a12) * inverse, (a11 * b2 - a21 * b1) * inverse
-    force = X + beta[..., None] * T
-    couple_arm = mu[..., None] * across
+    # Cramer's rule, scaled by the size of the force in place of the determinant, which may vanish far off centre.
+    along, aside, couple = a11 * a22 - a12 * a21, a11 * b2 - a21 * b1, b1 * a22 - b2 * a12
+    size = signed_root(along * along + aside * aside, along)
+    force = (along / size)[..., None] * X + (aside / size)[..., None] * T
+    couple_arm = (couple / size)[..., None] * across
     return force, couple_arm, couple_arm + length[..., None] * np.cross(s, force)
+
+
+def signed_root(square: FloatArray, sign: FloatArray) -> FloatArray:
+    """√square with the sign of the real part of ``sign``; 1 where it is zero."""
+    some = square != 0.0
+    return np.where(some, np.sqrt(np.where(some, square, 1.0)) * np.where(sign.real < 0.0, -1.0, 1.0), 1.0)
 
 
 def _stiffness(

@@ -2,19 +2,21 @@
 
 import numpy as np
 import pytest
+from guided_limbs import guided
 from mujoco_oracle import MujocoWrist
 from scipy.spatial.transform import Rotation
+from sockets import following, hanging
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
-from exo_pin.core.conventions import MIRROR
-from exo_pin.reaction import GlenoidCone, Weights
+from exo_pin.core.conventions import MIRROR, mirrored
+from exo_pin.reaction import GlenoidCone, Weights, glenoid_orientation
 
 
 @pytest.mark.parametrize("approximation", ["inner", "outer"])
 @pytest.mark.parametrize("faces", [3, 8, 16, 64])
 def test_polyhedral_cone_and_its_stated_error(approximation, faces):
-    cone = GlenoidCone(retroversion=0.02, inclination=0.12, protraction=0.5, faces=faces, approximation=approximation)
+    cone = hanging(faces=faces, approximation=approximation)
     axes = cone.axes()
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
     N, h = cone.half_spaces()
@@ -38,15 +40,90 @@ def test_polyhedral_cone_and_its_stated_error(approximation, faces):
 
 
 def test_axes_point_where_they_should():
-    np.testing.assert_allclose(GlenoidCone().axes(), [[0, 1, 0], [0, 0, 1], [1, 0, 0]], atol=1e-15)
-    np.testing.assert_allclose(GlenoidCone().axes("right")[0], [0, -1, 0], atol=1e-15)
-    assert GlenoidCone(retroversion=0.1).axes()[0, 0] < 0  # opens backwards
-    assert GlenoidCone(protraction=0.1).axes()[0, 0] > 0
-    assert GlenoidCone(inclination=0.1).axes()[0, 2] > 0  # opens upwards
-    cone = GlenoidCone(retroversion=0.1, inclination=0.2)
-    np.testing.assert_allclose(cone.axes("right"), cone.axes() @ MIRROR)
+    def axes(name=None, side="left"):
+        angles = dict.fromkeys(("internal_rotation", "upward_rotation", "tilt", "retroversion", "inclination"), 0.0)
+        turn = glenoid_orientation(**(angles | ({} if name is None else {name: 0.1})))
+        return GlenoidCone(orientation=turn).axes(side)
+
+    np.testing.assert_allclose(axes(), [[0, 1, 0], [0, 0, 1], [1, 0, 0]], atol=1e-15)
+    np.testing.assert_allclose(axes(side="right"), [[0, -1, 0], [0, 0, 1], [1, 0, 0]], atol=1e-15)
+    for side in ("left", "right"):
+        assert axes("retroversion", side)[0, 0] == pytest.approx(-np.sin(0.1))  # opens backwards
+        assert axes("internal_rotation", side)[0, 0] == pytest.approx(np.sin(0.1))
+        assert axes("upward_rotation", side)[0, 2] == pytest.approx(np.sin(0.1))
+        assert axes("inclination", side)[0, 2] == pytest.approx(np.sin(0.1))  # opens upwards
+        assert axes("tilt", side)[1, 0] == pytest.approx(-np.sin(0.1))  # the upper edge goes backwards
+    np.testing.assert_allclose(hanging().axes("right"), hanging().axes() @ MIRROR)
     assert GlenoidCone.circular(0.5).superior == GlenoidCone.circular(0.5).anterior == 0.5
     assert GlenoidCone().error == pytest.approx(0.0192, abs=1e-4)
+
+
+def test_a_cone_is_asked_where_it_faces():
+    """A hanging scapula faces 30 to 40° forward: straight sideways its own axis would be far outside the cone."""
+    exo, cone = shoulder(), GlenoidCone()
+    for use in (
+        cone.axes,
+        cone.half_spaces,
+        lambda: cone.utilisation([0.0, 100.0, 0.0]),
+        lambda: cone.muscle_load(10.0),
+        lambda: exo.reaction(Rotation.identity(), cone=cone),
+        lambda: Weights(shear=2.0),
+        lambda: Weights(shear=2.0, glenoid=cone),
+    ):
+        with pytest.raises(ep.MissingData, match=r"orientation of the glenoid.*person.glenoid_cone"):
+            use()
+    assert Weights(shear=2.0, compression=2.0).glenoid is None
+    sideways = GlenoidCone(orientation=Rotation.identity())
+    for forward, used in ((30.0, 1.698), (40.0, 2.468)):
+        turn = glenoid_orientation(forward, 0, 0, retroversion=0, inclination=0, degrees=True)
+        axis = GlenoidCone(orientation=turn).axes()[0]
+        assert sideways.utilisation(axis) == pytest.approx(used, abs=1e-3)
+        assert GlenoidCone(orientation=turn).utilisation(axis) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_cone_follows_the_arm(side):
+    cone = following(muscle_compression=30.0)
+    poses = ep.shoulder_rotation([0, 0, 0, 90], [0, 90, 45, 0], [0, 20, -30, 40], side=side, degrees=True)
+    axes = cone.axes(side, poses)
+    ends = cone.orientation.as_matrix()[..., [1, 2, 0]].swapaxes(1, 2) @ (np.eye(3) if side == "left" else MIRROR)
+    np.testing.assert_allclose(axes[[0, 1, 3]], ends[[0, 1, 1]], atol=1e-12)
+    # Half way between two elevations it has turned half way, about one axis.
+    turns = [Rotation.from_matrix(b.T @ a).as_rotvec() for a, b in ((axes[0], axes[2]), (axes[2], axes[1]))]
+    np.testing.assert_allclose(*turns, atol=1e-9)
+    forces = np.random.default_rng(5).normal(size=(4, 3))
+    for row in range(4):
+        used = cone.utilisation(forces, side, poses)[row]
+        assert used == pytest.approx(cone.utilisation(forces[row], side, poses[row]), rel=1e-12)
+        np.testing.assert_allclose(cone.half_spaces(side, poses)[0][row], cone.half_spaces(side, poses[row])[0])
+    with pytest.raises(ep.InvalidInput, match="give the pose"):
+        cone.axes(side)
+    measured = GlenoidCone(orientation=cone.orientation[:2], elevation=[0.5, 1.0])
+    with pytest.raises(ep.InvalidInput, match=r"28.6479 to 57.2958 degrees.*got 90 degrees"):
+        measured.axes(side, poses[1])
+
+
+@pytest.mark.parametrize("split", ["minimal", "elastic_linear"])
+def test_programs_take_the_socket_of_each_pose(split):
+    """On both sides of the body, in a stack as in single poses."""
+    exo = guided(shoulder())
+    poses = regular_poses(exo.mechanism, np.random.default_rng(106), 30)
+    cone, options = following(muscle_compression=20.0), {"split": split, "limits": (1, 400)}
+    if split == "minimal":
+        options["weights"] = Weights(shear=9.0, glenoid=cone)
+    found, free = exo.reaction(poses, cone=cone, **options), exo.reaction(poses, **options)
+    held = found.held
+    assert held.sum() > 5
+    assert cone.utilisation(found.shoulder_force[held], "left", poses[held]).max() < 1 + 1e-7
+    assert (cone.utilisation(free.shoulder_force[held], "left", poses[held]) > 1.01).any()
+    # The cone of another elevation would have let some of them out.
+    assert cone.utilisation(found.shoulder_force[held], "left", Rotation.identity()).max() > 1.01
+    other = exo.mirrored().reaction(mirrored(poses), cone=cone, **options)
+    np.testing.assert_array_equal(other.status, found.status)
+    np.testing.assert_allclose(other.shoulder_force[held], found.shoulder_force[held] @ MIRROR, atol=1e-5)
+    for k in np.flatnonzero(held)[:3]:
+        alone = exo.reaction(poses[int(k)], cone=cone, **options)
+        np.testing.assert_allclose(alone.shoulder_force, found.shoulder_force[k], atol=1e-6)
 
 
 def shoulder():
@@ -59,7 +136,7 @@ def test_constraint_keeps_the_head_in_the_socket(count):
     poses = regular_poses(exo.mechanism, np.random.default_rng(101), count)
     limits = {"limits": (0, 500), "split": "minimal"}
     free = exo.reaction(poses, **limits)
-    cone = GlenoidCone(muscle_compression=20.0)
+    cone = hanging(muscle_compression=20.0)
     kept = exo.reaction(poses, cone=cone, **limits)
     held = kept.held
     assert count // 16 < held.sum() <= free.held.sum()
@@ -68,12 +145,12 @@ def test_constraint_keeps_the_head_in_the_socket(count):
     assert (kept.magnitude[held] >= free.magnitude[held] - 1e-9).all()
     # More muscle holds more poses, up to those that the limbs hold at all.
     counts = [
-        exo.reaction(poses, cone=GlenoidCone(muscle_compression=newtons), **limits).held.sum()
+        exo.reaction(poses, cone=hanging(muscle_compression=newtons), **limits).held.sum()
         for newtons in (0.0, 20.0, 2000.0)
     ]
     assert counts[0] <= counts[1] <= counts[2] == free.held.sum()
     # At a price no pose is lost, and a high price leads to the constraint.
-    soft = exo.reaction(poses, cone=GlenoidCone(muscle_compression=20.0, penalty=1e5), **limits)
+    soft = exo.reaction(poses, cone=hanging(muscle_compression=20.0, penalty=1e5), **limits)
     np.testing.assert_array_equal(soft.status, free.status)
     np.testing.assert_allclose(soft.shoulder_force[held], kept.shoulder_force[held], atol=0.05)
 
@@ -81,10 +158,10 @@ def test_constraint_keeps_the_head_in_the_socket(count):
 def test_muscles_as_a_load_are_muscles_in_the_cone():
     exo = shoulder()
     poses = regular_poses(exo.mechanism, np.random.default_rng(102), 15)
-    plain = GlenoidCone(inclination=0.1)
+    plain = hanging()
     load = ep.Load(plain.muscle_load(80.0))
     a = exo.reaction(poses, load=load, limits="pull", cone=plain)
-    b = exo.reaction(poses, limits="pull", cone=GlenoidCone(inclination=0.1, muscle_compression=80.0))
+    b = exo.reaction(poses, limits="pull", cone=hanging(muscle_compression=80.0))
     np.testing.assert_array_equal(a.status, b.status)
     held = a.held
     assert held.any()
@@ -98,7 +175,7 @@ def test_chosen_tensions_hold_the_arm_in_mujoco():
     poses = regular_poses(exo.mechanism, np.random.default_rng(103), 100)
     oracle = MujocoWrist(exo.mechanism)
     checked = 0
-    for options in ({}, {"split": "minimal"}, {"split": "minimal", "weights": Weights(4, 1, 0.01)}):
+    for options in ({}, {"split": "minimal"}, {"split": "minimal", "weights": Weights(4, 1, 0.01, hanging())}):
         answer = exo.reaction(poses, limits=(2, 400), **options)
         for k in np.flatnonzero(answer.held):
             oracle.data.qpos[:] = poses[int(k)].as_quat(scalar_first=True)
@@ -117,7 +194,12 @@ def test_chosen_tensions_hold_the_arm_in_mujoco():
     ("arguments", "message"),
     [
         ({"superior": 0.0}, "above zero"),
-        ({"inclination": 7.1}, "degrees"),
+        ({"orientation": [0.0, 0.0, 0.0]}, "orientation to be a scipy Rotation"),
+        ({"orientation": Rotation.identity(2)}, "or elevation with it"),
+        ({"elevation": [0.0, 1.0]}, "orientation for each"),
+        ({"elevation": [0.0, 1.0], "orientation": Rotation.identity()}, r"shape \(k,\)"),
+        ({"elevation": [0.0, 1.0], "orientation": Rotation.identity(3)}, "as many elevations"),
+        ({"elevation": [0.0, 90.0], "orientation": Rotation.identity(2)}, "degrees"),
         ({"faces": 2}, "3 to 256"),
         ({"faces": 8.0}, "integer"),
         ({"approximation": "exact"}, "inner, outer"),
@@ -132,3 +214,18 @@ def test_cones_that_cannot_be(arguments, message):
         Weights(shear=0.0)
     with pytest.raises(ep.InvalidInput, match="GlenoidCone"):
         Weights(glenoid=Rotation.identity())
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"tilt": -10}, "tilt within ±90 degrees"),
+        ({"inclination": np.nan}, "inclination"),
+        ({"degrees": 1}, "True or False"),
+        ({"tilt": [0.1, 0.2], "upward_rotation": [0.1, 0.2, 0.3]}, "shapes that fit"),
+    ],
+)
+def test_orientations_that_cannot_be(changes, message):
+    angles = {"internal_rotation": 0.6, "upward_rotation": 0.0, "tilt": -0.2, "retroversion": 0.1, "inclination": 0.1}
+    with pytest.raises(ep.InvalidInput, match=message):
+        glenoid_orientation(**(angles | changes))

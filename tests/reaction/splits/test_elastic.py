@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from guided_limbs import guided
 from maximal_elastic import Device
+from sockets import hanging
 from wrists import PERSON, random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -70,7 +71,7 @@ def test_three_limbs_within_limits(worn):
 
 def test_cone_at_the_displaced_geometry(four):
     poses = regular_poses(four.mechanism, np.random.default_rng(24), 6, margin=0.1)
-    cone = ep.GlenoidCone(muscle_compression=150.0, faces=8)
+    cone = hanging(muscle_compression=150.0, faces=8)
     answer = four.reaction(poses, split="elastic", centre_offset=OFFSET, cone=cone)
     N, h = cone.half_spaces(four.side)
     good = answer.held
@@ -87,7 +88,7 @@ def test_locked_actuators_are_checked_and_refuse_a_cone(worn):
     assert pulled.infeasibility is None
     assert not pulled.can_hold
     with pytest.raises(ep.InvalidInput, match='split="elastic"'):
-        worn.reaction(LIFTED, split="elastic_locked", cone=ep.GlenoidCone(muscle_compression=100.0))
+        worn.reaction(LIFTED, split="elastic_locked", cone=hanging(muscle_compression=100.0))
     with pytest.raises(ep.InvalidInput, match="held"):
         ep.reaction.Elastic("frozen")
     seven = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(25), 7)))

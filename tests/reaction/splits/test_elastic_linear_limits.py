@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from guided_limbs import STIFFNESS, guided
+from sockets import following
 from wrists import random_mechanism, regular_poses
 
 import exo_pin as ep
@@ -33,7 +34,7 @@ def enumerated(exo, pose, offset, low, high, cone=None):
     E = np.hstack([N, np.zeros((n - 3, n + 3))])
     C, c = np.zeros((0, 2 * n + 3)), np.zeros(0)
     if cone is not None:
-        normals, c = cone.half_spaces(exo.side)
+        normals, c = cone.half_spaces(exo.side, pose)
         C = np.hstack([np.zeros((len(c), 2 * n)), -normals @ STIFFNESS * unit])
     best, found = np.inf, None
     faces = [rows for size in range(2 if cone is None else 3) for rows in itertools.combinations(range(len(c)), size)]
@@ -67,7 +68,7 @@ def enumerated(exo, pose, offset, low, high, cone=None):
 def test_equals_enumeration(n, limits, with_cone):
     exo = guided(ep.ShoulderExo.from_mechanism(random_mechanism(np.random.default_rng(90 + n), n)))
     low, high = (np.full(n, value) for value in limits)
-    cone = ep.GlenoidCone(muscle_compression=400.0, faces=6) if with_cone else None
+    cone = following(muscle_compression=400.0, faces=6) if with_cone else None
     offset = ep.CentreOffset([0.002, -0.001, 0.002], [-0.001, 0.002, 0.001])
     poses = regular_poses(exo.mechanism, np.random.default_rng(91), 25, margin=0.03)
     answer = exo.reaction(poses, split="elastic_linear", centre_offset=offset, limits=limits, cone=cone)

@@ -5,10 +5,10 @@ import pinocchio as pin
 import pytest
 import umsgpack
 from scenes import URDF, commands, has_human, panel, place, pose
+from sockets import hanging
 
 import exo_pin as ep
 from exo_pin.core import errors
-from exo_pin.reaction import GlenoidCone
 from exo_pin.view import Scene, Sliders, find_browser
 from exo_pin.view.colours import scale_colours
 from exo_pin.wrist_chain import mechanism_urdf
@@ -236,11 +236,11 @@ def test_points_surface_and_cone_come_and_go(exo):
     scene = Scene(exo, human=False)
     scene.points("cloud", np.zeros((4, 3)), [0.0, 1.0, np.nan, 3.0], "det X, 1")
     scene.surface("face", np.eye(3), [[0, 1, 2]], [0.0, 1.0, 2.0], "force, N", limits=(0.0, 4.0))
-    scene.glenoid_cone()
+    scene.glenoid_cone(hanging())
     bars = panel(scene, "legend")["bars"]
     assert [(bar["label"], bar["low"], bar["high"]) for bar in bars] == [("det X, 1", "0", "3"), ("force, N", "0", "4")]
     # On its rim, the model says that all shear that the socket allows is in use.
-    cone = GlenoidCone(inclination=0.12, muscle_compression=100.0)
+    cone = hanging(muscle_compression=100.0)
     scene.glenoid_cone(cone)
     drawn = place(scene, "/meshcat/additions/glenoid cone")
     for turn in np.linspace(0.0, 6.0, 7):
@@ -269,11 +269,12 @@ def test_points_surface_and_cone_come_and_go(exo):
         (lambda s: s.points("a", np.zeros((1, 3)), [np.nan], "x"), errors.InvalidInput, "finite value"),
         (lambda s: s.surface("a", np.eye(3), [[0, 1, 3]], [1, 2, 3], "x"), errors.InvalidInput, "vertices 0 to 2"),
         (lambda s: s.surface("a", np.eye(3), [[0, 1.0, 2]], [1, 2, 3], "x"), errors.InvalidInput, "whole numbers"),
-        (lambda s: s.glenoid_cone(length=0.0), errors.InvalidInput, "length"),
+        (lambda s: s.glenoid_cone(hanging(), length=0.0), errors.InvalidInput, "length"),
         (lambda s: s.camera(position=[0, 0, 0], target=[0, 0, 0]), errors.InvalidInput, "differs from its target"),
         (lambda s: s.camera(field_of_view=200), errors.InvalidInput, "below 180"),
         (lambda s: s.ghost(exo=3), errors.InvalidInput, "exo to be a ShoulderExo"),
         (lambda s: s.replace_exo(3), errors.InvalidInput, "exo to be a ShoulderExo"),
+        (lambda s: s.glenoid_cone(), errors.MissingData, "orientation of the glenoid"),
         (lambda s: s.glenoid_cone(3), errors.InvalidInput, "cone to be a GlenoidCone"),
         (lambda s: s.serve("7000"), errors.InvalidInput, "port"),
         (lambda s: s.save_png("/tmp/none.png", size=(4, 4)), errors.InvalidInput, "16 to 8192"),

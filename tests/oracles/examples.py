@@ -62,6 +62,7 @@ def error_examples():
         errors.InfeasibleBounds([0, 2]),
         errors.NotAWrist("delta", "it has no ball joint"),
         errors.ExoPinWarning("mind this"),
+        errors.CacheUnusable("the disk is full"),
         errors.NoisyMovement("the forces are made of noise"),
         errors.OutsideHumanRange("this pose cannot be reached"),
         errors.NoisyMovement("noise"),

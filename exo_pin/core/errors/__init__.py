@@ -29,12 +29,13 @@ from .inputs import (
 )
 from .muscles import NotIdentifiable, OutsideRangeOfMotion, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
-from .warning_categories import ExoPinWarning, NoisyMovement, OutsideHumanRange, SuspectMeasurements
+from .warning_categories import CacheUnusable, ExoPinWarning, NoisyMovement, OutsideHumanRange, SuspectMeasurements
 
 __all__ = [
     "BeyondLimits",
     "BrowserFailed",
     "BrowserNotFound",
+    "CacheUnusable",
     "ExoPinError",
     "ExoPinWarning",
     "FileFormatError",

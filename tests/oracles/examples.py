@@ -58,6 +58,7 @@ def error_examples():
         errors.MissingExtra("plot", "matplotlib"),
         FileFormatError("not TOML", "mine.toml", "geometry.r_A"),
         FileNotWritten("mine.toml", OSError(28, "No space left on device")),
+        errors.StorageUnusable("mysql://me:secret@host/db", "no answer"),
         errors.NonConvexBound("not convex"),
         errors.InfeasibleBounds([0, 2]),
         errors.NotAWrist("delta", "it has no ball joint"),

@@ -25,6 +25,7 @@ from .inputs import (
     MissingExtra,
     NonConvexBound,
     NotAWrist,
+    StorageUnusable,
     UnknownName,
 )
 from .muscles import NotIdentifiable, OutsideRangeOfMotion, OutsideValidity
@@ -59,6 +60,7 @@ __all__ = [
     "SimulationStopped",
     "SingularConfiguration",
     "SolverFailed",
+    "StorageUnusable",
     "SuspectMeasurements",
     "UndeterminedMotion",
     "UndrivenMotion",

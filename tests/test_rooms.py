@@ -110,6 +110,19 @@ def test_printing_is_left_to_the_command_line(trees):
         assert not prints or room(name) == "cli", name
 
 
+#: Calls that run code which they read.
+RUNNING = {"eval", "exec", "pickle.load", "pickle.loads", "pickle.Unpickler", "marshal.loads", "shelve.open"}
+
+
+def test_nothing_that_is_read_runs_as_code(trees):
+    for name, tree in trees.items():
+        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+        found = {ast.unparse(node.func) for node in calls} & RUNNING
+        # Machine code in the cache of kernels is code, as ``.pyc`` files are.
+        assert not found or name == "exo_pin.core.numba_cache", name
+        assert not any(keyword.arg == "allow_pickle" for node in calls for keyword in node.keywords), name
+
+
 def test_matplotlib_is_imported_only_where_something_is_drawn(trees):
     for name, tree in trees.items():
         top = tree.body

@@ -28,6 +28,7 @@ MAKERS = {
     "UndrivenMotion": lambda text: errors.UndrivenMotion(Q, Q, [text] * 50),
     "InfeasibleForces": lambda text: errors.InfeasibleForces(1.0, [text] * 50),
     "UnsupportedDynamics": lambda text: errors.UnsupportedDynamics(text, [text] * 50, text),
+    "StorageUnusable": lambda text: errors.StorageUnusable(text, text),
     "SimulationStopped": lambda text: errors.SimulationStopped(0.1, Q, Q, text),
     "SolverFailed": lambda text: errors.SolverFailed(text, 1.0, text),
     "BrowserFailed": lambda text: errors.BrowserFailed(text, text),

@@ -87,7 +87,7 @@ def test_killed_worker_costs_the_designs_in_flight(tmp_path):
     """Two workers of one study; one gets SIGKILL within a run, and the other completes the study."""
     logs, path, killed = [tmp_path / "first.log", tmp_path / "second.log"], tmp_path / "study.db", tmp_path / "killed"
     here = str(Path(__file__).parent)
-    StoredStudy(path, "other study", ("index",), {})  # so that the two do not both make the tables
+    StoredStudy(path, "other study", ("index",), {}, 24, RUN)  # so that the two do not both make the tables
     workers = [
         subprocess.Popen(
             [sys.executable, "-c", _WORKER.format(tests=here, log=str(log), path=str(path), killed=str(killed))]
@@ -123,21 +123,21 @@ def test_killed_worker_costs_the_designs_in_flight(tmp_path):
 @pytest.mark.full
 def test_sleeping_worker_leaves_its_run_to_the_one_that_took_it(tmp_path, monkeypatch):
     description = {"of": "the test"}
-    sleeper, other = (StoredStudy(tmp_path / "study.db", "study", ("index",), description) for _ in range(2))
-    trial, state = sleeper.take(RUN, RUN)
+    sleeper, other = (StoredStudy(tmp_path / "study.db", "study", ("index",), description, 24, RUN) for _ in range(2))
+    trial, state = sleeper.take(RUN)
     assert state is None
     run = Descent(merit(), {}, (1, trial.number))
     run.run(2 * GENERATION)
     assert sleeper.checkpoint(trial, run.stored())
     # The whole budget is in the hands of the first worker.
-    assert other.take(RUN, RUN) is None
+    assert other.take(RUN) is None
     monkeypatch.setattr(stored_study, "STALE", 0.0)
-    taken, state = other.take(RUN, RUN)
+    taken, state = other.take(RUN)
     assert taken.number == trial.number
     assert Descent(merit(), {}, (1, 0), state).done == 2 * GENERATION
     assert not sleeper.checkpoint(trial, run.stored())
     sleeper.finish(trial, run.best.tolist(), 0.0, {"index": 1.0}, run.done)
-    assert list(sleeper.runs()) == []
+    assert sleeper.runs() == []
     other.finish(taken, run.best.tolist(), 0.5, {"index": 0.25}, run.done)
     (finished,) = sleeper.runs()
     assert finished.merit == 0.5
@@ -145,9 +145,9 @@ def test_sleeping_worker_leaves_its_run_to_the_one_that_took_it(tmp_path, monkey
 
 
 def test_run_of_a_worker_that_died_before_its_first_generation_starts_again(tmp_path, monkeypatch):
-    first, second = (StoredStudy(tmp_path / "study.db", "study", ("index",), {}) for _ in range(2))
-    trial, _ = first.take(RUN, RUN)
-    assert second.take(RUN, RUN) is None
+    first, second = (StoredStudy(tmp_path / "study.db", "study", ("index",), {}, 24, RUN) for _ in range(2))
+    trial, _ = first.take(RUN)
+    assert second.take(RUN) is None
     monkeypatch.setattr(stored_study, "STALE", 0.0)
-    taken, state = second.take(RUN, RUN)
+    taken, state = second.take(RUN)
     assert (taken.number, state) == (trial.number, None)

@@ -25,16 +25,18 @@ from .inputs import (
     MissingExtra,
     NonConvexBound,
     NotAWrist,
+    StorageUnusable,
     UnknownName,
 )
 from .muscles import NotIdentifiable, OutsideRangeOfMotion, OutsideValidity
 from .tools import BrowserFailed, BrowserNotFound, SolverFailed
-from .warning_categories import ExoPinWarning, NoisyMovement, OutsideHumanRange, SuspectMeasurements
+from .warning_categories import CacheUnusable, ExoPinWarning, NoisyMovement, OutsideHumanRange, SuspectMeasurements
 
 __all__ = [
     "BeyondLimits",
     "BrowserFailed",
     "BrowserNotFound",
+    "CacheUnusable",
     "ExoPinError",
     "ExoPinWarning",
     "FileFormatError",
@@ -58,6 +60,7 @@ __all__ = [
     "SimulationStopped",
     "SingularConfiguration",
     "SolverFailed",
+    "StorageUnusable",
     "SuspectMeasurements",
     "UndeterminedMotion",
     "UndrivenMotion",

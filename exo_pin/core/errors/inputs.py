@@ -128,6 +128,26 @@ class FileNotWritten(InvalidInput):
         super().__init__(f"cannot write {self.path!r}: {error.strerror or error}{advice}")
 
 
+class StorageUnusable(InvalidInput):
+    """The storage of a study cannot be opened, read or written, or what it holds is no study of this version.
+
+    Attributes
+    ----------
+    storage : str
+        Its path or URL, without the password.
+    reason : str
+        What is wrong with it.
+    """
+
+    def __init__(self, storage: object, reason: str) -> None:
+        kind, mark, rest = str(storage).partition("://")
+        login, at, place = rest.rpartition("@")
+        user, has_password, _ = login.partition(":")
+        self.storage = f"{kind}{mark}{user}:***{at}{place}" if has_password else str(storage)
+        self.reason = reason
+        super().__init__(f"storage {self.storage!r:.200}: {reason}")
+
+
 class NonConvexBound(InvalidInput):
     """The bound ``|g_i| <= |f_i|`` is not convex where f_i is itself chosen and may take both signs."""
 

@@ -6,10 +6,14 @@ from .base import shown
 
 
 class ExoPinWarning(UserWarning):
-    """Base of the warnings about results that are computed as requested, and may mislead."""
+    """Base of exo_pin's warnings: results are computed as requested, and may mislead or take longer than usual."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*(shown(str(arg)) for arg in args))
+
+
+class CacheUnusable(ExoPinWarning):
+    """Machine code cannot be read from the cache on disk or stored there: results are the same, and take longer."""
 
 
 class NoisyMovement(ExoPinWarning):

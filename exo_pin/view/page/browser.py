@@ -18,7 +18,7 @@ from typing import Any
 from ...core.errors import BrowserFailed, BrowserNotFound, InvalidInput
 from ...core.records import OneProcess
 
-__all__ = ["BROWSERS", "BROWSER_VARIABLE", "Browser", "find_browser"]
+__all__ = ["BROWSERS", "BROWSER_VARIABLE", "Browser", "find_browser", "run_until_stopped"]
 
 #: Names of browser programs, tried in this order, and the environment variable that names another one.
 BROWSERS = (
@@ -85,7 +85,7 @@ class Browser(OneProcess):
         self._folder = Path(tempfile.mkdtemp(prefix="exo_pin_browser_"))
         # A notebook has an event loop of its own in the main thread; the browser's runs in another thread.
         self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=_run_until_stopped, args=(self._loop,), daemon=True)
+        self._thread = threading.Thread(target=run_until_stopped, args=(self._loop,), daemon=True)
         self._thread.start()
         self._tab: Any = None
         self._browser = chromium(self._program, str(self._folder))
@@ -187,7 +187,7 @@ def _checked(size: tuple[int, int]) -> tuple[int, int]:
     return width, height
 
 
-def _run_until_stopped(loop: asyncio.AbstractEventLoop) -> None:
+def run_until_stopped(loop: asyncio.AbstractEventLoop) -> None:
     """Run an event loop, and cancel what is left when it stops."""
     loop.run_forever()
     left = asyncio.all_tasks(loop)

@@ -1,52 +1,135 @@
-"""The live page: a small web server in a thread of its own, on this machine only."""
+"""The live page: a small web server in a thread of its own, on this machine only, for those who have its address.
+
+The page shows a person's data, and any web site that is open in a browser of this machine can reach 127.0.0.1. So,
+as in Jupyter:
+
+- The address holds a random token (:data:`TOKEN`), which the page, its script and its socket all need.
+- The name in the header ``Host`` must be one of this machine, whatever the port, which ``ssh -L`` may change. A foreign
+  site whose name was made to point here (DNS rebinding) has its own name there.
+- A header ``Origin``, which a browser sends with what another site has asked for, must name the same host and port.
+
+Everything else gets status 403. A browser that reads slowly, or not at all, is sent the newest state and not the way
+there: what waits for it is bounded, and dropped for the whole scene when it grows beyond. Nothing that a browser does
+is reported on the terminal, which is the user's.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import secrets
 import socket
 import threading
 from collections.abc import Callable
+from ipaddress import ip_address
 from typing import Any
 
 from tornado.httpserver import HTTPServer
+from tornado.iostream import StreamClosedError
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ...core.errors import InvalidInput
 from ...core.records import OneProcess
+from .browser import run_until_stopped
 from .page_overlay import live_page, viewer_script
 
-__all__ = ["FIRST_PORT", "Server"]
+__all__ = ["FIRST_PORT", "TOKEN", "Server"]
 
 #: Where the search for a free port starts, and how many are tried.
 FIRST_PORT, _PORTS = 7000, 100
+#: Part of every address. One for the process, so that an open page finds the scene that is served next on its port.
+TOKEN = secrets.token_urlsafe(24)
+#: Bytes of changes that wait for a browser; beyond it gets the whole scene instead.
+_MOST_WAITING = 2**18
+#: Seconds in which a browser has to take what it is sent.
+_PATIENCE = 120.0
+#: Bytes of a request: nobody sends anything here.
+_LARGEST_REQUEST = 2**14
 
 
-class _Page(RequestHandler):
+class _Guarded(RequestHandler):
+    """Answers those only who have the address; see the module's description."""
+
+    def prepare(self) -> None:
+        """Refuse a request that may not be answered."""
+        token = self.path_args[0] if self.path_args else ""
+        if not (secrets.compare_digest(token.encode(), TOKEN.encode()) and _is_of_this_machine(self)):
+            self.set_status(403)
+            self.finish("Not allowed. Open the whole address that exo_pin has given, with its token, on this machine.")
+
+    def set_default_headers(self) -> None:
+        """Keep the address from other sites and the page from the browser's cache."""
+        self.set_header("Referrer-Policy", "no-referrer")
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Cache-Control", "no-store")
+
+    def log_exception(self, *_: Any) -> None:
+        """Leave the terminal alone."""
+
+
+def _is_of_this_machine(handler: RequestHandler) -> bool:
+    """Whether a request names this machine, and comes from a page of the same host and port if from any."""
+    name = handler.request.host_name.strip("[]")
+    try:
+        is_local = name == "localhost" or ip_address(name).is_loopback
+    except ValueError:
+        return False
+    origin = handler.request.headers.get("Origin")
+    return is_local and (origin is None or origin.lower().partition("://")[2] == handler.request.host.lower())
+
+
+class _Page(_Guarded):
     """Gives out one text."""
 
     def initialize(self, text: Callable[[], str], kind: str) -> None:
         """Store the settings of this address."""
         self._text, self._kind = text, kind
 
-    def get(self) -> None:
+    def get(self, _: str) -> None:
         """Answer a browser."""
         self.set_header("Content-Type", f"{self._kind}; charset=utf-8")
-        self.set_header("Cache-Control", "no-store")
         self.write(self._text())
 
 
-class _Socket(WebSocketHandler):
-    """A browser that looks on: it gets the scene, then every change."""
+class _Socket(_Guarded, WebSocketHandler):
+    """A browser that looks on: it gets the scene, then every change, or several at once if it is slow."""
 
     def initialize(self, snapshot: Callable[[], bytes], connections: set[Any]) -> None:
         """Store the settings of this address."""
         self._snapshot, self._connections = snapshot, connections
+        self._waiting: list[bytes] = []
+        # None: nothing has been sent, or too much waits, so that the whole scene is next.
+        self._size: int | None = None
+        self._sending: asyncio.Task[None] | None = None
 
     def open(self, *_: str, **__: str) -> None:
         """Greet a browser with the whole scene."""
         self._connections.add(self)
-        self.write_message(self._snapshot(), binary=True)
+        self._sending = asyncio.create_task(self._send())
+
+    def push(self, commands: bytes) -> None:
+        """Send a run of commands as soon as the browser has taken what was sent before."""
+        if self._size is not None:
+            self._waiting.append(commands)
+            self._size += len(commands)
+            if self._size > _MOST_WAITING:
+                self._waiting, self._size = [], None
+        if self._sending is None or self._sending.done():
+            self._sending = asyncio.create_task(self._send())
+
+    async def _send(self) -> None:
+        try:
+            while self._size is None or self._waiting:
+                message = self._snapshot() if self._size is None else b"".join(self._waiting)
+                self._waiting, self._size = [], 0
+                await asyncio.wait_for(self.write_message(message, binary=True), _PATIENCE)
+        except (WebSocketClosedError, StreamClosedError):  # left, and not yet forgotten
+            self._connections.discard(self)
+        except TimeoutError:
+            # Not close(), which would wait for an answer.
+            stream = getattr(self.ws_connection, "stream", None)
+            if stream is not None:
+                stream.close()
 
     def on_message(self, message: str | bytes) -> None:
         """Messages of browsers are ignored."""
@@ -57,12 +140,12 @@ class _Socket(WebSocketHandler):
 
 
 class Server(OneProcess):
-    """Serves the page and the scene on 127.0.0.1.
+    """Serves the page and the scene on 127.0.0.1, to those who have :attr:`url`.
 
     Parameters
     ----------
     snapshot : callable
-        Gives the whole scene as a run of commands; called from the server's thread.
+        Gives the whole scene as a run of commands that replace what was there; called from the server's thread.
     port : int, optional
         The first port to try, :data:`FIRST_PORT` if left out; a used one moves on to the next. 0 takes any.
 
@@ -83,20 +166,22 @@ class Server(OneProcess):
         started = threading.Event()
         application = Application(
             [
-                (r"/", _Page, {"text": live_page, "kind": "text/html"}),
-                (r"/viewer.js", _Page, {"text": viewer_script, "kind": "text/javascript"}),
-                (r"/socket", _Socket, {"snapshot": snapshot, "connections": self._connections}),
+                (r"/([^/]*)/", _Page, {"text": live_page, "kind": "text/html"}),
+                (r"/([^/]*)/viewer\.js", _Page, {"text": viewer_script, "kind": "text/javascript"}),
+                (r"/([^/]*)/socket", _Socket, {"snapshot": snapshot, "connections": self._connections}),
             ],
+            default_handler_class=_Guarded,
             log_function=lambda _: None,
+            websocket_max_message_size=_LARGEST_REQUEST,
         )
 
         def run() -> None:
             asyncio.set_event_loop(self._loop)
-            self._http = HTTPServer(application)
+            self._loop.set_exception_handler(lambda *_: None)
+            self._http = HTTPServer(application, max_body_size=_LARGEST_REQUEST, max_header_size=_LARGEST_REQUEST)
             self._http.add_socket(listening)
             self._loop.call_soon(started.set)
-            self._loop.run_forever()
-            self._loop.close()
+            run_until_stopped(self._loop)
 
         self._thread = threading.Thread(target=run, name="exo_pin view", daemon=True)
         self._thread.start()
@@ -104,8 +189,8 @@ class Server(OneProcess):
 
     @property
     def url(self) -> str:
-        """Address of the page."""
-        return f"http://127.0.0.1:{self.port}/"
+        """Address of the page, with the token."""
+        return f"http://127.0.0.1:{self.port}/{TOKEN}/"
 
     def publish(self, commands: bytes) -> None:
         """Send a run of commands to everyone who looks on; returns at once."""
@@ -120,10 +205,7 @@ class Server(OneProcess):
 
     def _send(self, commands: bytes) -> None:
         for connection in list(self._connections):
-            try:
-                connection.write_message(commands, binary=True)
-            except WebSocketClosedError:  # left, and not yet forgotten
-                self._connections.discard(connection)
+            connection.push(commands)
 
     async def _stop(self) -> None:
         self._http.stop()
@@ -141,6 +223,8 @@ def _free_socket(first: int) -> socket.socket:
         found = socket.socket()
         try:
             found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            # For every connection: otherwise some megabytes of old changes wait in the kernel for a slow browser.
+            found.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _MOST_WAITING)
             found.bind(("127.0.0.1", port))
             found.listen(64)
         except OSError:

@@ -60,7 +60,7 @@ class Pages(OneProcess, ABC):
         return self._stage.serial
 
     def serve(self, port: int | None = None) -> str:
-        """Open the live page on 127.0.0.1 and return its address.
+        """Open the live page on 127.0.0.1 and return its address, without whose token nobody can see it.
 
         Parameters
         ----------

@@ -68,7 +68,7 @@ class Stage(OneProcess):
     def serve(self, port: int | None = None) -> str:
         """Start the live page, if it has not been started, and return its address."""
         if self._server is None:
-            self._server = Server(self.snapshot, port)
+            self._server = Server(self._afresh, port)
         return self._server.url
 
     def close(self) -> None:
@@ -166,6 +166,10 @@ class Stage(OneProcess):
                     commands.append(node.transform)
             commands += [_packed({"type": "panel", "name": name, "data": data}) for name, data in self._panels.items()]
             return _run([*commands, self._stamp()])
+
+    def _afresh(self) -> bytes:
+        """The whole scene, in place of whatever a page shows."""
+        return _run([_packed({"type": "delete", "path": "/meshcat"})]) + self.snapshot()
 
     def placements(self) -> dict[str, FloatArray]:
         """Placement of every placed node, path to matrix of shape (4, 4)."""

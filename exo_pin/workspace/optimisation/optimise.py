@@ -26,8 +26,9 @@ from .merit import OBJECTIVES, Merit, check_objectives
 from .optimised import Candidate, Optimised
 from .recheck import recheck
 from .search_poses import Centre, SearchPoses, as_centres, lifting_poses
-from .stored_study import Run, StoredStudy, study_description
+from .stored_study import Run, StoredStudy
 from .stroke_fitting import FitOptions, fitted_strokes
+from .study_description import study_description
 
 if TYPE_CHECKING:
     from ...exo.shoulder_exo import ShoulderExo
@@ -92,7 +93,8 @@ def optimise(
     budget : int
         Designs to evaluate in all.
     storage : str or path-like, optional
-        A path, for a SQLite file, or the URL of a database. In memory if left out.
+        A path, for a SQLite file of that name, or the URL of a database. In memory if left out. What it holds is data,
+        which is checked: a storage from somebody else cannot run code.
     name : str
         Of the study in the storage.
     fit_strokes : bool
@@ -116,6 +118,8 @@ def optimise(
     ------
     MissingExtra
         If Optuna or cmaes is not installed (``pip install ".[optimise]"``).
+    StorageUnusable
+        If the storage cannot be opened, read or written, or holds something else than studies of this version.
     MissingData
         If the design lacks what a criterion needs, or "contact_force" has no ``person``.
     InvalidInput
@@ -140,12 +144,13 @@ def optimise(
     space = DesignVariables(exo.mechanism, variables)
     contact = _contact(exo, person, chosen, criteria) if "contact_force" in wanted else None
     merit = Merit(space, chosen, criteria, fit_strokes, contact)
-    study = StoredStudy(storage, name, wanted, study_description(merit, wanted, seed, run_length, refine, centres))
+    description = study_description(merit, wanted, seed, run_length, refine, centres)
+    study = StoredStudy(storage, name, wanted, description, space.count, run_length)
     start = space.point(space.of_design()) if refine else None
     made = _made_runs(study, merit, wanted, seed, budget, run_length, start)
     for _ in track(made, "runs", progress, -(-max(0, budget - study.evaluations()) // run_length)):
         pass
-    runs = list(study.runs())
+    runs = study.runs()
     if not runs:
         raise InvalidInput("no design could be evaluated: every one lacks data or cannot be built")
     front = [_candidate(exo, merit, runs[row], finer_step, centres) for row in _reported(runs, wanted)]
@@ -171,7 +176,7 @@ def _made_runs(
 ) -> Iterator[int]:
     """Make runs until the budget of all workers is used up; yields their numbers."""
     while study.evaluations() < budget:
-        taken = study.take(budget, length)
+        taken = study.take(budget)
         if taken is None:
             # What is left is in the hands of other workers: their runs belong to the result, and if one falls silent
             # its run is taken over.
@@ -179,7 +184,8 @@ def _made_runs(
             continue
         trial, state = taken
         weights = _weights(objectives, seed, trial.number)
-        run = Descent(merit, weights, (seed, trial.number), state or None, start)
+        with study.watched():  # the state may be anything
+            run = Descent(merit, weights, (seed, trial.number), state, start)
 
         def store(run: Descent = run, trial: Any = trial) -> bool:
             return study.checkpoint(trial, run.stored())

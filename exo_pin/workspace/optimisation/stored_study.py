@@ -7,31 +7,37 @@ heard of for :data:`STALE` seconds takes it up from there: the end of a worker c
 those that were being evaluated. A worker that was only slow, and whose run was taken over, finds that out when it
 stores the next generation, and leaves the run to the other.
 
+A storage is data: everything in it is JSON, whose version, keys, shapes and ranges are checked when it is read, so that
+it can come from anybody. Whatever a storage does wrong is a :class:`StorageUnusable`.
+
 Assumption: the clocks of the machines agree to some seconds.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
+import os
 import time
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
-from os import PathLike, fspath
+from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...core.errors import InvalidInput, MissingExtra
+from ...core.errors import InvalidInput, MissingExtra, StorageUnusable
 from ...core.errors.base import echo
+from ...core.files.toml_tables import Table
 from ...core.records import OneProcess
-from ...design.io.mechanism_writing import mechanism_table
-from .merit import OBJECTIVES, Merit
-from .search_poses import Centre, described
+from .descent import GENERATION, as_point
+from .merit import OBJECTIVES
 
-__all__ = ["STALE", "Run", "StoredStudy", "study_description"]
+__all__ = ["STALE", "Run", "StoredStudy"]
 
+#: Version of what is stored; a study of another one is refused.
+_FORMAT = 1
 #: Seconds after which a silent run is taken for abandoned.
 STALE = 30.0
 
@@ -67,78 +73,156 @@ class StoredStudy(OneProcess):
     ----------
     storage : str, path-like or None
         None: in memory. A database URL, such as ``sqlite:///study.db`` or ``postgresql://...``; a path becomes a SQLite
-        file.
+        file of exactly that name.
     name : str
         Of the study in the storage.
     objectives : tuple of str
         By which runs are compared.
     description : dict
         What the study searches. A study that was stored with another description is refused.
+    count : int
+        Variables of the search.
+    length : int
+        Designs of a run.
+
+    Raises
+    ------
+    MissingExtra
+        If Optuna is not installed.
+    StorageUnusable
+        If the storage cannot be used or holds something else, from here and from every method.
+    InvalidInput
+        If the study searches something else.
     """
 
     _instead = "open the storage again by its URL"
 
     def __init__(
-        self, storage: str | PathLike[str] | None, name: str, objectives: tuple[str, ...], description: dict[str, Any]
+        self,
+        storage: str | PathLike[str] | None,
+        name: str,
+        objectives: tuple[str, ...],
+        description: dict[str, Any],
+        count: int,
+        length: int,
     ) -> None:
         try:
             self._optuna: Any = import_module("optuna")
         except ImportError as error:
             raise MissingExtra("optimise", "optuna") from error
         self._optuna.logging.set_verbosity(self._optuna.logging.WARNING)
-        url = None if storage is None else fspath(storage)
-        if url is not None and "://" not in url:
-            url = f"sqlite:///{url}"
-        self._study = self._optuna.create_study(
-            storage=url,
-            study_name=name,
-            load_if_exists=True,
-            directions=["maximize" if OBJECTIVES[objective] else "minimize" for objective in objectives],
-            sampler=self._optuna.samplers.RandomSampler(seed=0),
-        )
-        self._objectives, self._worker = objectives, uuid.uuid4().hex
-        text = json.dumps(description, sort_keys=True)
-        before = self._study.user_attrs.get("description")
-        if before is None:
-            self._study.set_user_attr("description", text)
-        elif before != text:
+        self._storage, self._objectives, self._worker = storage, objectives, uuid.uuid4().hex
+        self._count, self._length, self._most = count, length, length + GENERATION
+        if not isinstance(name, str) or not name:
+            raise InvalidInput(f"expected the name of a study, got {echo(name)}")
+        with self.watched():
+            self._study = self._optuna.create_study(
+                storage=None if storage is None else _url(storage),
+                study_name=name,
+                load_if_exists=True,
+                directions=["maximize" if OBJECTIVES[objective] else "minimize" for objective in objectives],
+                sampler=self._optuna.samplers.RandomSampler(seed=0),
+            )
+            text = json.dumps({"format": _FORMAT, **description}, sort_keys=True)
+            before = self._study.user_attrs.get("description")
+            if before is None:
+                self._study.set_user_attr("description", text)
+            found = _object(before or text)
+            if found.get("format") != _FORMAT:
+                raise InvalidInput(f"the study {name!r} was stored by another version of exo_pin; choose another name")
+        if before not in (None, text):
             raise InvalidInput(
-                f"the study {name!r} in {url} searches something else: {_difference(before, text)}; choose another "
+                f"the study {name!r} searches something else: {_difference(found, json.loads(text))}; choose another "
                 "name or storage"
             )
 
-    def take(self, budget: int, length: int) -> tuple[Any, str | None] | None:
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Turn whatever the storage does in a block into a :class:`StorageUnusable`."""
+        try:
+            yield
+        except (StorageUnusable, MissingExtra):
+            raise
+        except Exception as error:
+            raise StorageUnusable(self._storage, _reason(error)) from error
+
+    def take(self, budget: int) -> tuple[Any, dict[str, Any] | None] | None:
         """A run to work on, and its stored state if another worker has left it; None if others work on all there is.
 
         Parameters
         ----------
         budget : int
             Designs of the whole study.
-        length : int
-            Designs of a run.
         """
-        running, now = self._running(), time.time()
-        silent = [trial for trial in running if now - _heard(trial) > STALE]
-        if silent:
-            live = self._optuna.trial.Trial(self._study, silent[0]._trial_id)
-            state = _progress(silent[0]).get("state")
-        elif self.evaluations() + len(running) * length < budget:
-            live, state = self._study.ask(), None
-        else:
-            return None
-        self._store(live, state)
-        return live, state
+        with self.watched():
+            running, now, state = self._running(), time.time(), None
+            # A time in the future is no sign of life: it would keep the run from everybody.
+            silent = [trial for trial in running if abs(now - _heard(trial)) > STALE]
+            if silent:
+                live = self._optuna.trial.Trial(self._study, silent[0]._trial_id)
+                state = _progress(silent[0]).get("state")
+                if state is not None:
+                    self._evaluations(Table(state, None, "state"))
+            elif self.evaluations() + len(running) * self._length < budget:
+                live = self._study.ask()
+            else:
+                return None
+            self._store(live, state)
+            return live, state
 
-    def checkpoint(self, trial: Any, state: str) -> bool:
+    def checkpoint(self, trial: Any, state: dict[str, Any]) -> bool:
         """Store the state of a run; False if another worker has taken it over, and then nothing is stored."""
-        if not self._is_mine(trial):
-            return False
-        self._store(trial, state)
-        return True
+        with self.watched():
+            if not self._is_mine(trial):
+                return False
+            self._store(trial, state)
+            return True
 
     def evaluations(self) -> int:
         """Designs that the finished runs have evaluated."""
         return sum(run.evaluations for run in self.runs())
+
+    def finish(self, trial: Any, point: list[float], merit: float, objectives: dict[str, float], done: int) -> None:
+        """Store the end of a run, unless another worker has taken it over."""
+        with self.watched():
+            if not self._is_mine(trial):
+                return
+            known = {name: value for name, value in objectives.items() if not np.isnan(value)}
+            record = {"point": point, "merit": merit, "objectives": known, "evaluations": done}
+            trial.set_user_attr("result", json.dumps(record))
+            trial.set_user_attr("progress", "")
+            values = [objectives[name] for name in self._objectives]
+            outcome: Any = {"values": values}
+            if np.isnan(values).any():
+                outcome = {"state": self._optuna.trial.TrialState.FAIL}
+            self._study.tell(trial, **outcome, skip_if_finished=True)
+
+    def runs(self) -> list[Run]:
+        """All finished runs, by number."""
+        with self.watched():
+            trials = self._study.get_trials(deepcopy=False)
+            return [self._run(each) for each in trials if each.state.is_finished() and each.user_attrs.get("result")]
+
+    def _run(self, trial: Any) -> Run:
+        """The record of a finished run, checked."""
+        table = Table(_object(trial.user_attrs["result"]), None, f"run {trial.number}")
+        given = table.required_table("objectives")
+        objectives = {name: given.quantity("number", name, required=False) for name in OBJECTIVES}
+        index = objectives["index"]
+        if index is not None and not -1e-9 <= index <= 1.0 + 1e-9:
+            raise given.error(f"expected a share from 0 to 1, got {index:g}", "index")
+        known = {name: np.nan if value is None else value for name, value in objectives.items()}
+        point, merit = as_point(table, "point", self._count), table.quantity("number", "merit")
+        run = Run(trial.number, point.tolist(), merit, known, self._evaluations(table))
+        given.finish()
+        table.finish()
+        return run
+
+    def _evaluations(self, table: Table) -> int:
+        done = table.integer("evaluations")
+        if not 1 <= done <= self._most:
+            raise table.error(f"expected 1 to {self._most} designs, got {echo(done)}", "evaluations")
+        return done
 
     def _running(self) -> list[Any]:
         states = (self._optuna.trial.TrialState.RUNNING,)
@@ -149,36 +233,43 @@ class StoredStudy(OneProcess):
             each.number == trial.number and _progress(each).get("worker") == self._worker for each in self._running()
         )
 
-    def _store(self, trial: Any, state: str | None) -> None:
+    def _store(self, trial: Any, state: dict[str, Any] | None) -> None:
         # One row for the three: a reader never sees the state of one worker beside the name of another.
         record = {"state": state, "beat": time.time(), "worker": self._worker}
         trial.set_user_attr("progress", json.dumps(record))
 
-    def finish(self, trial: Any, point: list[float], merit: float, objectives: dict[str, float], done: int) -> None:
-        """Store the end of a run, unless another worker has taken it over."""
-        if not self._is_mine(trial):
-            return
-        record = {"point": point, "merit": merit, "objectives": objectives, "evaluations": done}
-        trial.set_user_attr("result", json.dumps(record))
-        trial.set_user_attr("progress", "")
-        values = [objectives[name] for name in self._objectives]
-        outcome: Any = {"values": values}
-        if np.isnan(values).any():
-            outcome = {"state": self._optuna.trial.TrialState.FAIL}
-        self._study.tell(trial, **outcome, skip_if_finished=True)
 
-    def runs(self) -> Iterator[Run]:
-        """All finished runs, by number."""
-        for trial in self._study.get_trials(deepcopy=False):
-            if trial.state.is_finished() and trial.user_attrs.get("result"):
-                record = json.loads(trial.user_attrs["result"])
-                yield Run(trial.number, record["point"], record["merit"], record["objectives"], record["evaluations"])
+def _url(storage: str | PathLike[str]) -> str:
+    """URL of a storage, for Optuna."""
+    if isinstance(storage, str) and "://" in storage:
+        return storage
+    if not isinstance(storage, str | PathLike) or not isinstance(path := os.fspath(storage), str) or not path:
+        raise InvalidInput("expected the path of a file or the URL of a database")
+    path = os.path.abspath(path)
+    if not os.path.isdir(folder := os.path.dirname(path)):
+        raise InvalidInput(f"there is no folder {folder!r:.200}; make it first")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InvalidInput("expected a file, this is a folder, pipe or device")
+    engine: Any = import_module("sqlalchemy.engine")
+    url: str = engine.URL.create("sqlite", database=path).render_as_string()
+    if engine.make_url(url).database != path:
+        raise InvalidInput("SQLAlchemy changes this name; use letters and digits only")
+    # Optuna fills in what stands between braces.
+    return url.replace("{", "{{").replace("}", "}}")
+
+
+def _object(text: Any) -> dict[str, Any]:
+    """A stored JSON object; what is null is left out, as in TOML, whose reader checks it."""
+    found = json.loads(text, object_hook=lambda pairs: {k: value for k, value in pairs.items() if value is not None})
+    if not isinstance(found, dict):
+        raise InvalidInput(f"expected a JSON object, got {echo(text)}")
+    return found
 
 
 def _progress(trial: Any) -> dict[str, Any]:
     """State, time and worker as last stored; empty of a trial that was only just made."""
     text = trial.user_attrs.get("progress")
-    return dict(json.loads(text)) if text else {}
+    return _object(text) if text else {}
 
 
 def _heard(trial: Any) -> float:
@@ -186,48 +277,14 @@ def _heard(trial: Any) -> float:
     return float(_progress(trial).get("beat", trial.datetime_start.timestamp()))
 
 
-def _difference(before: str, now: str) -> str:
-    old, new = json.loads(before), json.loads(now)
+def _reason(error: BaseException) -> str:
+    """What is behind an error of Optuna or SQLAlchemy, in one line."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    line = next(iter(str(error).splitlines()), "")
+    return line if isinstance(error, InvalidInput) else f"{type(error).__name__}: {line}"
+
+
+def _difference(old: dict[str, Any], new: dict[str, Any]) -> str:
     changed = [key for key in sorted({*old, *new}) if old.get(key) != new.get(key)]
     return ", ".join(f"{key} was {echo(old.get(key))} and is {echo(new.get(key))}" for key in changed)
-
-
-def study_description(
-    merit: Merit, objectives: tuple[str, ...], seed: int, run_length: int, refine: bool, centres: tuple[Centre, ...]
-) -> dict[str, Any]:
-    """What a study searches, to tell it from others."""
-    space = merit.variables
-    # Its title and sources say where numbers are from; the search does not depend on them.
-    design = mechanism_table(space.mechanism.replace(title="", sources={}))
-    text = {
-        "objectives": objectives,
-        "fit_strokes": merit.fit_strokes,
-        "data of the design": _digest(design),
-        "data of the poses": _digest([merit.poses.orientations.as_matrix().tolist(), merit.poses.weights.tolist()]),
-        "design": space.mechanism.name,
-        "limbs": space.mechanism.limb_count,
-        "variables": dict(zip(space.names, space.bounds.tolist(), strict=True)),
-        "poses": len(merit.poses.weights),
-        "criteria": repr(merit.criteria),
-        "seed": seed,
-        "run_length": run_length,
-        "start": space.of_design() if refine else "random",
-    }
-    if centres != (None,):
-        text["centre_offset"] = [described(centre) for centre in centres]
-    return text if merit.contact is None else {**text, "contact": merit.contact.description()}
-
-
-def _digest(data: Any) -> str:
-    """A short text that other data do not have."""
-    return hashlib.sha256(repr(_rounded(data)).encode()).hexdigest()[:12]
-
-
-def _rounded(data: Any) -> Any:
-    """The same to nine decimals, which computers agree on."""
-    if isinstance(data, Mapping):
-        return {key: _rounded(value) for key, value in data.items()}
-    if isinstance(data, list | tuple | np.ndarray):
-        return [_rounded(value) for value in data]
-    # + 0.0, so that no -0.0 differs from 0.0.
-    return round(float(data), 9) + 0.0 if isinstance(data, float) else data

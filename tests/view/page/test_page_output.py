@@ -3,6 +3,7 @@
 import socket
 import time
 import urllib.request
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ def test_a_used_port_moves_on(exo):
         scene = Scene(exo, human=False)
         try:
             url = scene.serve(port)
-            assert url != f"http://127.0.0.1:{port}/"
+            assert urlsplit(url).port != port
             assert scene.serve() == url == scene.url
             page = urllib.request.urlopen(url, timeout=10).read().decode()
             assert "viewer.js" in page

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation, Slerp
 import exo_pin as ep
 from exo_pin.core.errors import MissingExtra
 from exo_pin.person.limb.skeleton import bone_meshes
+from exo_pin.view.page import live_server
 
 pytestmark = pytest.mark.full
 
@@ -26,7 +27,10 @@ def test_exported_page_shows_limbs_arm_and_arrows_where_they_are(browser, tmp_pa
     check_picture(shot(browser), scene, name)
 
 
-def test_live_page_follows_the_pose(browser):
+@pytest.mark.parametrize("most_waiting", [live_server._MOST_WAITING, 0])
+def test_live_page_follows_the_pose(browser, monkeypatch, most_waiting):
+    """By changes, and by the whole scene anew as a browser that reads slowly gets it."""
+    monkeypatch.setattr(live_server, "_MOST_WAITING", most_waiting)
     scene = make_scene(human=False)
     try:
         browser.open(scene.serve(0))

@@ -1,5 +1,7 @@
 """What a browser writes: numbers, labels and panels of the page, and when they change."""
 
+from urllib.parse import urlsplit
+
 import numpy as np
 import pytest
 from page_pictures import POSES, SIZE, make_scene, named_pose
@@ -34,7 +36,7 @@ def test_an_old_page_starts_afresh_with_a_new_server(browser):
         browser.open(url)
         browser.evaluate("window.old = true")
         first.close()
-        assert second.serve(int(url.split(":")[2].strip("/"))) == url
+        assert second.serve(urlsplit(url).port) == url
         browser.wait_for("window.old === undefined && document.body && document.body.dataset.state === 'drawn'")
         assert "Scenario One" in browser.evaluate("document.getElementById('title').textContent")
         assert "old" not in browser.evaluate("document.getElementById('legend').textContent")

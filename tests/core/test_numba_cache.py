@@ -1,0 +1,239 @@
+"""The cache of machine code: no state of the disk stops a question, damage is noticed, and both are said once."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from numba.core import config
+from numba.core.caching import CacheImpl
+
+from exo_pin.core import compiled, numba_cache
+from exo_pin.core.compiled import Kernel, compilations
+from exo_pin.core.errors import CacheUnusable, FileFormatError
+from exo_pin.core.numba_cache import _Entries
+
+needs_jit = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"), reason="with NUMBA_DISABLE_JIT there is no compiled form"
+)
+KEY, DATA = (("float64",), ("a processor", "avx")), (b"machine code" * 8, {"name": 1.5})
+
+
+def half(x):
+    return 0.5 * x
+
+
+def ask():
+    """Answers of a kernel that is new to this process, for two sets of types, and how many it compiled for that."""
+    before = compilations()
+    with compiled.mode("compiled"):
+        again = Kernel(half)
+        answers = again(3.0), again(np.array([3.0]))[0]
+    assert answers == (1.5, 1.5)
+    return compilations() - before
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """The files of a cache of its own, of a process that has been told nothing."""
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(numba_cache, "_said", set())
+    return lambda: sorted(tmp_path.rglob("*.nbc"))
+
+
+def cut(path):
+    os.truncate(path, path.stat().st_size // 2)
+
+
+def empty(path):
+    os.truncate(path, 0)
+
+
+def change_a_bit(path):
+    content = bytearray(path.read_bytes())
+    content[-200] ^= 1
+    path.write_bytes(content)
+
+
+def fill(path):
+    path.write_bytes(np.random.default_rng(0).bytes(5000))
+
+
+def make_pipe(path):
+    path.unlink()
+    os.mkfifo(path)
+
+
+def make_folder(path):
+    path.unlink()
+    (path / "something").mkdir(parents=True)
+
+
+def make_circle(path):
+    path.unlink()
+    path.symlink_to(path)
+
+
+@needs_jit
+@pytest.mark.parametrize("damage", [cut, empty, change_a_bit, fill, make_pipe, make_folder, make_circle])
+def test_what_cannot_be_read_is_compiled_anew_and_said_once(cache, damage):
+    assert (ask(), ask(), len(cache())) == (2, 0, 2)
+    for path in cache():
+        damage(path)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert ask() == 2
+    assert all(each.category is CacheUnusable for each in said)
+    messages = [str(each.message) for each in said]
+    assert sum("cannot be read, so it is compiled anew" in text for text in messages) == 1
+    # A folder is somebody's: it stays, and the code cannot be stored in its place.
+    stays = damage is make_folder
+    assert sum("cannot be stored" in text for text in messages) == stays == len(messages) - 1
+    assert ask() == 2 * stays
+
+
+@needs_jit
+def test_one_damaged_file_costs_one_compilation(cache):
+    ask()
+    cut(cache()[0])
+    with pytest.warns(CacheUnusable, match="damaged"):
+        assert ask() == 1
+    assert ask() == 0
+
+
+@needs_jit
+@pytest.mark.parametrize(("step", "number"), [("write", errno.ENOSPC), ("fsync", errno.EIO), ("replace", errno.EROFS)])
+def test_what_cannot_be_written_stays_in_the_process(cache, monkeypatch, step, number):
+    def fail(*_):
+        raise OSError(number, os.strerror(number))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, step, fail)
+        with pytest.warns(CacheUnusable, match=os.strerror(number)) as said:
+            assert ask() == 2
+        assert ask() == 2
+    assert len(said) == 1
+    assert "NUMBA_CACHE_DIR" in str(said[0].message)
+    assert cache() == []
+    assert (ask(), ask()) == (2, 0)
+
+
+@needs_jit
+def test_without_any_folder_every_process_compiles(cache, monkeypatch):
+    monkeypatch.setattr(CacheImpl, "_locator_classes", [])
+    with pytest.warns(CacheUnusable, match="cannot be stored") as said:
+        assert ask() == 2
+    assert len(said) == 1
+    assert ask() == 2
+
+
+@needs_jit
+def test_code_of_another_version_is_replaced_without_a_word(cache, monkeypatch):
+    ask()
+    with monkeypatch.context() as patch:
+        patch.setattr(numba_cache, "__version__", "0.1")
+        assert (ask(), ask()) == (2, 0)
+    assert (ask(), ask()) == (2, 0)
+    assert len(cache()) == 2
+
+
+def test_every_cut_and_every_changed_byte_is_noticed(tmp_path):
+    entries = _Entries(str(tmp_path / "kernel"), "stamp")
+    path = tmp_path / os.path.basename(entries.path(KEY))
+    assert entries.load(KEY) is None
+    entries.save(KEY, DATA)
+    assert entries.load(KEY) == DATA
+    content = path.read_bytes()
+    damaged = [content[:size] for size in range(len(content))] + [content + b"\0"]
+    damaged += [content[:at] + bytes([content[at] ^ 0x10]) + content[at + 1 :] for at in range(len(content))]
+    for each in damaged:
+        path.write_bytes(each)
+        with pytest.raises(FileFormatError, match="damaged"):
+            entries.load(KEY)
+    entries.drop(KEY)
+    assert entries.load(KEY) is None
+    entries.drop(KEY)
+
+
+def test_a_file_under_another_name_is_not_taken(tmp_path):
+    entries, other = _Entries(str(tmp_path / "kernel"), "stamp"), (("int64",), ("another processor", ""))
+    entries.save(KEY, DATA)
+    os.rename(entries.path(KEY), entries.path(other))
+    assert entries.load(other) is None
+    assert _Entries(str(tmp_path / "kernel"), "newer").load(KEY) is None
+
+
+QUERY = (
+    "import numpy as np, exo_pin as ep\n"
+    "from exo_pin.core.compiled import compilations\n"
+    "exo = ep.load('prototype')\n"
+    "found = exo.reaction_map(exo.pose(np.linspace(0, 60, 400), 10, 0))\n"
+    "print(float(found.shoulder_force.sum()), compilations())\n"
+)
+
+
+def start(folder):
+    clean = {key: value for key, value in os.environ.items() if key != "NUMBA_DISABLE_JIT"}
+    return subprocess.Popen(
+        [sys.executable, "-c", QUERY],
+        env={
+            **clean,
+            "PYTHONPATH": os.pathsep.join(sys.path),
+            "NUMBA_CACHE_DIR": str(folder),
+            "EXO_PIN_COMPILE": "auto",
+        },
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finished(process):
+    """The sum of the forces, the number of compilations, and what was said."""
+    out, said = process.communicate(timeout=300)
+    assert process.returncode == 0, said
+    total, count = out.split()
+    return float(total), int(count), said
+
+
+@pytest.mark.full
+def test_a_map_of_forces_survives_damage_of_all_files(tmp_path):
+    whole = tmp_path / "whole"
+    total, count, _ = finished(start(whole))
+    assert count > 20
+    assert finished(start(whole)) == (total, 0, "")
+    for damage in (cut, empty, change_a_bit):
+        folder = tmp_path / damage.__name__
+        shutil.copytree(whole, folder)
+        for path in folder.rglob("*.nbc"):
+            damage(path)
+        again, compiled_anew, said = finished(start(folder))
+        assert again == total
+        assert compiled_anew == count
+        assert said.count("CacheUnusable") == 1
+        assert finished(start(folder)) == (total, 0, "")
+
+
+@pytest.mark.full
+def test_a_map_of_forces_on_a_disk_of_64_kb(tmp_path):
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", tmp_path], capture_output=True).returncode:
+        pytest.skip("a disk can be mounted by root only")
+    try:
+        _, count, said = finished(start(tmp_path))
+    finally:
+        subprocess.run(["umount", tmp_path], check=True)
+    assert count > 20
+    assert said.count("CacheUnusable") == 1
+    assert "No space left on device" in said
+
+
+@pytest.mark.full
+def test_processes_that_begin_together_share_a_new_cache(tmp_path):
+    answers = [finished(process) for process in [start(tmp_path) for _ in range(3)]]
+    assert len({total for total, *_ in answers}) == 1
+    assert not any("CacheUnusable" in said for *_, said in answers)
+    assert finished(start(tmp_path)) == (answers[0][0], 0, "")

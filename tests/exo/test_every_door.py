@@ -221,7 +221,7 @@ def test_every_door_asks_solve(monkeypatch, capsys):
     poses, person = exo.pose([20, 40, 60, 80], 30), ep.Person(1.75, 75, "male")
     scene = ep.view.Scene(exo, human=False)
     monkeypatch.setattr("exo_pin.reaction.solve_case.answer", gone)
-    monkeypatch.setattr("exo_pin.reaction.batch.map_limits.chosen_forces", gone)
+    monkeypatch.setattr("exo_pin.reaction.batch.reaction_maps.MapLimits", gone)
     asked = (
         lambda: exo.reaction(poses),
         lambda: exo.follow(ep.Movement.from_samples(np.arange(4), poses, smoothing=None)),

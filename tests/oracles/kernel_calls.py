@@ -124,6 +124,7 @@ def _workspaces(folder):
     limb = ep.Limb("SPS", actuator=ep.Actuator("cable", pull_limit=400.0))
     exo = ep.ShoulderExo.from_mechanism(spare).replace(limbs=[limb] * 6)
     exo.workspace(55.0, ep.Criteria(largest_shoulder_force=120.0))
+    exo.reaction_map(exo.pose([10.0, 60.0, 110.0], [20.0, 50.0, 90.0]))
 
 
 def _controllers(folder):

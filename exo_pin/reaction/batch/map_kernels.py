@@ -15,22 +15,27 @@ from ...numerics.active_set import GAP_TOLERANCE, least_bounded
 from ...numerics.shortest_variables import workspace
 from ...numerics.vectors import NOT_SOLVED, SINGULAR, root, vector
 from ...wrist.limbs import fill_limbs, largest_radius, pose_status
+from ..answer import QUERY_STATUS
 from .elastic_kernels import elastic_forces, side_stiffness
 from .force_kernels import add_open, open_effects, spherical_forces, standalone_forces
 from .map_blocks import FX, FY, FZ, LANES, MX, MY, MZ, ROWS, Device, Outputs, Terms, fill_block, pose
+from .tension_kernels import NOT_HELD, tensions_within
 
-__all__ = ["BY_ACTUATOR", "ELASTIC", "GIVEN", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
+__all__ = ["BY_ACTUATOR", "ELASTIC", "GIVEN", "INFEASIBLE", "MINIMAL", "SPHERICAL", "STANDALONE", "map_any"]
 
 #: Splits.
 SPHERICAL, STANDALONE, MINIMAL, ELASTIC = 0, 1, 2, 3
+#: Status of a pose in which no tensions are within their limits.
+INFEASIBLE = QUERY_STATUS.index("infeasible")
 #: Where the bounds on g come from: the arrays, or the pose's own |f_i|.
 GIVEN, BY_ACTUATOR = 0, 1
 
 
 @kernel(stack=True)
 def map_any(
-    q: Any, device: Device, terms: Terms, split: int, bounds: int, lower: Any, upper: Any, out: Outputs
-) -> None:
+    q: Any, device: Device, terms: Terms, split: int, bounds: int, lower: Any, upper: Any, low_f: Any, high_f: Any,
+    out: Outputs,
+) -> None:  # fmt: skip
     """Any split of any number of limbs.
 
     Parameters
@@ -43,6 +48,9 @@ def map_any(
         One of the codes above.
     lower, upper : ndarray
         Bounds on g of "minimal", shape (N, n) or (1, n), N.
+    low_f, high_f : ndarray
+        Limits of f of "spherical", shape (N, n), N, or (0, n) for none. Poses in which no tensions meet them get the
+        code :data:`INFEASIBLE`; those in which rounding decides keep the tensions of least norm.
     """
     base, upu = device.base, device.upu
     n, u = base.shape[0], upu.shape[0]
@@ -51,9 +59,11 @@ def map_any(
     b, s, X, Q, U = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((3, 3))
     length, reach, stiffness = np.empty(n), np.empty(n), np.zeros(n)
     f, g, shoulder = np.empty(n), np.empty(n), np.empty(3)
-    N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(m)
+    N, G, c, z = np.empty((n, own)), np.empty((3, m)), np.empty(3), np.empty(max(m, 1))
     low, high = np.full(m, -np.inf), np.full(m, np.inf)
     work, w = workspace(m), np.empty(ROWS * LANES)
+    own_G, arms, moment, relief = np.empty((3, own)), np.empty((n, 3)), np.empty((2, 3)), np.empty((2, n))
+    limited = low_f.shape[0] > 0 and own > 0 and split == SPHERICAL
     radius = largest_radius(device.platform)
     for i in range(q.shape[0]):
         lane = np.uint64(i % LANES)
@@ -66,7 +76,11 @@ def map_any(
             M = (w[MX + lane], w[MY + lane], w[MZ + lane])
             spherical_forces(s, X, reach, F, M, f, shoulder, Q, U)
             g[:] = 0.0
-            if split == STANDALONE:
+            if limited:
+                room = (N, own_G, c, z, arms, moment, relief)
+                if tensions_within(s, X, reach, M, radius, Q, low_f[i], high_f[i], *room, f, shoulder) == NOT_HELD:
+                    status = INFEASIBLE
+            elif split == STANDALONE:
                 if not standalone_forces(s, X, upu, Q, f, g, shoulder, N, G, c, z):
                     status = SINGULAR
             elif split == MINIMAL and m > 0:
@@ -91,7 +105,7 @@ def map_any(
                     )
                 if not elastic_forces(X, stiffness, device.shoulder, g, shoulder):
                     status = NOT_SOLVED
-        if status >= SINGULAR:
+        if status >= SINGULAR and status != INFEASIBLE:
             f[:], g[:], shoulder[:] = np.nan, np.nan, np.nan
         if out.shoulder.shape[0]:
             out.shoulder[i] = shoulder

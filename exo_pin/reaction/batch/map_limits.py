@@ -25,7 +25,7 @@ from ..constraints.side_force_bounds import SideForceBounds
 from ..holding.hold_check import hold_check
 from ..splits.split import PoseStack, Split, limb_lengths
 from .map_blocks import Device, Outputs, Terms
-from .map_kernels import GIVEN, SPHERICAL, map_any
+from .map_kernels import GIVEN, INFEASIBLE, SPHERICAL, map_any
 
 __all__ = ["MapLimits"]
 
@@ -71,8 +71,9 @@ class MapLimits:
             strokes = np.isfinite(length_limits(mechanism)[0]).any()
             self.bind = probe.asked and bool(probe.bound_forces or strokes)
 
-    def _at(self, start: int, lengths: FloatArray) -> LimbLimits:
-        """Limits of the poses from ``start`` on, with these lengths, shape (k, n), m."""
+    def at(self, start: int, q: FloatArray) -> LimbLimits:
+        """Limits of the poses from ``start`` on; ``q`` are their unit quaternions, shape (k, 4), scalar last."""
+        lengths = limb_lengths(self._mechanism, Rotation.from_quat(q).as_matrix(), None)
         k, given = len(lengths), self._given
         if self._pair is not None:
             given = tuple(ends[start : start + k] for ends in self._pair)
@@ -82,6 +83,7 @@ class MapLimits:
         self,
         law: Split,
         bounds: SideForceBounds,
+        limits: LimbLimits,
         start: int,
         q: FloatArray,
         terms: Terms,
@@ -94,6 +96,8 @@ class MapLimits:
         ----------
         law, bounds : Split, SideForceBounds
             Of the map.
+        limits : LimbLimits
+            Of the block's poses, from :meth:`at`.
         start : int
             Number of the block's first pose in the map.
         q : ndarray
@@ -102,12 +106,10 @@ class MapLimits:
             Of the block, all outputs with a row a pose.
         """
         mechanism = self._mechanism
-        matrices = Rotation.from_quat(q).as_matrix()
-        limits = self._at(start, limb_lengths(mechanism, matrices, None))
         every = np.arange(len(q))
-        answered = out.status < _SINGULAR
+        answered = (out.status < _SINGULAR) | (out.status == INFEASIBLE)
         unmet = answered & ~limits.reachable
-        open_ = answered & ~(limits.met(out.f, every) & limits.reachable)
+        open_ = answered & (out.status != INFEASIBLE) & ~(limits.met(out.f, every) & limits.reachable)
         rows = np.flatnonzero(answered if bounds.by_tension else open_)
         if rows.size and (mechanism.limb_count == 3 or unmet[rows].all()):
             # Equilibrium determines these forces: they stay as they are, those of plain equilibrium.
@@ -115,17 +117,28 @@ class MapLimits:
             if not law.determines_sides:
                 self._plain(q, rows, terms, device, out)
         elif rows.size:
-            part = (q[rows], np.ascontiguousarray(matrices[rows]), limits.rows(rows), _part(terms, rows))
+            turned = np.ascontiguousarray(Rotation.from_quat(q[rows]).as_matrix())
+            part = (q[rows], turned, limits.rows(rows), _part(terms, rows))
             self._choose(law, bounds.of_rows(start + rows), *part, rows, out)
-        check = hold_check(mechanism, limits, out.f, answered, answered & (out.status >= _SINGULAR))
-        return check.unknown
+        return hold_check(mechanism, limits, out.f, answered, answered & (out.status >= _SINGULAR)).unknown
 
     def _plain(self, q: FloatArray, rows: NDArray[np.intp], terms: Terms, device: Device, out: Outputs) -> None:
         """Replace the forces of some poses by those of limbs that carry no side force."""
         k, n = len(rows), self._mechanism.limb_count
         own = Outputs(*(np.empty((k, *array.shape[1:]), dtype=array.dtype) for array in out))
         none = np.zeros((1, n))
-        map_any(np.ascontiguousarray(q[rows]), device, _part(terms, rows), SPHERICAL, GIVEN, none, none, own)
+        map_any(
+            np.ascontiguousarray(q[rows]),
+            device,
+            _part(terms, rows),
+            SPHERICAL,
+            GIVEN,
+            none,
+            none,
+            none[:0],
+            none[:0],
+            own,
+        )
         for name in ("shoulder", "f", "g", "magnitude"):
             getattr(out, name)[rows] = getattr(own, name)
 

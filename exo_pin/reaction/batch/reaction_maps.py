@@ -165,16 +165,20 @@ def reaction_map(
     def compute(start: int) -> None:
         stop = min(start + chunk, poses.count)
         rows, out = poses.block(start, stop), Outputs(*(array[start:stop] for array in outputs))
-        kept = out
+        kept, free = out, np.empty((0, n))
+        low, high = free, free
         if allowed.bind:
-            out = _outputs(stop - start, n, set(_KEEP))
+            out, limits = _outputs(stop - start, n, set(_KEEP)), allowed.at(start, rows)
+            # Out of its stroke a pose keeps the forces of plain equilibrium.
+            reach = limits.reachable[:, None]
+            low, high = np.where(reach, limits.lower, -np.inf), np.where(reach, limits.upper, np.inf)
         if n == 3 and code in (map_kernels.SPHERICAL, map_kernels.STANDALONE):
             map_three(rows, device, terms.block(start, stop), code == map_kernels.STANDALONE, out)
         else:
             lower, upper = bounds.block(start, stop)
-            map_kernels.map_any(rows, device, terms.block(start, stop), code, kind, lower, upper, out)
+            map_kernels.map_any(rows, device, terms.block(start, stop), code, kind, lower, upper, low, high, out)
         if allowed.bind:
-            open_ = allowed.enforce(plain, bounds, start, rows, terms.block(start, stop), device, out)
+            open_ = allowed.enforce(plain, bounds, limits, start, rows, terms.block(start, stop), device, out)
             unknown[start:stop] = open_ if len(unknown) else unknown
             for own, array in zip(kept, out, strict=True):
                 own[:] = array[: len(own)]

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import pose_information, suggest_poses
+from exo_pin.calibration import pose_information, suggest_poses
 from exo_pin.core.progress import track
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
 from exo_pin.view.colours import BLUE, GREY, ORANGE, RED

@@ -3,7 +3,8 @@
 import numpy as np
 
 import exo_pin as ep
-from exo_pin.control import MeasuredRun, pose_information, suggest_poses
+from exo_pin.calibration import pose_information, suggest_poses
+from exo_pin.control import MeasuredRun
 
 
 def calibration_examples():

@@ -8,7 +8,7 @@ from measured_devices import measured, near, poses, random_exo
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import pose_information, suggest_poses
+from exo_pin.calibration import pose_information, suggest_poses
 from exo_pin.core.errors import InvalidInput, UnknownName
 
 JOINTS = ("base_points", "platform_points")

@@ -11,9 +11,9 @@ import scipy
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.records import Record
-from ...core.validation import FloatArray, frozen
-from ...load_case import CentreOffset
+from ..core.records import Record
+from ..core.validation import FloatArray, frozen
+from ..load_case import CentreOffset
 from .estimation import UNIT, Estimate, MeasurementErrors
 from .information import Information
 from .length_model import LengthModel
@@ -22,7 +22,7 @@ from .ring_position import RingPosition
 from .undetermined import Undetermined
 
 if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
+    from ..exo.shoulder_exo import ShoulderExo
 
 __all__ = ["Calibration"]
 

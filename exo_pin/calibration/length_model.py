@@ -19,10 +19,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.errors.base import echo
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, frozen
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
+from ..core.records import Record
+from ..core.validation import FloatArray, as_choice, frozen
 
 __all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns", "labels"]
 

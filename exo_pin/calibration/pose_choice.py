@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.errors.base import echo
-from ...core.records import Record, reduced_tuple
-from ...core.validation import FloatArray, as_choice, as_positive, frozen, require_method
-from ...load_case.ranges_of_motion import ADL_BOX
-from .calibrate import JOINTS, nominal_model, prior_of
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
+from ..core.records import Record, reduced_tuple
+from ..core.validation import FloatArray, as_choice, as_positive, frozen, require_method
+from ..load_case.ranges_of_motion import ADL_BOX
+from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
 from .length_model import LengthModel
 from .plausibility import as_orientations
 
 if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
+    from ..exo.shoulder_exo import ShoulderExo
 
 __all__ = ["PoseInformation", "SuggestedPoses", "pose_information", "suggest_poses"]
 

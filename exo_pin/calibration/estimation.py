@@ -9,8 +9,8 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, SolverFailed
-from ...core.validation import FloatArray
+from ..core.errors import InvalidInput, SolverFailed
+from ..core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
 

@@ -7,8 +7,8 @@ import functools
 import numpy as np
 import scipy
 
-from ...core.records import Record
-from ...core.validation import FloatArray, frozen
+from ..core.records import Record
+from ..core.validation import FloatArray, frozen
 from .length_model import LengthModel, Lengths
 from .undetermined import Undetermined, named_directions
 

@@ -20,7 +20,7 @@ import numpy as np
 import pinocchio as pin
 import scipy
 
-from ...core.validation import FloatArray, ReadOnly
+from ..core.validation import FloatArray, ReadOnly
 from .length_model import LengthModel
 
 __all__ = ["Undetermined", "named_directions", "one_axis"]

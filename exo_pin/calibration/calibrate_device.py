@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.validation import (
+from ..core.errors import InvalidInput
+from ..core.validation import (
     FloatArray,
     as_choice,
     as_mapping,
@@ -27,7 +27,7 @@ from .plausibility import as_lengths, as_orientations, warn_of_mix_ups
 from .result import Calibration
 
 if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
+    from ..exo.shoulder_exo import ShoulderExo
 
 __all__ = ["JOINTS", "calibrate"]
 
@@ -108,7 +108,7 @@ def calibrate(
 
     Notes
     -----
-    See :mod:`exo_pin.control.calibration.undetermined` for what lengths cannot determine. Source of the chain of
+    See :mod:`exo_pin.calibration.undetermined` for what lengths cannot determine. Source of the chain of
     sensors: thesis 5.3, Figure 5-9.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.validation import FloatArray
+from ..core.validation import FloatArray
 from .length_model import labels
 
 if TYPE_CHECKING:

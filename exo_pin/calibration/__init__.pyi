@@ -1,4 +1,5 @@
 from .calibrate_device import calibrate as calibrate
+from .fitted_device import FittedDevice as FittedDevice
 from .pose_choice import PoseInformation as PoseInformation
 from .pose_choice import SuggestedPoses as SuggestedPoses
 from .pose_choice import pose_information as pose_information

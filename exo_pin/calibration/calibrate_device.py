@@ -139,7 +139,7 @@ def calibrate(
     ]
     model, distance = devices[0].model, devices[0].distance
     warn_of_mix_ups(model, poses, values)
-    found = estimate(model, devices[0].values, measured, values, errors, prior)
+    found = estimate(model, devices[0].values, measured, values, errors, prior, near=False)
     if not np.isfinite(found.scale):
         raise InvalidInput(
             f"{values.size} lengths leave nothing to estimate their noise from, with {model.size} unknowns: measure "

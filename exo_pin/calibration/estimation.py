@@ -13,6 +13,7 @@ from .information import whitening
 from .length_model import LengthModel
 
 __all__ = [
+    "FINEST",
     "LOSSES",
     "UNIT",
     "Estimate",
@@ -36,6 +37,8 @@ _FINE, _COARSE = 1e-12, 1e-6
 _FLAT = float(np.finfo(float).eps)
 #: Lengths without a stated noise are weighted with this one, m.
 UNIT = 1e-3
+#: Noise, m, below which no sensor measures: smaller residuals come from rounding.
+FINEST = 1e-6
 #: Tolerances, m, that lead to the solution nearest to the nominal design before they are dropped: what is not
 #: determined then stays near its nominal value.
 _NEAR = (0.02, 1.0)
@@ -84,6 +87,7 @@ def estimate(
     lengths: FloatArray,
     errors: MeasurementErrors,
     prior: FloatArray,
+    near: bool = True,
 ) -> Estimate:
     """Minimise the weighted squares of the lengths' errors, and of the unknowns' changes over their tolerances.
 
@@ -100,11 +104,15 @@ def estimate(
         found in turn (iteratively reweighted least squares).
     prior : ndarray
         Shape (p,), tolerances.
+    near : bool
+        Whether to bring what is undetermined near to the nominal design first.
 
     Raises
     ------
     SolverFailed
         If least squares or the weights do not converge.
+    InvalidInput
+        If they do not because most residuals are outliers of the stated noise.
     """
     length_noise, orientation_noise, loss = errors
     noises = (UNIT if length_noise is None else length_noise, orientation_noise)
@@ -113,9 +121,9 @@ def estimate(
     residuals = problem.residuals(start)
     values, scale = start, max(float(robust_scale(residuals)), 1.0 if length_noise is not None else 0.0)
     weights = weights_of(residuals / scale if scale > 0.0 else residuals, loss)
-    for near in _NEAR:
+    for size in _NEAR if near else ():
         problem.set_weights(values)
-        values = problem.solve(values, weights, np.minimum(prior, near * model.scales), _COARSE)
+        values = problem.solve(values, weights, np.minimum(prior, size * model.scales), _COARSE)
     # With one kind of error and no robust loss the weights are the same everywhere.
     plain = orientation_noise == 0.0 and loss == "linear"
     for _ in range(_MOST_ROUNDS):
@@ -130,6 +138,7 @@ def estimate(
         # Or the lengths move by far less than their errors.
         if plain or settled or np.linalg.norm(jacobian @ (values - before)) < _UNNOTICED * scale:
             return Estimate(values, residuals, jacobian, weights, scale)
+    inflation(Estimate(values, residuals, jacobian, weights, scale), loss, len(residuals) - freedom)
     raise SolverFailed("reweighted least squares", moved, "the weights do not converge; try loss='linear'")
 
 

@@ -31,8 +31,7 @@ class FittedDevice(Record):
     values : ndarray
         Shape (p,): the unknowns, as changes from the start (m, rad), in the order of ``model.names``.
     distance : float
-        m, from the nominal design: root of the mean square over the joints, seen from the shoulder's centre; with a
-        mounting that was given to start from, how far its turn moves them, too.
+        m, from the nominal design: root of the mean square over the joints, seen from the shoulder's centre.
     """
 
     nominal: ShoulderExo

@@ -6,11 +6,13 @@ import numpy as np
 import scipy
 
 from ..core.validation import FloatArray
-from .estimation import UNIT, Estimate, MeasurementErrors, robust_scale
+from .estimation import UNIT, Estimate, MeasurementErrors, losses_of, robust_scale
 from .information import whitening
 from .length_model import LengthModel
+from .search.descent import descend, misfits
+from .search.starts import subsets
 
-__all__ = ["OUTLIER", "contradiction", "lack_of_fit"]
+__all__ = ["OUTLIER", "contradiction", "lack_of_fit", "losses_differ"]
 
 #: Residuals beyond this many standard deviations are outliers.
 OUTLIER = 4.0
@@ -26,7 +28,9 @@ _CHANCE = 5.0
 _RANK, _LEAST_FREEDOM = 1e-8, 10
 
 
-def contradiction(z: FloatArray, errors: MeasurementErrors, probability: float, lack_of_fit: float) -> str:
+def contradiction(
+    z: FloatArray, errors: MeasurementErrors, probability: float, lack_of_fit: float, losses_differ: bool
+) -> str:
     """What residuals say against a device, one sentence, or nothing.
 
     Parameters
@@ -37,6 +41,8 @@ def contradiction(z: FloatArray, errors: MeasurementErrors, probability: float, 
         As stated.
     probability, lack_of_fit : float
         Of the chi-square test, and of :func:`lack_of_fit`, where they apply; else NaN.
+    losses_differ : bool
+        See :func:`losses_differ`.
     """
     size, middle = float(np.sqrt((z**2).mean())), float(robust_scale(z.ravel()))
     chance = np.exp(_CHANCE * _SPREAD / np.sqrt(z.size))
@@ -63,6 +69,8 @@ def contradiction(z: FloatArray, errors: MeasurementErrors, probability: float, 
                 f"Of limb {worst + 1}, {counts[worst]} of {len(z)} lengths are outliers, too many to be left out "
                 "(a slack muscle, a wrong column?)."
             )
+    if losses_differ:
+        return "Outliers that go together decide (a slack muscle?): loss='cauchy' gives them less weight."
     if lack_of_fit < _IMPROBABLE:
         return (
             "The residuals change with the pose as no noise does: something that was taken as known is wrong, a muscle "
@@ -101,3 +109,25 @@ def lack_of_fit(model: LengthModel, measured: FloatArray, found: Estimate, error
     if freedom < _LEAST_FREEDOM or more == 0 or left[1] <= 0.0:
         return float("nan")
     return float(scipy.stats.f.sf((left[0] - left[1]) / more / (left[1] / freedom), more, freedom))
+
+
+def losses_differ(
+    model: LengthModel,
+    measured: FloatArray,
+    lengths: FloatArray,
+    found: Estimate,
+    errors: MeasurementErrors,
+    prior: FloatArray,
+) -> bool:
+    """Whether a loss that gives outliers next to no weight leads to another device.
+
+    The Huber loss bounds the pull of an outlier, but outliers that go together, as those of a slack muscle do, still
+    pull the device to themselves.
+    """
+    firm = errors._replace(loss="cauchy")
+    parts = subsets(lengths)
+    others = descend(model, np.tile(found.values, (len(parts), 1)), measured, lengths, firm, prior, parts)
+    scale = max(found.scale, 1e-12)
+    costs = losses_of(misfits(model, others, measured, lengths, errors) / scale, "cauchy").sum(axis=(1, 2))
+    change = found.jacobian @ (others[costs.argmin()] - found.values) / scale
+    return bool(change @ change > OUTLIER**2 + model.size)

@@ -112,6 +112,7 @@ class LengthModel(Record):
         self.size = len(names)
         #: Name of each unknown, such as ``"A_2 x"``, and its unit.
         self.names, self.units = tuple(names), tuple(units)
+        self._torso, self._arm = self.torso.as_matrix(), self.arm.as_matrix()
         #: Mean distance of the joints from the centre, m: a turn by 1 rad moves them by this much.
         self.reach = float(np.linalg.norm(np.concatenate([self.base, self.platform]), axis=1).mean())
         #: Changes of the unknowns that move joints by about the same length.
@@ -155,8 +156,15 @@ class LengthModel(Record):
     def _lines(self, values: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """R, b_i, b_i - a_i and |b_i - a_i|."""
         a, b = self.joints(values)
-        torso, arm = (mounting.as_matrix()[..., None, :, :] for mounting in self.mountings(values))
-        R = torso @ measured @ arm
+        R = measured
+        # In sweeps of many devices products of matrices are faster than those of Rotations.
+        if "torso_mounting" in self.places:
+            R = _turns(self.group("torso_mounting", values)) @ (self._torso @ R)
+        else:
+            R = self._torso @ R
+        R = R @ self._arm
+        if "arm_mounting" in self.places:
+            R = R @ _turns(self.group("arm_mounting", values))
         ends = b[..., None, :, :] @ np.swapaxes(R, -2, -1)
         lines = ends - a[..., None, :, :]
         return R, ends, lines, np.sqrt((lines**2).sum(axis=-1))
@@ -196,6 +204,11 @@ class LengthModel(Record):
             else:
                 block[:] = np.cross(b, in_arm) @ _right_jacobians(self.group(name, values))
         return Lengths(lengths - self.length_offsets(values)[..., None, :], out, turned)
+
+
+def _turns(turns: FloatArray) -> FloatArray:
+    """Matrices of rotation vectors (..., 3), shape (..., 1, 3, 3)."""
+    return Rotation.from_rotvec(np.array(turns)).as_matrix()[..., None, :, :]
 
 
 def _right_jacobians(turns: FloatArray) -> FloatArray:

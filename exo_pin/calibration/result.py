@@ -10,10 +10,11 @@ import scipy
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ..core.validation import FloatArray
-from .estimation import UNIT, Estimate, MeasurementErrors
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, as_positive
+from .estimation import FINEST, UNIT, Estimate, MeasurementErrors
 from .fitted_device import FittedDevice
-from .goodness import OUTLIER, contradiction, lack_of_fit
+from .goodness import OUTLIER, contradiction, lack_of_fit, losses_differ
 from .information import Information
 from .plausibility import as_orientations
 from .ring_position import RingPosition
@@ -67,6 +68,18 @@ class Calibration(FittedDevice):
     def standard_deviations(self) -> FloatArray:
         """Shape (p,), of :attr:`values`, m and rad; infinite where an unknown is not determined."""
         return self.information.standard_deviations
+
+    def interval(self, probability: float = 0.95) -> FloatArray:
+        """Where each of :attr:`values` lies with this probability, shape (p, 2); infinite where it is not determined.
+
+        Student's t where the noise is estimated from the residuals.
+        """
+        as_positive("probability", probability)
+        if probability >= 1.0:
+            raise InvalidInput(f"expected a probability below 1, got {probability:g}")
+        free = np.inf if self.errors.length_noise is not None else max(self.degrees_of_freedom, 1)
+        half = scipy.stats.t(free).ppf(0.5 + 0.5 * probability) * self.standard_deviations
+        return np.stack([self.values - half, self.values + half], axis=1)
 
     @property
     def undetermined(self) -> tuple[Undetermined, ...]:
@@ -148,30 +161,34 @@ class Calibration(FittedDevice):
     @functools.cached_property
     def contradiction(self) -> str:
         """What speaks against this device: residuals that its errors do not explain; empty if they do."""
-        fit = lack_of_fit(self.model, self.orientations.as_matrix(), self.estimate, self.errors)
-        return contradiction(self.normalised_residuals, self.errors, self.probability, fit)
+        measured, found = self.orientations.as_matrix(), self.estimate
+        if self.errors.length_noise is None and self.length_noise < FINEST:
+            return ""
+        differ = self.errors.loss == "huber" and losses_differ(
+            self.model, measured, self.lengths, found, self.errors, self.information.prior
+        )
+        fit = lack_of_fit(self.model, measured, found, self.errors)
+        return contradiction(self.normalised_residuals, self.errors, self.probability, fit, differ)
 
     @property
     def verdict(self) -> str:
-        """One sentence, or one for each of the reasons not to rely on the device."""
-        lost = len(self.undetermined)
-        worst = float(self.standard_deviations.max())
-        text = f"Not a good fit. {self.contradiction} Standard deviations do not hold. " if self.contradiction else ""
+        """One sentence, after those that say why not to rely on the device."""
+        size, lost, count = self.model.size, len(self.undetermined), self.device_count
+        bad = f"Not a good fit. {self.contradiction} Standard deviations do not hold." if self.contradiction else ""
+        text = ""
         if lost:
-            text += f"The measurements do not determine {lost} of {self.model.size} directions of the unknowns."
-        elif self.is_decided and not self.contradiction:
-            text += f"All {self.model.size} unknowns are determined, each to {1e3 * worst:.2g} {self.model.unit}"
-            text += "." if self.device_count == 1 else ", once the design has chosen between the devices that fit."
-        if self.device_count > 1:
-            text += f" {self.device_count} devices fit equally well: "
-            near, next_ = (f"{1e3 * device.distance:.3g}" for device in self.devices[:2])
+            text = f"The measurements do not determine {lost} of {size} directions of the unknowns"
+        elif not bad:
+            worst = 1e3 * float(self.standard_deviations.max())
+            text = f"All {size} unknowns are determined, each to {worst:.2g} {self.model.unit}"
+        if count > 1:
+            near, other = (f"{1e3 * device.distance:.3g} mm" for device in self.devices[:2])
+            text += f"{', among' if text else 'There are'} {count} devices that fit equally well: "
             if self.is_decided:
-                text += f"this one is {near} mm from the nominal design, the next {next_} mm."
+                text += f"this one is {near} from the nominal design, the next {other}"
             else:
-                text += (
-                    f"the design does not decide which is meant (this one is {near} mm from it, the next {next_} mm)."
-                )
-        return text.strip()
+                text += f"the nominal design does not decide between this one, {near} from it, and the next, {other}"
+        return " ".join(part for part in (bad, text and f"{text}.") if part)
 
     def __str__(self) -> str:
         from .report import report

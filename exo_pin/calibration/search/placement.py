@@ -78,17 +78,14 @@ def _turned(points: FloatArray, onto: FloatArray, shifted: bool) -> FloatArray:
     return np.asarray(left @ right)
 
 
-def distances(model: LengthModel, values: FloatArray, given: Sequence[str]) -> FloatArray:
+def distances(model: LengthModel, values: FloatArray) -> FloatArray:
     """How far devices (..., p) are from the nominal one: root of the mean square over their joints, m, shape (...).
 
-    Joints are seen from the shoulder's centre. A turn of a mounting that was ``given`` counts by how far it moves them.
+    Joints are seen from the shoulder's centre. Mountings do not count: where sensors sit says little of the device.
     """
     a, b = model.joints(values)
     moved = np.concatenate([a - model.base, b - model.platform], axis=-2)
-    squares = (moved**2).sum(axis=-1).mean(axis=-1)
-    for name in given:
-        squares = squares + model.reach**2 * (model.group(name, values) ** 2).sum(axis=-1)
-    return np.asarray(np.sqrt(squares))
+    return np.asarray(np.sqrt((moved**2).sum(axis=-1).mean(axis=-1)))
 
 
 def best_combinations(

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import SolverFailed
+from ...core.errors import InvalidInput, SolverFailed
 from ...core.validation import FloatArray, frozen
-from ..estimation import UNIT, Estimate, MeasurementErrors, estimate, losses_of, robust_scale
+from ..estimation import FINEST, UNIT, Estimate, MeasurementErrors, estimate, losses_of, robust_scale
 from ..length_model import LengthModel
 from .descent import descend, misfits
 from .placement import distances, in_sensors
@@ -22,8 +22,6 @@ __all__ = ["Solutions", "solutions"]
 
 #: Costs that differ by no more than this many standard deviations squared cannot be told apart.
 TOLD_APART = 4.0**2
-#: Noise, m, below which no length is taken to be known.
-_FINEST = 1e-6
 #: Devices whose joints differ by less than this part of their distance from the centre are one.
 _SAME = 1e-3
 #: Minima taken to full accuracy; twins compared; of these, taken to their own minimum.
@@ -85,7 +83,7 @@ class _Problem:
             scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
         else:
             scale = float(robust_scale(r).min())
-        self.scale = max(scale, _FINEST / UNIT if self.errors.length_noise is None else 1.0)
+        self.scale = max(scale, FINEST / UNIT if self.errors.length_noise is None else 1.0)
 
     def minima(self, found: FloatArray) -> FloatArray:
         """The few best of these devices, to full accuracy, as far as they cannot be told apart; the best first."""
@@ -94,7 +92,7 @@ class _Problem:
         for values in self.candidates(found):
             try:
                 estimates.append(estimate(self.model, values, self.measured, self.lengths, self.errors, self.prior))
-            except SolverFailed as error:
+            except (SolverFailed, InvalidInput) as error:
                 failure = error
         if failure is not None and not estimates:
             raise failure
@@ -127,9 +125,7 @@ class _Problem:
             return device
         twins = combined(self.model, limb_options(self.model, device[None], self.measured), _LISTED)
         fit = self.costs(twins) <= cost + TOLD_APART
-        return (
-            np.asarray(twins[np.where(fit, distances(self.model, twins, ()), np.inf).argmin()]) if fit.any() else device
-        )
+        return np.asarray(twins[np.where(fit, distances(self.model, twins), np.inf).argmin()]) if fit.any() else device
 
     def distinct(self, devices: FloatArray) -> NDArray[np.intp]:
         """Indices of devices that fit as well as the best and are not within the errors of one before them.
@@ -198,13 +194,13 @@ def solutions(
     minima = problem.minima(found)
     # Twins that fit nearly may fit as well once they are adjusted.
     twins = combined(model, limb_options(model, minima, measured), _TWINS)
-    costs = problem.costs(twins)
-    near = twins[costs > problem.best + TOLD_APART][:_POLISHED]
+    near = twins[problem.costs(twins) > problem.best + TOLD_APART][:_POLISHED]
     if len(near):
-        minima = problem.minima(np.concatenate([minima, problem.descend(near)]))
+        adjusted = problem.descend(near)
+        fit = problem.costs(adjusted) <= problem.best + TOLD_APART
+        minima = problem.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
     devices, count = problem.all_devices(minima)
-    given = [name for name in ("torso_mounting", "arm_mounting") if name in model.places and name not in searched]
-    far = distances(model, devices, given)
+    far = distances(model, devices)
     # Of equally near ones the better.
     order = np.lexsort((problem.costs(devices), far.round(9)))
     devices, far = devices[order], far[order]

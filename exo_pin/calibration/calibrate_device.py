@@ -148,9 +148,9 @@ def calibrate(
     rank = int(np.linalg.matrix_rank(found.jacobian * model.scales))
     variance = found.scale**2 * inflation(found, loss, rank)
     information = Information(model, found.values, measured, found.jacobian, variance, prior)
-    devices[0] = FittedDevice(nominal, model, frozen(found.values), distance)
+    devices[0] = FittedDevice(nominal, model, frozen(found.values.copy()), distance)
     return Calibration(
-        *(nominal, model, frozen(found.values), distance, found, information, poses, frozen(values), errors),
+        *(nominal, model, devices[0].values, distance, found, information, poses, frozen(values), errors),
         devices=tuple(devices),
         device_count=fits.total,
     )

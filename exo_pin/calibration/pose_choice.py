@@ -230,12 +230,12 @@ def _candidates(
         if inside.sum() >= count:
             return poses[inside], np.flatnonzero(inside), not_checked
     if given is not None and reach is None:
-        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {count}")
+        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
     reached = f"{int(inside.sum())} of {len(poses)}" if inside.any() else f"none of {len(poses)}"
     what = "candidates" if given is not None else "poses of daily activities"
     raise InvalidInput(
-        f"expected {count} poses, but {nominal.name!r} can reach {reached} {what} (poses that fail: {lost}): give "
-        "candidates that it can reach, or measure with the limits removed (actuators taken off)"
+        f"expected {echo(count)} poses, but {nominal.name!r} can reach {reached} {what} (poses that fail: {lost}): "
+        "give candidates that it can reach, or measure with the limits removed (actuators taken off)"
     )
 
 

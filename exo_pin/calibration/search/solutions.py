@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import InvalidInput, SolverFailed
-from ...core.validation import FloatArray, frozen
+from ...core.validation import FloatArray
 from ..estimation import FINEST, UNIT, Estimate, MeasurementErrors, estimate, losses_of, robust_scale
 from ..length_model import LengthModel
 from .descent import descend, misfits
@@ -204,4 +204,4 @@ def solutions(
     # Of equally near ones the better.
     order = np.lexsort((problem.costs(devices), far.round(9)))
     devices, far = devices[order], far[order]
-    return Solutions(frozen(devices[:_LISTED]), frozen(far[:_LISTED]), count)
+    return Solutions(devices[:_LISTED], far[:_LISTED], count)

@@ -1,6 +1,6 @@
+from .calibration.calibrate_device import calibrate as calibrate
+from .calibration.result import Calibration as Calibration
 from .chain.closed_chain import ClosedChain as ClosedChain
-from .control.calibration.calibrate import calibrate as calibrate
-from .control.calibration.result import Calibration as Calibration
 from .control.experiments.catalogue import experiment as experiment
 from .control.experiments.catalogue import experiments as experiments
 from .control.experiments.tracking import Tracking as Tracking

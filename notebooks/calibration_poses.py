@@ -1,10 +1,10 @@
-"""What a calibration of the prototype gains, and which poses it needs.
+"""What a calibration of a device gains, and which poses it needs.
 
 Run it to write docs/calibration.png and print the tables of docs/calibration.md:  python notebooks/calibration_poses.py
 
-The prototype with joints that are 3 mm (standard deviation) off in every coordinate, 40 such devices; lengths measured
-with 0.3 mm of noise. Forces are those on the arm of a man of 1.75 m and 75 kg, at rest, in poses of daily activities with
-|det X| > 0.1.
+The device with three linear actuators, with joints that are 3 mm (standard deviation) off in every coordinate, 40 such
+devices; lengths measured with 0.3 mm of noise in poses that it can reach. Forces are those on the arm of a man of 1.75 m
+and 75 kg, at rest, in poses of daily activities with |det X| > 0.1.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import pose_information, suggest_poses
+from exo_pin.calibration import pose_information, suggest_poses
 from exo_pin.core.progress import track
 from exo_pin.load_case.ranges_of_motion import ADL_BOX
 from exo_pin.view.colours import BLUE, GREY, ORANGE, RED
@@ -38,6 +38,13 @@ def daily(rng: np.random.Generator, count: int) -> Rotation:
     """Poses drawn uniformly from the box of daily activities."""
     box = np.array(ADL_BOX.intervals)
     return ep.shoulder_rotation(*rng.uniform(box[:, 0], box[:, 1], (count, 3)).T, degrees=True)
+
+
+def reachable(rng: np.random.Generator, count: int, exo: ep.ShoulderExo) -> Rotation:
+    """The same, those within strokes and on the side of rest."""
+    drawn = daily(rng, 2 * count)
+    inside = exo.workspace(drawn, ep.Criteria(names=("stroke", "singularity"))).inside
+    return drawn[np.flatnonzero(inside)[:count]]
 
 
 def two_sweeps(count: int) -> Rotation:
@@ -96,7 +103,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     """Expected deviation over the number of poses."""
     rng = np.random.default_rng(3)
     rows = {
-        "random": ([float(np.median([deviation(daily(rng, k), exo) for _ in range(25)])) for k in COUNTS], GREY),
+        "random": ([float(np.median([deviation(reachable(rng, k, exo), exo) for _ in range(25)])) for k in COUNTS], GREY),
         "suggested": (
             [deviation(suggest_poses(exo, k, length_noise=NOISE).orientations, exo) for k in COUNTS],
             BLUE,
@@ -105,7 +112,7 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     for name, (values, colour) in rows.items():
         print(f"{name:12}" + "".join(f"{value:8.2f}" for value in values))
         ax.plot(COUNTS, values, "o-", color=colour, lw=2.2, ms=4.5)
-        shift = (10, -2) if name == "random" else (0, -28)
+        shift = (10, -2) if name == "random" else (0, -36)
         ax.annotate(name, (COUNTS[0], values[0]), shift, textcoords="offset points", color=colour)
     lost = pose_information(two_sweeps(80), exo, length_noise=NOISE).information.undetermined
     print(f"abduction and flexion only: {len(lost)} directions undetermined")
@@ -114,8 +121,8 @@ def draw_counts(ax: Any, exo: ep.ShoulderExo) -> None:
     ax.set(xscale="log", yscale="log", xlabel="measured poses", ylabel="expected error of a joint coordinate, mm")
     ax.set_xticks(COUNTS, [str(k) for k in COUNTS])
     ax.minorticks_off()
-    ax.set_yticks([0.3, 1, 3], ["0.3", "1", "3"])
-    ax.set(xlim=(7, 95), ylim=(0.3, 5))
+    ax.set_yticks([0.2, 0.5, 1, 2], ["0.2", "0.5", "1", "2"])
+    ax.set(xlim=(7, 95), ylim=(0.15, 4))
     ax.set_title("Lengths measured to 0.3 mm", fontsize=11, loc="left")
 
 
@@ -136,7 +143,7 @@ def print_table(exo: ep.ShoulderExo) -> None:
 def main() -> None:
     import matplotlib.pyplot as plt
 
-    exo = ep.load("prototype")
+    exo = ep.load("three-linear-actuators")
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
     before, after = force_errors(exo)
     print(f"error of |F_s|: median {np.median(before):.2g} % and {np.median(after):.2g} %, ninth decile "

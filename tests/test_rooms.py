@@ -13,7 +13,7 @@ FOLDER = Path(exo_pin.__file__).parent
 #: From the ground up: a room imports only what stands before it.
 ORDER = (
     "core", "numerics", "design", "muscle", "load_case", "chain", "wrist", "wrist_chain", "reaction", "uncertainty",
-    "person", "consistency", "thesis", "study", "workspace", "control", "view", "exo", "testing", "cli",
+    "person", "consistency", "thesis", "study", "workspace", "calibration", "control", "view", "exo", "testing", "cli",
 )  # fmt: skip
 #: Rooms that stand before another one and are still none of its business.
 APART = {"chain": {"design", "muscle", "load_case"}, "wrist": {"chain"}}

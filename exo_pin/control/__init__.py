@@ -1,4 +1,4 @@
-"""The built machine in motion: plant, reference trajectories, controllers, sensors, experiments, calibration."""
+"""The built machine in motion: plant, reference trajectories, controllers, sensors, experiments, measured runs."""
 
 import lazy_loader
 

@@ -1,10 +1,3 @@
-from .calibration.calibrate import calibrate as calibrate
-from .calibration.pose_choice import PoseInformation as PoseInformation
-from .calibration.pose_choice import SuggestedPoses as SuggestedPoses
-from .calibration.pose_choice import pose_information as pose_information
-from .calibration.pose_choice import suggest_poses as suggest_poses
-from .calibration.result import Calibration as Calibration
-from .calibration.undetermined import Undetermined as Undetermined
 from .controllers.controller import Controller as Controller
 from .controllers.length_controller import LengthController as LengthController
 from .controllers.length_controller import LengthGains as LengthGains

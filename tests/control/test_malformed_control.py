@@ -10,7 +10,7 @@ from measured_devices import poses
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import control
+from exo_pin import calibration, control
 from exo_pin.control.controllers.model_controller import gains_for
 from exo_pin.design import Tackle
 
@@ -58,7 +58,7 @@ def suggestion(rng):
     }
     name = rng.choice(list(good))
     good[name] = junk(rng)
-    found = control.suggest_poses(EXO, good.pop("count"), good.pop("candidates"), **good)
+    found = calibration.suggest_poses(EXO, good.pop("count"), good.pop("candidates"), **good)
     assert not np.isnan(found.expected.standard_deviations).any()
 
 

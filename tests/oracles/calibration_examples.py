@@ -3,7 +3,9 @@
 import numpy as np
 
 import exo_pin as ep
-from exo_pin.control import MeasuredRun, pose_information, suggest_poses
+from exo_pin.calibration import pose_information, suggest_poses
+from exo_pin.calibration.search.solutions import solutions
+from exo_pin.control import MeasuredRun
 
 
 def calibration_examples():
@@ -18,6 +20,8 @@ def calibration_examples():
     return [
         found,
         found.rings,
+        found.devices,
+        solutions(found.model, poses.as_matrix(), lengths, found.errors, found.information.prior, ()),
         lost,
         found.model.evaluate(found.values, poses.as_matrix()),
         pose_information(poses, exo, length_noise=1e-4),

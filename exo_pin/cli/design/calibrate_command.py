@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ...control import calibrate, read_run
-from ...control.calibration.calibrate import JOINTS
-from ...control.calibration.estimation import LOSSES
-from ...control.calibration.length_model import GROUPS
+from ...calibration import calibrate
+from ...calibration.calibrate_device import JOINTS
+from ...calibration.estimation import LOSSES
+from ...calibration.length_model import GROUPS
+from ...control import read_run
 from ...core.errors import InvalidInput
 from .. import add_number, add_repeated
 from ..options.option_values import named_numbers

@@ -4,44 +4,36 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.records import Record
-from ...core.validation import FloatArray, frozen
-from ...load_case import CentreOffset
-from .estimation import UNIT, Estimate, MeasurementErrors
+from ..core.errors import InvalidInput
+from ..core.validation import FloatArray, as_positive
+from .estimation import FINEST, UNIT, Estimate, MeasurementErrors
+from .fitted_device import FittedDevice
+from .goodness import OUTLIER, contradiction, lack_of_fit, losses_differ
 from .information import Information
-from .length_model import LengthModel
 from .plausibility import as_orientations
 from .ring_position import RingPosition
 from .undetermined import Undetermined
 
-if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
-
 __all__ = ["Calibration"]
 
-#: Residuals beyond this many standard deviations are named as outliers.
-_OUTLIER = 4.0
-#: Residuals this many times as large as the stated noise contradict it.
-_CONTRADICTS = 1e-3
+#: A device is meant if its distance from the nominal design is below this part of that of any other.
+_CLEARLY_NEARER = 0.5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Record):
+class Calibration(FittedDevice):
     """Result of :func:`exo_pin.calibrate`.
+
+    It is the device that fits and is nearest to the nominal design, with the attributes of :class:`FittedDevice`, and:
 
     Attributes
     ----------
-    nominal : ShoulderExo
-        The design that it started from.
-    model : LengthModel
-        Equations and unknowns; ``model.names`` names them.
     estimate : Estimate
         What least squares found, in its own weights.
     information : Information
@@ -52,20 +44,20 @@ class Calibration(Record):
         As measured, shape (N, n), m.
     errors : MeasurementErrors
         As stated.
+    devices : tuple of FittedDevice
+        All devices that fit as well, as far as their residuals can tell: this one and its discrete twins, the nearest
+        to the nominal design first, at most 64.
+    device_count : int
+        How many there are.
     """
 
-    nominal: ShoulderExo
-    model: LengthModel
     estimate: Estimate
     information: Information
     orientations: Rotation
     lengths: FloatArray
     errors: MeasurementErrors
-
-    @property
-    def values(self) -> FloatArray:
-        """Shape (p,): the unknowns, as changes from the start (m, rad), in the order of ``model.names``."""
-        return frozen(np.array(self.estimate.values))
+    devices: tuple[FittedDevice, ...]
+    device_count: int
 
     @property
     def covariance(self) -> FloatArray:
@@ -77,30 +69,22 @@ class Calibration(Record):
         """Shape (p,), of :attr:`values`, m and rad; infinite where an unknown is not determined."""
         return self.information.standard_deviations
 
+    def interval(self, probability: float = 0.95) -> FloatArray:
+        """Where each of :attr:`values` lies with this probability, shape (p, 2); infinite where it is not determined.
+
+        Student's t where the noise is estimated from the residuals.
+        """
+        as_positive("probability", probability)
+        if probability >= 1.0:
+            raise InvalidInput(f"expected a probability below 1, got {probability:g}")
+        free = np.inf if self.errors.length_noise is not None else max(self.degrees_of_freedom, 1)
+        half = scipy.stats.t(free).ppf(0.5 + 0.5 * probability) * self.standard_deviations
+        return np.stack([self.values - half, self.values + half], axis=1)
+
     @property
     def undetermined(self) -> tuple[Undetermined, ...]:
         """What the measurements alone do not determine; empty if they determine all."""
         return self.information.undetermined
-
-    @property
-    def joints(self) -> tuple[FloatArray, FloatArray]:
-        """Joint centres A_i in {O_A} and B_i in {O_B}, shape (n, 3) each, m, seen from the shoulder's centre."""
-        return self.model.joints(self.estimate.values)
-
-    @property
-    def length_offsets(self) -> FloatArray:
-        """o_i, shape (n,), m: joint distance minus measured length."""
-        return self.model.length_offsets(self.estimate.values)
-
-    @property
-    def torso_mounting(self) -> Rotation:
-        """Q_T, from the torso's sensor to {O_A}."""
-        return self.model.mountings(self.estimate.values)[0]
-
-    @property
-    def arm_mounting(self) -> Rotation:
-        """Q_S, from {O_B} to the arm's sensor."""
-        return self.model.mountings(self.estimate.values)[1]
 
     @functools.cached_property
     def rings(self) -> tuple[RingPosition, RingPosition]:
@@ -109,24 +93,6 @@ class Calibration(Record):
             RingPosition.of(self.model, self.estimate.values, self.information, ring) for ring in ("base", "platform")
         )
         return base, platform
-
-    @property
-    def centre_offset(self) -> CentreOffset:
-        """Where the device's centre is, seen from the shoulder's: ``base_offset`` and ``cuff_offset``, zero if known.
-
-        With joints alone unknown these are seen from the shoulder's centre and hold any offset; :attr:`rings` then says
-        how each ring as a whole is displaced.
-        """
-        values = self.estimate.values
-        return CentreOffset(self.model.group("base_offset", values), self.model.group("cuff_offset", values))
-
-    @property
-    def exo(self) -> ShoulderExo:
-        """The calibrated design; use it with :attr:`centre_offset`."""
-        values, shape = self.estimate.values, self.model.base.shape
-        base = self.model.base + self.model.group("base_points", values, shape)
-        platform = self.model.platform + self.model.group("platform_points", values, shape)
-        return self.nominal.replace(geometry=self.nominal.geometry.replace(base_points=base, platform_points=platform))
 
     def predict(self, orientations: Rotation) -> tuple[FloatArray, FloatArray]:
         """Lengths that the calibrated device would show, and their standard deviations.
@@ -170,7 +136,7 @@ class Calibration(Record):
     @property
     def outliers(self) -> NDArray[np.intp]:
         """Pose and limb, from 0, of residuals beyond four standard deviations, shape (k, 2)."""
-        return np.argwhere(np.abs(self.normalised_residuals) > _OUTLIER)
+        return np.argwhere(np.abs(self.normalised_residuals) > OUTLIER)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -188,17 +154,41 @@ class Calibration(Record):
         return float(scipy.stats.chi2.sf((self.estimate.residuals**2).sum(), self.degrees_of_freedom))
 
     @property
+    def is_decided(self) -> bool:
+        """Whether the nominal design is clearly nearer to this device than to any other that fits as well."""
+        return len(self.devices) < 2 or self.distance < _CLEARLY_NEARER * self.devices[1].distance
+
+    @functools.cached_property
+    def contradiction(self) -> str:
+        """What speaks against this device: residuals that its errors do not explain; empty if they do."""
+        measured, found = self.orientations.as_matrix(), self.estimate
+        if self.errors.length_noise is None and self.length_noise < FINEST:
+            return ""
+        differ = self.errors.loss == "huber" and losses_differ(
+            self.model, measured, self.lengths, found, self.errors, self.information.prior
+        )
+        fit = lack_of_fit(self.model, measured, found, self.errors)
+        return contradiction(self.normalised_residuals, self.errors, self.probability, fit, differ)
+
+    @property
     def verdict(self) -> str:
-        """One sentence."""
-        lost = len(self.undetermined)
-        worst = float(self.standard_deviations.max())
+        """One sentence, after those that say why not to rely on the device."""
+        size, lost, count = self.model.size, len(self.undetermined), self.device_count
+        bad = f"Not a good fit. {self.contradiction} Standard deviations do not hold." if self.contradiction else ""
+        text = ""
         if lost:
-            text = f"The measurements do not determine {lost} of {self.model.size} directions of the unknowns."
-        else:
-            text = f"All {self.model.size} unknowns are determined, each to {1e3 * worst:.2g} {self.model.unit}."
-        if self.probability < _CONTRADICTS:
-            text += " The residuals contradict the stated noise."
-        return text
+            text = f"The measurements do not determine {lost} of {size} directions of the unknowns"
+        elif not bad:
+            worst = 1e3 * float(self.standard_deviations.max())
+            text = f"All {size} unknowns are determined, each to {worst:.2g} {self.model.unit}"
+        if count > 1:
+            near, other = (f"{1e3 * device.distance:.3g} mm" for device in self.devices[:2])
+            text += f"{', among' if text else 'There are'} {count} devices that fit equally well: "
+            if self.is_decided:
+                text += f"this one is {near} from the nominal design, the next {other}"
+            else:
+                text += f"the nominal design does not decide between this one, {near} from it, and the next, {other}"
+        return " ".join(part for part in (bad, text and f"{text}.") if part)
 
     def __str__(self) -> str:
         from .report import report

@@ -8,7 +8,7 @@ from measured_devices import measured, near, poses, random_exo
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin.control import pose_information, suggest_poses
+from exo_pin.calibration import pose_information, suggest_poses
 from exo_pin.core.errors import InvalidInput, UnknownName
 
 JOINTS = ("base_points", "platform_points")
@@ -51,20 +51,56 @@ def test_suggested_poses_are_nearly_the_best_of_all_subsets(criterion):
     assert np.mean(np.array(costs) < cost(found.chosen) * (1 - 1e-9)) < 0.02
 
 
-def test_suggested_poses_are_better_than_random_ones():
-    exo = ep.load("prototype")
+def reached(exo, orientations, least=0.05):
+    """By definition: every limb within its stroke, and det X clearly of the sign that it has at rest."""
+    lengths = exo.inverse_kinematics(orientations).lengths
+    strokes = [limb.stroke for limb in exo.mechanism.limbs]
+    ends = [[s.end_fitting + share * s.nominal_length for share in (s.shortest, s.longest)] for s in strokes]
+    low, high = np.array(ends).T
+    det = exo.singularity(orientations).determinant * np.sign(exo.singularity(exo.pose()).determinant)
+    return ((lengths >= low) & (lengths <= high)).all(axis=1) & (det >= least)
+
+
+def test_suggested_poses_can_be_reached_and_are_better_than_random_ones():
+    exo = ep.load("three-linear-actuators")
     found = suggest_poses(exo, 20, length_noise=3e-4)
-    # All are reachable by the dummy's shoulder.
-    assert exo.mechanism.shoulder.allows(found.orientations).all()
+    assert reached(exo, found.orientations).all()
+    assert set(found.not_checked) == {"joint_angles", "shoulder_range", "clearance"}
     rng = np.random.default_rng(52)
-    others = [pose_information(poses(rng, 20), exo, length_noise=3e-4) for _ in range(15)]
+    arm = poses(rng, 2000)
+    inside = arm[reached(exo, arm)]
+    assert len(inside) < 1950
+    others = [pose_information(inside[rng.choice(len(inside), 20)], exo, length_noise=3e-4) for _ in range(15)]
     rms = [np.sqrt((each.standard_deviations**2).mean()) for each in [found.expected, *others]]
     assert rms[0] < min(rms[1:])
     assert rms[0] < 0.85 * np.median(rms[1:])
 
 
+def test_candidates_are_checked_on_request_and_poses_that_cannot_be_reached_are_named():
+    exo, arm = ep.load("three-linear-actuators"), poses(np.random.default_rng(54), 60)
+    inside = np.flatnonzero(reached(exo, arm))
+    assert 30 < len(inside) < 60
+    found = suggest_poses(exo, len(inside), arm, length_noise=3e-4, reach=ep.Criteria())
+    np.testing.assert_array_equal(found.chosen, inside)
+    assert len(suggest_poses(exo, 60, arm, length_noise=3e-4).chosen) == 60
+    with pytest.raises(InvalidInput, match=f"can reach {len(inside)} of 60 candidates .*singularity"):
+        suggest_poses(exo, len(inside) + 1, arm, length_noise=3e-4, reach=ep.Criteria())
+    # Of the prototype's own muscles all poses of daily life are beyond the stroke, or cut off from rest.
+    with pytest.raises(InvalidInput, match=r"can reach none of 10626 poses of daily activities .*stroke 10601"):
+        suggest_poses(ep.load("prototype"), 1, length_noise=3e-4)
+
+
+def test_limbs_keep_clear_of_a_body_that_is_known():
+    exo = ep.load("three-linear-actuators").worn_by(ep.Person(1.75, 75, "male"))
+    reach = ep.Criteria(body=ep.BodyShape.from_height(1.75), least_gap=0.01)
+    found = suggest_poses(exo, 10, length_noise=3e-4, reach=reach)
+    gaps = exo.workspace(found.orientations, reach).margins["clearance"]
+    assert (gaps >= 0.0).all()
+    assert "clearance" not in found.not_checked
+
+
 def test_what_cannot_be_determined_is_left_aside():
-    exo = ep.load("prototype")
+    exo = ep.load("three-linear-actuators")
     found = suggest_poses(exo, 12, unknowns=(*JOINTS, "base_offset"), length_noise=3e-4)
     lost = found.expected.information.undetermined
     assert [direction.description.split(",")[0] for direction in lost] == [
@@ -80,6 +116,7 @@ def test_bad_input_is_refused():
         (2.5, None, {}),
         (True, None, {}),
         (9, poses(rng, 8), {}),
+        (3, poses(rng, 8), {"reach": "stroke"}),
         (3, poses(rng, 8)[0], {}),
         (3, poses(rng, 8), {"length_noise": 0.0}),
         (3, poses(rng, 8), {"orientation_noise": -1.0}),
@@ -89,6 +126,6 @@ def test_bad_input_is_refused():
         with pytest.raises(InvalidInput):
             suggest_poses(exo, count, candidates, **{"length_noise": 3e-4} | options)
     with pytest.raises(UnknownName):
-        suggest_poses(exo, 3, length_noise=3e-4, criterion="E")
+        suggest_poses(exo, 3, poses(rng, 8), length_noise=3e-4, criterion="E")
     with pytest.raises(InvalidInput):
         pose_information(poses(rng, 8), exo.geometry, length_noise=3e-4)

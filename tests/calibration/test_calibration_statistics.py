@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from calibration_cases import case, true_values
 from measured_devices import measured, near, random_exo
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
+from exo_pin.core.errors import InvalidInput
 
 JOINTS = ("base_points", "platform_points")
 SETS = 60
@@ -117,3 +119,45 @@ def test_centre_by_rings_that_differ_from_rigid_ones():
         z.append((ring.translation - shift) / np.sqrt(np.diag(ring.covariance))[:3])
     # Twelve degrees of freedom are left for the scatter: Student's t.
     assert (np.abs(z) < stats.t(12).ppf(0.975)).mean() == pytest.approx(0.95, abs=0.04)
+
+
+def covered(seeds):
+    """Of each clean case in which all is determined, which unknowns lie in their 95 % intervals."""
+    for seed in seeds:
+        generated = case(seed, "clean", turned=0.2)
+        found = generated.calibrated()
+        if found.undetermined:
+            continue
+        low, high = found.interval().T
+        truth = true_values(found, generated.device)
+        yield (low <= truth) & (truth <= high)
+
+
+def test_sample_of_intervals_holds_the_truth():
+    # One unknown of each case is independent of all others: their number is binomial.
+    rng = np.random.default_rng(25)
+    inside = [bool(rng.choice(each)) for each in covered(range(3000, 3018))]
+    low, high = stats.binom.interval(0.999, len(inside), 0.95)
+    assert len(inside) >= 15
+    assert low <= sum(inside) <= high
+
+
+@pytest.mark.full
+def test_intervals_of_95_percent_hold_the_truth_in_93_to_97():
+    # All sets of unknowns, losses, stated and estimated noise, with and without errors of the orientations.
+    shares = [each.mean() for each in covered(range(4000, 4540))]
+    assert len(shares) >= 500
+    assert 0.93 < np.mean(shares[:500]) < 0.97
+
+
+def test_intervals_are_those_of_student_where_the_noise_is_estimated():
+    rng = np.random.default_rng(26)
+    exo = random_exo(rng, 3)
+    seen, lengths = measured(near(exo, rng), Rotation.random(20, rng), rng, 3e-4)
+    for noise, law in ((3e-4, stats.norm), (None, stats.t(60 - 18))):
+        found = ep.calibrate(seen, lengths, exo, length_noise=noise)
+        half = law.ppf(0.9) * found.standard_deviations
+        np.testing.assert_allclose(found.interval(0.8), np.stack([found.values - half, found.values + half], axis=1))
+    for wrong in (0.0, 1.0, -1.0, np.nan, "95"):
+        with pytest.raises(InvalidInput):
+            found.interval(wrong)

@@ -19,10 +19,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.errors.base import echo
-from ...core.records import Record
-from ...core.validation import FloatArray, as_choice, frozen
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
+from ..core.records import Record
+from ..core.validation import FloatArray, as_choice, frozen
 
 __all__ = ["GROUPS", "LengthModel", "Lengths", "as_unknowns", "labels"]
 
@@ -40,16 +40,16 @@ GROUPS = tuple(_SYMBOLS)
 
 
 class Lengths(NamedTuple):
-    """Measured lengths that a model predicts in N poses, n limbs, p unknowns.
+    """Measured lengths that a model predicts in N poses, n limbs, p unknowns, of devices in a stack (...).
 
     Attributes
     ----------
     values : ndarray
-        Shape (N, n), m.
+        Shape (..., N, n), m.
     by_unknowns : ndarray
-        Shape (N, n, p): derivatives by the unknowns.
+        Shape (..., N, n, p): derivatives by the unknowns.
     by_orientation : ndarray
-        Shape (N, n, 3), m/rad: derivatives by a turn of the arm about the axes of {O_A}.
+        Shape (..., N, n, 3), m/rad: derivatives by a turn of the arm about the axes of {O_A}.
     """
 
     values: FloatArray
@@ -112,6 +112,7 @@ class LengthModel(Record):
         self.size = len(names)
         #: Name of each unknown, such as ``"A_2 x"``, and its unit.
         self.names, self.units = tuple(names), tuple(units)
+        self._torso, self._arm = self.torso.as_matrix(), self.arm.as_matrix()
         #: Mean distance of the joints from the centre, m: a turn by 1 rad moves them by this much.
         self.reach = float(np.linalg.norm(np.concatenate([self.base, self.platform]), axis=1).mean())
         #: Changes of the unknowns that move joints by about the same length.
@@ -123,37 +124,50 @@ class LengthModel(Record):
         return "mm or mrad" if "rad" in self.units else "mm"
 
     def group(self, name: str, values: FloatArray, shape: tuple[int, ...] = (3,)) -> FloatArray:
-        """Values of one group in a vector of unknowns, zero if it is not unknown."""
-        return values[self.places[name]].reshape(shape) if name in self.places else np.zeros(shape)
+        """Values of one group in vectors of unknowns (..., p), zero if it is not unknown."""
+        stack = values.shape[:-1]
+        return (
+            values[..., self.places[name]].reshape(*stack, *shape) if name in self.places else np.zeros(stack + shape)
+        )
 
     def joints(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """A_i + ε_base and B_i + ε_cuff, shape (n, 3) each: joints seen from the shoulder's centre."""
+        """A_i + ε_base and B_i + ε_cuff, shape (..., n, 3) each: joints seen from the shoulder's centre."""
         shape = self.base.shape
-        a = self.base + self.group("base_points", values, shape) + self.group("base_offset", values)
-        b = self.platform + self.group("platform_points", values, shape) + self.group("cuff_offset", values)
-        return a, b
+        base, cuff = (self.group(name, values)[..., None, :] for name in ("base_offset", "cuff_offset"))
+        a = self.base + self.group("base_points", values, shape) + base
+        return a, self.platform + self.group("platform_points", values, shape) + cuff
 
     def mountings(self, values: FloatArray) -> tuple[Rotation, Rotation]:
-        """Q_T and Q_S."""
-        torso = Rotation.from_rotvec(self.group("torso_mounting", values)) * self.torso
-        return torso, self.arm * Rotation.from_rotvec(self.group("arm_mounting", values))
+        """Q_T and Q_S, shape (...)."""
+        # SciPy takes no read-only array.
+        torso, arm = (
+            Rotation.from_rotvec(np.array(self.group(name, values))) for name in ("torso_mounting", "arm_mounting")
+        )
+        return torso * self.torso, self.arm * arm
 
     def length_offsets(self, values: FloatArray) -> FloatArray:
-        """o_i, shape (n,)."""
+        """o_i, shape (..., n)."""
         return self.offsets + self.group("length_offsets", values, (self.limb_count,))
 
     def lengths(self, values: FloatArray, measured: FloatArray) -> FloatArray:
-        """Lengths alone, shape (N, n); arguments of :meth:`evaluate`."""
-        return np.asarray(self._lines(values, measured)[3] - self.length_offsets(values))
+        """Lengths alone, shape (..., N, n); arguments of :meth:`evaluate`."""
+        return np.asarray(self._lines(values, measured)[3] - self.length_offsets(values)[..., None, :])
 
     def _lines(self, values: FloatArray, measured: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """R, b_i, b_i - a_i and |b_i - a_i|."""
         a, b = self.joints(values)
-        torso, arm = self.mountings(values)
-        R = torso.as_matrix() @ measured @ arm.as_matrix()
-        ends = b @ np.swapaxes(R, 1, 2)
-        lines = ends - a
-        return R, ends, lines, np.sqrt(np.einsum("kni,kni->kn", lines, lines))
+        R = measured
+        # In sweeps of many devices products of matrices are faster than those of Rotations.
+        if "torso_mounting" in self.places:
+            R = _turns(self.group("torso_mounting", values)) @ (self._torso @ R)
+        else:
+            R = self._torso @ R
+        R = R @ self._arm
+        if "arm_mounting" in self.places:
+            R = R @ _turns(self.group("arm_mounting", values))
+        ends = b[..., None, :, :] @ np.swapaxes(R, -2, -1)
+        lines = ends - a[..., None, :, :]
+        return R, ends, lines, np.sqrt((lines**2).sum(axis=-1))
 
     def evaluate(self, values: FloatArray, measured: FloatArray) -> Lengths:
         """Lengths and their derivatives.
@@ -161,36 +175,45 @@ class LengthModel(Record):
         Parameters
         ----------
         values : ndarray
-            Shape (p,), the unknowns.
+            Shape (..., p), the unknowns.
         measured : ndarray
             Shape (N, 3, 3), S of each pose.
         """
         R, ends, lines, lengths = self._lines(values, measured)
-        b = self.joints(values)[1]
+        b = self.joints(values)[1][..., None, :, :]
         directions = lines / lengths[..., None]
         # Of the platform's joint in {O_B}, and of a turn in {O_A} and {O_B}.
         in_arm = directions @ R
         turned = np.cross(ends, directions)
-        N, n = lengths.shape
-        out = np.zeros((N, n, self.size))
+        out, limbs = np.zeros((*lengths.shape, self.size)), np.arange(self.limb_count)
         for name, place in self.places.items():
-            block = out[:, :, place]
+            block = out[..., place]
             if name in ("base_points", "platform_points"):
                 own = -directions if name == "base_points" else in_arm
-                for i in range(n):
-                    block[:, i, 3 * i : 3 * i + 3] = own[:, i]
+                for i in limbs:
+                    block[..., i, 3 * i : 3 * i + 3] = own[..., i, :]
             elif name == "length_offsets":
-                block[:, np.arange(n), np.arange(n)] = -1.0
+                block[..., limbs, limbs] = -1.0
             elif name == "base_offset":
                 block[:] = -directions
             elif name == "cuff_offset":
                 block[:] = in_arm
             elif name == "torso_mounting":
                 # exp(θ + dθ) = exp(J_l dθ) exp(θ), J_l(θ) = J_r(-θ).
-                block[:] = turned @ pin.Jexp3(-self.group(name, values))
+                block[:] = turned @ _right_jacobians(-self.group(name, values))
             else:
-                block[:] = np.cross(b, in_arm) @ pin.Jexp3(self.group(name, values))
-        return Lengths(lengths - self.length_offsets(values), out, turned)
+                block[:] = np.cross(b, in_arm) @ _right_jacobians(self.group(name, values))
+        return Lengths(lengths - self.length_offsets(values)[..., None, :], out, turned)
+
+
+def _turns(turns: FloatArray) -> FloatArray:
+    """Matrices of rotation vectors (..., 3), shape (..., 1, 3, 3)."""
+    return Rotation.from_rotvec(np.array(turns)).as_matrix()[..., None, :, :]
+
+
+def _right_jacobians(turns: FloatArray) -> FloatArray:
+    """J_r of rotation vectors (..., 3), shape (..., 1, 3, 3)."""
+    return np.array([pin.Jexp3(turn) for turn in turns.reshape(-1, 3)]).reshape(*turns.shape[:-1], 1, 3, 3)
 
 
 def labels(name: str, count: int) -> list[str]:

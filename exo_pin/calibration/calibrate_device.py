@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.validation import (
+from ..core.errors import InvalidInput
+from ..core.validation import (
     FloatArray,
     as_choice,
     as_mapping,
@@ -20,14 +19,17 @@ from ...core.validation import (
     frozen,
     require_method,
 )
-from .estimation import LOSSES, MeasurementErrors, estimate, inflation, starting_mountings
+from .estimation import LOSSES, MeasurementErrors, estimate, inflation
+from .fitted_device import FittedDevice
 from .information import Information
 from .length_model import LengthModel, as_unknowns
 from .plausibility import as_lengths, as_orientations, warn_of_mix_ups
 from .result import Calibration
+from .search.solutions import solutions
+from .search.starts import near_body_axes, with_offsets
 
 if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
+    from ..exo.shoulder_exo import ShoulderExo
 
 __all__ = ["JOINTS", "calibrate"]
 
@@ -52,7 +54,9 @@ def calibrate(
 ) -> Calibration:
     """Find joint centres, length offsets, the device's centre and sensor mountings from measured poses.
 
-    Nonlinear least squares from a nominal design, with exact derivatives. The arm is assumed to turn about one fixed
+    Nonlinear least squares with exact derivatives, from the nominal design and from other starts. Where several devices
+    fit equally well (discrete twins: :mod:`exo_pin.calibration.search.twins`), the one nearest to the nominal design is
+    returned, and ``devices`` has all. The arm is assumed to turn about one fixed
     point, the shoulder's centre, and limbs to be straight between their joint centres (no slack muscle). Errors are
     independent: of each length with standard deviation ``length_noise``, of each orientation about each axis with
     ``orientation_noise``. An error of an orientation moves all lengths of its pose at once and is weighted so
@@ -83,15 +87,15 @@ def calibrate(
         Standard deviation of the nominal design before any measurement, m or rad, by name of the unknown, such as
         ``{"base_points": 0.002}``. They need ``length_noise``.
     torso_mounting, arm_mounting : Rotation, optional
-        Q_T and Q_S, or the values to start from if they are unknown. None is the identity; if it is unknown, all
-        24 mountings along the axes of the body are tried.
+        Q_T and Q_S, or the values to start from if they are unknown. None is the identity, or any mounting if it is
+        unknown.
     loss : {"linear", "huber", "cauchy"}
         Robust losses give outliers less weight ("huber") or next to none ("cauchy").
 
     Returns
     -------
     Calibration
-        With the calibrated design, ``covariance``, ``undetermined`` and residuals; it prints.
+        With the calibrated design, ``covariance``, ``undetermined``, ``devices`` and residuals; it prints.
 
     Raises
     ------
@@ -108,7 +112,7 @@ def calibrate(
 
     Notes
     -----
-    See :mod:`exo_pin.control.calibration.undetermined` for what lengths cannot determine. Source of the chain of
+    See :mod:`exo_pin.calibration.undetermined` for what lengths cannot determine. Source of the chain of
     sensors: thesis 5.3, Figure 5-9.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
@@ -116,13 +120,26 @@ def calibrate(
     errors = _errors(length_noise, orientation_noise, loss)
     model = nominal_model(nominal, unknowns, torso_mounting, arm_mounting)
     measured = poses.as_matrix()
-    free = "length_offsets" in model.unknowns
     start = model.lengths(np.zeros(model.size), measured)
-    values = as_lengths(lengths, orientations, start, free)
+    values = as_lengths(lengths, orientations, start, "length_offsets" in model.unknowns)
     prior = prior_of(model, tolerances, errors.length_noise)
-    model = _started(model, measured, values, torso_mounting is None, arm_mounting is None)
+    searched = [
+        name
+        for name, start in (("torso_mounting", torso_mounting), ("arm_mounting", arm_mounting))
+        if start is None and name in model.places
+    ]
+    model = with_offsets(model, measured, values)
+    free = prior.copy()
+    for name in searched:
+        free[model.places[name]] = np.inf
+    fits = solutions(model, measured, values, errors, free, searched)
+    devices = [
+        FittedDevice(nominal, *near_body_axes(model, device, searched), float(far))
+        for device, far in zip(fits.devices, fits.distances, strict=True)
+    ]
+    model, distance = devices[0].model, devices[0].distance
     warn_of_mix_ups(model, poses, values)
-    found = estimate(model, measured, values, errors, prior)
+    found = estimate(model, devices[0].values, measured, values, errors, prior, near=False)
     if not np.isfinite(found.scale):
         raise InvalidInput(
             f"{values.size} lengths leave nothing to estimate their noise from, with {model.size} unknowns: measure "
@@ -131,7 +148,12 @@ def calibrate(
     rank = int(np.linalg.matrix_rank(found.jacobian * model.scales))
     variance = found.scale**2 * inflation(found, loss, rank)
     information = Information(model, found.values, measured, found.jacobian, variance, prior)
-    return Calibration(nominal, model, found, information, poses, frozen(values), errors)
+    devices[0] = FittedDevice(nominal, model, frozen(found.values.copy()), distance)
+    return Calibration(
+        *(nominal, model, devices[0].values, distance, found, information, poses, frozen(values), errors),
+        devices=tuple(devices),
+        device_count=fits.total,
+    )
 
 
 def nominal_model(
@@ -177,21 +199,3 @@ def _errors(length_noise: float | None, orientation_noise: float, loss: str) -> 
     if length > _WORST_LENGTH:
         raise InvalidInput(f"expected length_noise in m, at most {_WORST_LENGTH:g}, got {length:g} (millimetres?)")
     return MeasurementErrors(length, turn, loss)
-
-
-def _started(
-    model: LengthModel, measured: FloatArray, lengths: FloatArray, find_torso: bool, find_arm: bool
-) -> LengthModel:
-    """The model with length offsets and mountings near those of the data."""
-    searched = [
-        name
-        for name, find in (("torso_mounting", find_torso), ("arm_mounting", find_arm))
-        if find and name in model.unknowns
-    ]
-    if searched:
-        torso, arm = starting_mountings(model, searched, measured, lengths)
-        model = replace(model, torso=torso, arm=arm)
-    if "length_offsets" in model.unknowns:
-        predicted = model.lengths(np.zeros(model.size), measured)
-        model = replace(model, offsets=np.median(predicted - lengths, axis=0))
-    return model

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.validation import FloatArray
+from ..core.validation import FloatArray
 from .length_model import labels
 
 if TYPE_CHECKING:
@@ -16,10 +16,12 @@ __all__ = ["report"]
 
 #: Undetermined directions and outliers that are listed; the others are counted.
 _LISTED = 8
+#: Other devices that are listed, and from which distance, m, a joint of theirs counts as elsewhere.
+_OTHERS, _ELSEWHERE = 3, 1e-4
 
 
 def report(found: Calibration) -> str:
-    """Verdict, residuals, unknowns with their standard deviations, what is undetermined, outliers."""
+    """Verdict, residuals, unknowns with their standard deviations, what is undetermined, other devices, outliers."""
     lines = [found.verdict, "", *_fit(found), "", *_unknowns(found)]
     if found.undetermined:
         lines += ["", "Not determined by these measurements:"]
@@ -28,6 +30,8 @@ def report(found: Calibration) -> str:
         lines += [f"  {direction}" for direction in found.undetermined[:_LISTED]]
         lines += _rest(len(found.undetermined))
         lines.append("  Measure other poses, or hold the unknowns near the nominal design with tolerances.")
+    if found.device_count > 1:
+        lines += ["", *_others(found)]
     outliers = found.outliers
     if len(outliers):
         lines += ["", f"{len(outliers)} residuals beyond four standard deviations:"]
@@ -40,6 +44,20 @@ def report(found: Calibration) -> str:
 
 def _rest(count: int) -> list[str]:
     return [f"  and {count - _LISTED} more"] if count > _LISTED else []
+
+
+def _others(found: Calibration) -> list[str]:
+    """Devices that fit as well: how far from the nominal design they are, and which joints are elsewhere."""
+    lines = [
+        f"Other devices that fit equally well ({found.device_count - 1}), the nearest to the nominal design first:"
+    ]
+    own = np.concatenate(found.joints)
+    names = [part for name in ("base_points", "platform_points") for part in labels(name, found.model.limb_count)]
+    for device in found.devices[1 : _OTHERS + 1]:
+        apart = np.linalg.norm(np.concatenate(device.joints) - own, axis=1)
+        moved = [f"{name} {1e3 * size:.3g}" for name, size in zip(names, apart, strict=True) if size > _ELSEWHERE]
+        lines.append(f"  {1e3 * device.distance:.3g} mm from it; joints elsewhere by mm: {', '.join(moved) or 'none'}")
+    return lines
 
 
 def _fit(found: Calibration) -> list[str]:

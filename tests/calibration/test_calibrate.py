@@ -7,8 +7,8 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 import exo_pin as ep
-from exo_pin import control
-from exo_pin.control.calibration.length_model import GROUPS
+from exo_pin import calibration
+from exo_pin.calibration.length_model import GROUPS
 from exo_pin.core.errors import InvalidInput, SuspectMeasurements, UnknownName
 
 JOINTS = ("base_points", "platform_points")
@@ -272,7 +272,7 @@ def test_fewer_lengths_than_unknowns_are_met_exactly(count):
     with pytest.raises(InvalidInput, match="none"):
         found.predict(arm[:0])
     with pytest.raises(InvalidInput, match="none"):
-        control.pose_information(arm[:0], exo, length_noise=1e-3)
+        calibration.pose_information(arm[:0], exo, length_noise=1e-3)
 
 
 def test_result_prints_its_verdict_first():

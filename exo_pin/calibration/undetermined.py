@@ -20,13 +20,13 @@ import numpy as np
 import pinocchio as pin
 import scipy
 
-from ...core.validation import FloatArray, ReadOnly
+from ..core.validation import FloatArray, ReadOnly
 from .length_model import LengthModel
 
 __all__ = ["Undetermined", "named_directions", "one_axis"]
 
 #: A known direction is among the undetermined ones if this much of it, or less, lies outside them.
-_OUTSIDE_EXACT, _OUTSIDE_WEAK = 1e-6, 0.2
+_OUTSIDE_EXACT, _OUTSIDE_WEAK = 1e-5, 0.2
 #: A direction with less outside those that are listed already is one of them.
 _NEW = 0.1
 #: Components below this part of the largest are left out of a description.

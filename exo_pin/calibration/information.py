@@ -7,8 +7,8 @@ import functools
 import numpy as np
 import scipy
 
-from ...core.records import Record
-from ...core.validation import FloatArray, frozen
+from ..core.records import Record
+from ..core.validation import FloatArray, frozen
 from .length_model import LengthModel, Lengths
 from .undetermined import Undetermined, named_directions
 
@@ -62,7 +62,7 @@ class Information(Record):
         variance: float,
         prior: FloatArray,
     ) -> None:
-        self.model, self.values, self.measured = model, values, measured
+        self.model, self.values, self.measured, self.prior = model, values, measured, prior
         self.variance = float(variance)
         scaled = _triangle(jacobian * model.scales)
         _, sizes, directions = np.linalg.svd(scaled)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ...core.validation import FloatArray, ReadOnly
+from ..core.validation import FloatArray, ReadOnly
 from .information import Information
 from .length_model import LengthModel
 

@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput
-from ...core.errors.base import echo
-from ...core.records import Record, reduced_tuple
-from ...core.validation import FloatArray, as_choice, as_positive, frozen, require_method
-from ...load_case.ranges_of_motion import ADL_BOX
-from .calibrate import JOINTS, nominal_model, prior_of
+from ..core.errors import InvalidInput
+from ..core.errors.base import echo
+from ..core.records import Record, reduced_tuple
+from ..core.validation import FloatArray, as_choice, as_positive, frozen, require_method, require_type
+from ..study import adl_box
+from ..workspace import Criteria, Workspace, workspace
+from ..workspace.criteria import missing_for
+from .calibrate_device import JOINTS, nominal_model, prior_of
 from .information import Information, whitening
 from .length_model import LengthModel
 from .plausibility import as_orientations
 
 if TYPE_CHECKING:
-    from ...exo.shoulder_exo import ShoulderExo
+    from ..exo.shoulder_exo import ShoulderExo
 
 __all__ = ["PoseInformation", "SuggestedPoses", "pose_information", "suggest_poses"]
 
-#: Candidates by themselves: the grid of daily life, degrees.
-_GRID = 15.0
+#: Candidates by themselves: the grid of daily life, degrees, finer if too few of its poses can be reached.
+_GRIDS = (15.0, 7.5, 5.0)
+#: What a pose must meet to be measured there, as far as it is known.
+_REACHED = ("joint_angles", "shoulder_range", "stroke", "singularity", "connected", "clearance")
 #: Tolerance of the unknowns, m, as long as too few poses are chosen to determine them.
 _LOOSE = 0.05
 #: A pose is exchanged if the criterion gains this part of itself.
@@ -88,11 +93,14 @@ class SuggestedPoses(NamedTuple):
         Shape (count,), indices of the candidates (flattened).
     expected : PoseInformation
         What measurements there would determine.
+    not_checked : dict of str to str
+        Criteria of reach that were not checked, and what lacks for them.
     """
 
     orientations: Rotation
     chosen: NDArray[np.intp]
     expected: PoseInformation
+    not_checked: dict[str, str]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return reduced_tuple(self)
@@ -132,6 +140,7 @@ def suggest_poses(
     orientation_noise: float = 0.0,
     tolerances: Mapping[str, float] | None = None,
     criterion: str = "variance",
+    reach: Criteria | None = None,
 ) -> SuggestedPoses:
     """Choose the poses whose measurement determines the unknowns best.
 
@@ -145,13 +154,17 @@ def suggest_poses(
     count : int
         Number of poses.
     candidates : Rotation, optional
-        Stack of shape (...), poses that can be taken. If left out, a grid of 15° over the box of daily life
-        (Table 2-1) on the design's side, as far as its shoulder allows; strokes of limbs are not regarded.
+        Stack of shape (...), poses that can be taken. If left out, those of a grid over the box of daily life
+        (Table 2-1) on the design's side that the device can reach: of 15°, or down to 5° if these are too few.
     unknowns, length_noise, orientation_noise, tolerances
         As in :func:`exo_pin.calibrate`.
     criterion : {"variance", "determinant"}
         What is made least: the sum of the variances of all unknowns, a turn counted by how far it moves the joints
         (A-optimal), or the determinant of the covariance (D-optimal).
+    reach : Criteria, optional
+        What it is to reach a pose, such as the ``body`` to keep clear of. By default all that the design has data for
+        of stroke, range of the shoulder and of the limbs' joints, and distance to the singular surface on the side of
+        rest, with a way from rest. ``candidates`` are checked only if it is given.
 
     Returns
     -------
@@ -160,18 +173,19 @@ def suggest_poses(
     Raises
     ------
     InvalidInput
-        If there are fewer candidates than poses.
+        If there are fewer candidates than poses, or the device can reach fewer.
     """
     require_method("nominal", nominal, "inverse_kinematics", "a ShoulderExo")
-    poses = _grid(nominal) if candidates is None else as_orientations(candidates)
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= len(poses):
-        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
+    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
+        raise InvalidInput(f"expected count as a whole number of poses, 1 or more, got {echo(count)}")
+    require_type("reach", Criteria() if reach is None else reach, Criteria, "a Criteria")
+    poses, places, not_checked = _candidates(nominal, int(count), candidates, reach)
     model = nominal_model(nominal, unknowns)
     possible = _Measurements.of(model, poses, length_noise, orientation_noise, tolerances)
     start = _start(model, possible.prior)
     search = _Search(possible.jacobian * model.scales, start, as_choice("criterion", criterion, CRITERIA))
     chosen = frozen(np.sort(search.exchanged(search.first(int(count)))))
-    return SuggestedPoses(poses[chosen], chosen, possible.information(chosen))
+    return SuggestedPoses(poses[chosen], frozen(places[chosen]), possible.information(chosen), not_checked)
 
 
 class _Measurements(NamedTuple):
@@ -200,9 +214,39 @@ class _Measurements(NamedTuple):
         return PoseInformation(model.names, found)
 
 
-def _grid(nominal: ShoulderExo) -> Rotation:
-    poses = as_orientations(ADL_BOX.poses(_GRID, nominal.side))
-    return poses[nominal.mechanism.shoulder.allows(poses, nominal.side)]
+def _candidates(
+    nominal: ShoulderExo, count: int, given: Rotation | None, reach: Criteria | None
+) -> tuple[Rotation, NDArray[np.intp], dict[str, str]]:
+    """Poses to choose from (flat), which ones of all they are, and criteria that were not checked."""
+    grids = [given] if given is not None else [adl_box(step, nominal.side) for step in _GRIDS]
+    for grid in grids:
+        poses = as_orientations(grid)
+        inside, lost, not_checked = np.ones(len(poses), dtype=bool), "", dict[str, str]()
+        if given is None or reach is not None:
+            found, not_checked = _reached(nominal, grid, Criteria() if reach is None else reach)
+            inside = found.inside.ravel()
+            failed = {name: int((~met).sum()) for name, met in found.met.items()}
+            lost = ", ".join(f"{name} {fails}" for name, fails in failed.items() if fails)
+        if inside.sum() >= count:
+            return poses[inside], np.flatnonzero(inside), not_checked
+    if given is not None and reach is None:
+        raise InvalidInput(f"expected count from 1 to the number of candidates, {len(poses)}, got {echo(count)}")
+    reached = f"{int(inside.sum())} of {len(poses)}" if inside.any() else f"none of {len(poses)}"
+    what = "candidates" if given is not None else "poses of daily activities"
+    raise InvalidInput(
+        f"expected {echo(count)} poses, but {nominal.name!r} can reach {reached} {what} (poses that fail: {lost}): "
+        "give candidates that it can reach, or measure with the limits removed (actuators taken off)"
+    )
+
+
+def _reached(nominal: ShoulderExo, poses: Rotation, reach: Criteria) -> tuple[Workspace, dict[str, str]]:
+    mechanism, not_checked = nominal.mechanism, dict[str, str]()
+    names = _REACHED if reach.names is None else reach.names
+    if reach.names is None:
+        lacking = {name: missing_for(name, mechanism, reach, len(poses.shape) == 3) for name in _REACHED}
+        not_checked = {name: ", ".join(texts) for name, texts in lacking.items() if texts}
+        names = tuple(name for name in _REACHED if name not in not_checked)
+    return workspace(mechanism, poses, replace(reach, names=names)), not_checked
 
 
 def _start(model: LengthModel, prior: FloatArray) -> FloatArray:

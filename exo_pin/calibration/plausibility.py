@@ -8,9 +8,9 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation
 
-from ...core.conventions import mirrored, thesis_angles, thesis_rotation
-from ...core.errors import InvalidInput, SuspectMeasurements
-from ...core.validation import FloatArray, as_finite, as_rotation
+from ..core.conventions import mirrored, thesis_angles, thesis_rotation
+from ..core.errors import InvalidInput, SuspectMeasurements
+from ..core.validation import FloatArray, as_finite, as_rotation
 from .length_model import LengthModel
 
 __all__ = ["as_lengths", "as_orientations", "warn_of_mix_ups"]

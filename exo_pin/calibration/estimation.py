@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy
-from scipy.spatial.transform import Rotation
 
-from ...core.errors import InvalidInput, SolverFailed
-from ...core.validation import FloatArray
+from ..core.errors import InvalidInput, SolverFailed
+from ..core.validation import FloatArray
 from .information import whitening
 from .length_model import LengthModel
 
-__all__ = ["LOSSES", "UNIT", "Estimate", "MeasurementErrors", "estimate", "inflation", "starting_mountings"]
+__all__ = [
+    "FINEST",
+    "LOSSES",
+    "UNIT",
+    "Estimate",
+    "MeasurementErrors",
+    "estimate",
+    "inflation",
+    "losses_of",
+    "robust_scale",
+    "weights_of",
+]
 
 #: Robust losses and the residual, in standard deviations, from which they count less; 95 % efficient for normal errors.
 LOSSES = {"linear": np.inf, "huber": 1.345, "cauchy": 2.385}
 #: Weights have converged when the unknowns move by less than this part of the joints' distance from the centre, and no
 #: weight changes by more than this.
-_STILL, _SETTLED = 1e-7, 1e-3
+_STILL, _SETTLED, _UNNOTICED = 1e-7, 1e-3, 1e-4
 _MOST_ROUNDS = 200
 #: Relative change of the unknowns at which least squares ends: the last time, and before.
 _FINE, _COARSE = 1e-12, 1e-6
@@ -28,6 +37,8 @@ _FINE, _COARSE = 1e-12, 1e-6
 _FLAT = float(np.finfo(float).eps)
 #: Lengths without a stated noise are weighted with this one, m.
 UNIT = 1e-3
+#: Noise, m, below which no sensor measures: smaller residuals come from rounding.
+FINEST = 1e-6
 #: Tolerances, m, that lead to the solution nearest to the nominal design before they are dropped: what is not
 #: determined then stays near its nominal value.
 _NEAR = (0.02, 1.0)
@@ -35,8 +46,6 @@ _NEAR = (0.02, 1.0)
 _MEDIAN = 1.4826
 #: Of the lengths beyond as many as there are unknowns, share that must be no outliers, about.
 _LEAST_SHARE = 0.1
-#: Poses that choose among mountings to start from.
-_ENOUGH = 50
 
 
 class MeasurementErrors(NamedTuple):
@@ -72,7 +81,13 @@ class Estimate(NamedTuple):
 
 
 def estimate(
-    model: LengthModel, measured: FloatArray, lengths: FloatArray, errors: MeasurementErrors, prior: FloatArray
+    model: LengthModel,
+    start: FloatArray,
+    measured: FloatArray,
+    lengths: FloatArray,
+    errors: MeasurementErrors,
+    prior: FloatArray,
+    near: bool = True,
 ) -> Estimate:
     """Minimise the weighted squares of the lengths' errors, and of the unknowns' changes over their tolerances.
 
@@ -80,6 +95,8 @@ def estimate(
     ----------
     model, measured
         As in :meth:`LengthModel.evaluate`.
+    start : ndarray
+        Shape (p,), near the minimum. Outliers there have little weight from the beginning.
     lengths : ndarray
         Shape (N, n), m.
     errors : MeasurementErrors
@@ -87,19 +104,26 @@ def estimate(
         found in turn (iteratively reweighted least squares).
     prior : ndarray
         Shape (p,), tolerances.
+    near : bool
+        Whether to bring what is undetermined near to the nominal design first.
 
     Raises
     ------
     SolverFailed
         If least squares or the weights do not converge.
+    InvalidInput
+        If they do not because most residuals are outliers of the stated noise.
     """
     length_noise, orientation_noise, loss = errors
     noises = (UNIT if length_noise is None else length_noise, orientation_noise)
     problem = _Problem(model, measured, lengths, noises)
-    values, weights, scale = np.zeros(model.size), np.ones(lengths.size), 1.0
-    for near in _NEAR:
+    problem.set_weights(start)
+    residuals = problem.residuals(start)
+    values, scale = start, max(float(robust_scale(residuals)), 1.0 if length_noise is not None else 0.0)
+    weights = weights_of(residuals / scale if scale > 0.0 else residuals, loss)
+    for size in _NEAR if near else ():
         problem.set_weights(values)
-        values = problem.solve(values, weights, np.minimum(prior, near * model.scales), _COARSE)
+        values = problem.solve(values, weights, np.minimum(prior, size * model.scales), _COARSE)
     # With one kind of error and no robust loss the weights are the same everywhere.
     plain = orientation_noise == 0.0 and loss == "linear"
     for _ in range(_MOST_ROUNDS):
@@ -108,10 +132,13 @@ def estimate(
         residuals, jacobian = problem.residuals(values), problem.jacobian(values)
         freedom = len(residuals) - min(np.linalg.matrix_rank(jacobian * model.scales), len(residuals))
         scale = 1.0 if length_noise is not None else _scale(residuals, freedom, loss)
-        old, weights = weights, _weights(residuals / scale if scale > 0.0 else residuals, loss)
+        old, weights = weights, weights_of(residuals / scale if scale > 0.0 else residuals, loss)
         moved = float(np.abs((values - before) / model.scales).max(initial=0.0))
-        if plain or (moved < _STILL * model.reach and np.abs(weights - old).max() < _SETTLED):
+        settled = moved < _STILL * model.reach and np.abs(weights - old).max() < _SETTLED
+        # Or the lengths move by far less than their errors.
+        if plain or settled or np.linalg.norm(jacobian @ (values - before)) < _UNNOTICED * scale:
             return Estimate(values, residuals, jacobian, weights, scale)
+    inflation(Estimate(values, residuals, jacobian, weights, scale), loss, len(residuals) - freedom)
     raise SolverFailed("reweighted least squares", moved, "the weights do not converge; try loss='linear'")
 
 
@@ -120,14 +147,28 @@ def _scale(residuals: FloatArray, freedom: int, loss: str) -> float:
         return float("nan")
     if loss == "linear":
         return float(np.sqrt(residuals @ residuals / freedom))
-    return float(_MEDIAN * np.median(np.abs(residuals)) * np.sqrt(len(residuals) / freedom))
+    return float(robust_scale(residuals) * np.sqrt(len(residuals) / freedom))
 
 
-def _weights(z: FloatArray, loss: str) -> FloatArray:
+def robust_scale(residuals: FloatArray) -> FloatArray:
+    """Standard deviation of residuals of which less than half are outliers, from their median size; last axis."""
+    return np.asarray(_MEDIAN * np.median(np.abs(residuals), axis=-1))
+
+
+def weights_of(z: FloatArray, loss: str) -> FloatArray:
+    """Weight of residuals of so many standard deviations."""
     size = np.abs(z) / LOSSES[loss]
     if loss == "cauchy":
         return 1.0 / (1.0 + size**2)
     return 1.0 / np.maximum(size, 1.0)
+
+
+def losses_of(z: FloatArray, loss: str) -> FloatArray:
+    """What residuals of so many standard deviations cost: z² of a small one."""
+    limit = LOSSES[loss]
+    if loss == "cauchy":
+        return np.asarray(limit**2 * np.log1p((z / limit) ** 2))
+    return np.where(np.abs(z) <= limit, z**2, limit * (2.0 * np.abs(z) - limit) if np.isfinite(limit) else 0.0)
 
 
 def inflation(found: Estimate, loss: str, unknowns: int) -> float:
@@ -197,30 +238,6 @@ class _Problem:
             gtol=_FLAT,
             max_nfev=500,
         )
-        if found.status == 0:
+        if found.status == 0 and tolerance < _COARSE:
             raise SolverFailed("least squares", found.optimality, "start nearer to the device: check the design")
         return np.asarray(found.x)
-
-
-def starting_mountings(
-    model: LengthModel, searched: Sequence[str], measured: FloatArray, lengths: FloatArray
-) -> tuple[Rotation, Rotation]:
-    """Mountings to start from: those given, turned so that the sensors' axes lie along other axes, if that fits better.
-
-    Only the mountings that are ``searched``, by name, are turned. Sensors are often mounted with their axes along those
-    of the body, in another order or sense.
-    """
-    chosen = np.linspace(0, len(measured) - 1, min(_ENOUGH, len(measured))).astype(int)
-    turns, still = Rotation.create_group("O"), Rotation.identity(1)
-    turns = turns[np.argsort(turns.magnitude(), kind="stable")]
-    torsos = (turns if "torso_mounting" in searched else still) * model.torso
-    arms = model.arm * (turns if "arm_mounting" in searched else still)
-    ends = np.einsum("kij,sjl,ml->ksmi", measured[chosen], arms.as_matrix(), model.platform)
-    seen = np.einsum("tij,ksmj->tskmi", torsos.as_matrix(), ends)
-    misfit = lengths[chosen] + model.offsets - np.linalg.norm(seen - model.base, axis=-1)
-    if "length_offsets" in model.unknowns:
-        misfit -= misfit.mean(axis=2, keepdims=True)
-    squares = (misfit**2).sum(axis=(2, 3))
-    # Of equally good ones the first, as given: the first turn is none at all.
-    t, s = np.unravel_index(int(np.argmin(np.round(squares / squares.max(), 9))), squares.shape)
-    return torsos[int(t)], arms[int(s)]

@@ -1,0 +1,207 @@
+"""All devices that fit the measured lengths as well as the best one, and the one of them that is meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...core.errors import InvalidInput, SolverFailed
+from ...core.validation import FloatArray
+from ..estimation import FINEST, UNIT, Estimate, MeasurementErrors, estimate, losses_of, robust_scale
+from ..length_model import LengthModel
+from .descent import descend, misfits
+from .placement import distances, in_sensors
+from .starts import starts, subsets
+from .twins import combined, devices_of, limb_options
+
+__all__ = ["Solutions", "solutions"]
+
+#: Costs that differ by no more than this many standard deviations squared cannot be told apart.
+TOLD_APART = 4.0**2
+#: Devices whose joints differ by less than this part of their distance from the centre are one.
+_SAME = 1e-3
+#: Minima taken to full accuracy; twins compared; of these, taken to their own minimum.
+_MINIMA, _TWINS, _POLISHED = 4, 256, 16
+#: Devices that are listed; the others are counted.
+_LISTED = 64
+
+
+class Solutions(NamedTuple):
+    """What fits.
+
+    Attributes
+    ----------
+    devices : ndarray
+        Shape (k, p): unknowns of all devices that fit as well, the nearest first, at most 64.
+    distances : ndarray
+        Shape (k,), m: of these from the nominal one.
+    total : int
+        How many there are.
+    """
+
+    devices: FloatArray
+    distances: FloatArray
+    total: int
+
+
+class _Problem:
+    """Costs of devices, in standard deviations squared and with one scale for all, and which are the same."""
+
+    def __init__(
+        self,
+        model: LengthModel,
+        measured: FloatArray,
+        lengths: FloatArray,
+        errors: MeasurementErrors,
+        prior: FloatArray,
+    ) -> None:
+        self.model, self.measured, self.lengths, self.errors, self.prior = model, measured, lengths, errors, prior
+        self.scale, self.best, self.jacobian = 1.0, 0.0, np.zeros((0, model.size))
+
+    def descend(self, starts: FloatArray, first: FloatArray | None = None) -> FloatArray:
+        """The minima that starts (S, p) lead to."""
+        return descend(self.model, starts, self.measured, self.lengths, self.errors, self.prior, first)
+
+    def residuals(self, devices: FloatArray) -> FloatArray:
+        """Of stated standard deviations, shape (K, N n)."""
+        r = misfits(self.model, devices, self.measured, self.lengths, self.errors)
+        return r.reshape(len(devices), -1)
+
+    def costs(self, devices: FloatArray) -> FloatArray:
+        """Of devices (K, p)."""
+        losses = losses_of(self.residuals(devices) / self.scale, self.errors.loss).sum(axis=1)
+        return np.asarray(losses + ((devices / self.prior) ** 2).sum(axis=1) / self.scale**2)
+
+    def set_scale(self, devices: FloatArray) -> None:
+        """That of the residuals of the best of these devices, and at least that of the stated noise."""
+        r = self.residuals(devices)
+        if self.errors.loss == "linear":
+            scale = float(np.sqrt((r**2).sum(axis=1).min() / max(r.shape[1] - self.model.size, 1)))
+        else:
+            scale = float(robust_scale(r).min())
+        self.scale = max(scale, FINEST / UNIT if self.errors.length_noise is None else 1.0)
+
+    def minima(self, found: FloatArray) -> FloatArray:
+        """The few best of these devices, to full accuracy, as far as they cannot be told apart; the best first."""
+        self.set_scale(found)
+        estimates, failure = list[Estimate](), None
+        for values in self.candidates(found):
+            try:
+                estimates.append(estimate(self.model, values, self.measured, self.lengths, self.errors, self.prior))
+            except (SolverFailed, InvalidInput) as error:
+                failure = error
+        if failure is not None and not estimates:
+            raise failure
+        devices = np.stack([each.values for each in estimates])
+        self.set_scale(devices)
+        costs = self.costs(devices)
+        first, self.best = int(costs.argmin()), float(costs.min())
+        self.jacobian = estimates[first].jacobian / self.scale
+        devices = devices[np.argsort(costs, kind="stable")]
+        return devices[self.distinct(devices)]
+
+    def candidates(self, found: FloatArray) -> list[FloatArray]:
+        """The few best that are no twins of each other, each by its twin nearest to the nominal design."""
+        u, v = in_sensors(self.model, found)
+        products = np.einsum("kni,knj->knij", u, v).reshape(len(found), -1) / self.model.reach
+        kept = np.concatenate([products, self.model.length_offsets(found)], axis=1)
+        chosen, costs = list[int](), self.costs(found)
+        bound = costs.min() + max(4.0 * TOLD_APART, costs.min())
+        for k in np.argsort(costs, kind="stable").tolist():
+            if (
+                costs[k] <= bound
+                and np.abs(kept[chosen] - kept[k]).max(axis=1).min(initial=np.inf) > _SAME * self.model.reach
+            ):
+                chosen.append(k)
+        return [self.nearest_twin(found[k], float(costs[k])) for k in chosen[:_MINIMA]]
+
+    def nearest_twin(self, device: FloatArray, cost: float) -> FloatArray:
+        """Tolerances make their own choice."""
+        if np.isfinite(self.prior).any():
+            return device
+        twins = combined(self.model, limb_options(self.model, device[None], self.measured), _LISTED)
+        fit = self.costs(twins) <= cost + TOLD_APART
+        return np.asarray(twins[np.where(fit, distances(self.model, twins), np.inf).argmin()]) if fit.any() else device
+
+    def distinct(self, devices: FloatArray) -> NDArray[np.intp]:
+        """Indices of devices that fit as well as the best and are not within the errors of one before them.
+
+        Devices that differ along an undetermined direction are one, too, to first order.
+        """
+        kept, stiff = list[int](), 1.0 / self.prior / self.scale
+        for k in np.flatnonzero(self.costs(devices) <= self.best + TOLD_APART).tolist():
+            change = devices[k] - devices[kept]
+            apart = ((change @ self.jacobian.T) ** 2).sum(axis=1) + ((stiff * change) ** 2).sum(axis=1)
+            same = np.abs(change / self.model.scales).max(axis=1) < _SAME * self.model.reach
+            if not (same | (apart <= TOLD_APART)).any():
+                kept.append(k)
+        return np.array(kept, dtype=np.intp)
+
+    def all_devices(self, minima: FloatArray) -> tuple[FloatArray, int]:
+        """All that cannot be told from the best, (K, p), at most 256, and how many there are."""
+        model = self.model
+        options = limb_options(model, minima, self.measured)
+        free = {"base_points", "platform_points"} <= set(model.places) and not np.isfinite(self.prior).any()
+        if free:
+            # Limbs do not depend on each other: an option fits, or does not, whatever the others are.
+            for i, own in enumerate(options):
+                limbs = np.tile(np.stack([each[0] for each in options]), (len(own), 1, 1))
+                limbs[:, i] = own
+                devices = devices_of(model, limbs)
+                options[i] = own[self.distinct(devices)]
+        fit = combined(model, options, _TWINS)
+        if np.isfinite(self.prior).any():
+            # Tolerances say where in its frame a device is.
+            fit = np.concatenate([minima, fit])
+        fit = fit[self.distinct(fit)]
+        return fit, math.prod(map(len, options)) if free else len(fit)
+
+
+def solutions(
+    model: LengthModel,
+    measured: FloatArray,
+    lengths: FloatArray,
+    errors: MeasurementErrors,
+    prior: FloatArray,
+    searched: Sequence[str],
+) -> Solutions:
+    """Search from several starts, enumerate the twins of what is found, choose the nearest to the nominal design.
+
+    Parameters
+    ----------
+    model, measured, lengths, errors, prior
+        As in :func:`exo_pin.calibration.estimation.estimate`.
+    searched : sequence of str
+        Mountings of which nothing is known.
+
+    Raises
+    ------
+    SolverFailed
+        If no start leads to a minimum.
+    """
+    problem = _Problem(model, measured, lengths, errors, prior)
+    found = problem.descend(starts(model, measured, lengths, searched, errors.loss))
+    if errors.loss != "linear":
+        problem.set_scale(found)
+        bases = np.stack([np.zeros(model.size), found[int(problem.costs(found).argmin())]])
+        parts = subsets(lengths)
+        again = problem.descend(np.repeat(bases, len(parts), axis=0), np.tile(parts, (2, 1)))
+        found = np.concatenate([found, again])
+    minima = problem.minima(found)
+    # Twins that fit nearly may fit as well once they are adjusted.
+    twins = combined(model, limb_options(model, minima, measured), _TWINS)
+    near = twins[problem.costs(twins) > problem.best + TOLD_APART][:_POLISHED]
+    if len(near):
+        adjusted = problem.descend(near)
+        fit = problem.costs(adjusted) <= problem.best + TOLD_APART
+        minima = problem.minima(np.concatenate([minima, adjusted[fit]])) if fit.any() else minima
+    devices, count = problem.all_devices(minima)
+    far = distances(model, devices)
+    # Of equally near ones the better.
+    order = np.lexsort((problem.costs(devices), far.round(9)))
+    devices, far = devices[order], far[order]
+    return Solutions(devices[:_LISTED], far[:_LISTED], count)

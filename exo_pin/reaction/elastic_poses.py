@@ -145,7 +145,10 @@ class ElasticPoses(Record):
     def _program(self, poses: PoseStack, row: int, x: FloatArray) -> tuple[Pose, MovedDevice]:
         """The program of one pose at the unknowns x, and the device there."""
         device = MovedDevice(self.equations, np.array([row]), x[None])
-        return self.split.program(_moved(poses, device)._replace(limits=poses.limits.rows(np.array([row]))), 0), device
+        moved = _moved(poses, device)._replace(limits=poses.limits.rows(np.array([row])))
+        if poses.socket is not None:
+            moved = moved._replace(socket=poses.socket._replace(N=poses.socket.N[[row]]))
+        return self.split.program(moved, 0), device
 
     def _led_to(self, poses: PoseStack, row: int, x: FloatArray) -> FloatArray:
         """Unknowns that follow from the forces that the program chooses at the unknowns x, or from the closest ones."""

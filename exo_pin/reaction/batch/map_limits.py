@@ -170,6 +170,9 @@ class MapLimits:
         out.shoulder[rows] = own.state.shoulder_force(chosen.f, chosen.g)
         out.magnitude[rows] = np.linalg.norm(out.shoulder[rows], axis=-1)
         out.status[rows] = np.where(chosen.unmet > 0, chosen.unmet, chosen.status)
+        failed = rows[chosen.status >= _SINGULAR]
+        for forces in (out.f, out.g, out.shoulder, out.magnitude):
+            forces[failed] = np.nan
 
 
 def _part(terms: Terms, rows: NDArray[np.intp]) -> Terms:

@@ -65,7 +65,7 @@ def tensions_within(
     for k in range(m):
         for i in range(n):
             c[k] += N[i, k] * f[i]
-    if not least_sum_force(c, G, f, N, low, high, z):
+    if not least_sum_force(c, G, f, N, low, high, z[:m]):
         scale = max(largest, root(shoulder[0] ** 2 + shoulder[1] ** 2 + shoulder[2] ** 2))
         for i in range(n):
             scale = max(scale, max(low[i], -high[i]))

@@ -50,7 +50,7 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
         return f"The device cannot hold this pose: {_WITHOUT_ANSWER[status].format(axis=axis)}."
     if check.can_hold:
         return "The device can hold this pose."
-    if not check.asked:
+    if not check.asked and not check.violated:
         return 'It is not known whether the device can hold this pose: limits were left out (limits="none").'
     if check.violated:
         probably, reason = "", "; ".join(_reasons(check)) or "no forces within the limits balance the arm"
@@ -67,7 +67,7 @@ def _of_pose(check: HoldCheck, status: str, weak_axis: FloatArray | None) -> str
 
 def _of_stack(check: HoldCheck, status: NDArray[np.str_]) -> str:
     total, held = status.size, int(check.can_hold.sum())
-    if not check.asked:
+    if not check.asked and not check.violated.any():
         return f'It is not known which of {total} poses the device can hold: limits were left out (limits="none").'
     likely = int((check.unknown & ~check.violated).sum())
     depends = (

@@ -21,6 +21,8 @@ __all__ = ["Choice", "Pose", "Socket", "Weights", "choose", "force_scale"]
 
 
 _NONE = np.empty(0)
+#: Imbalance of moments, over the scale of the forces, of an answer.
+_BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -234,8 +236,13 @@ def choose(pose: Pose) -> Choice:
     solution = solve(program)
     if not solution.is_optimal:
         raise SolverFailed("ProxQP", solution.kkt, "limb forces within limits")
+    z = solution.z[:variables] * scale
+    # The optimality conditions count relative to z: enormous side forces on rounding-size lever arms meet them.
+    miss = float(np.abs(pose.moment_effect @ z - pose.state.moment / pose.radius).max())
+    if not miss <= _BALANCED * scale:
+        raise SolverFailed("ProxQP", miss / scale, "limb forces within limits")
     # Scaling back may round a variable on its limit to just beyond it.
-    f, g = pose.forces(solution.z[:variables] * scale)
+    f, g = pose.forces(z)
     return Choice(f, g, solution.kkt, solution.residual_gap * scale / root, solution.unique)
 
 

@@ -23,6 +23,9 @@ from .side_forces import SideWrenches, side_wrenches
 
 __all__ = ["Displaced", "as_offset"]
 
+#: Lever arm about O below which a side force has none, m: rounding.
+_NO_ARM = 1e-13
+
 
 def as_offset(offset: CentreOffset | ArrayLike, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
     """Base and cuff offsets for a stack of N poses, shape (N, 3) each, m.
@@ -98,7 +101,7 @@ class Displaced:
         self.state = AffineState.of_closures(
             closure,
             -np.concatenate([side.directions, side.moment_arms], axis=-1),
-            -np.concatenate([side.forces, side.moments], axis=-1),
+            -np.concatenate([side.forces, np.where(np.abs(side.moments) < _NO_ARM, 0.0, side.moments)], axis=-1),
             share,
             share.sum(axis=1) - np.concatenate([force, moment], axis=-1),
         )

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from ..core.errors import InvalidInput
 from ..core.validation import FloatArray, ReadOnly, as_choice
 from ..load_case import CentreOffset
+from ..load_case.rotation_volume import Share, grid_axes, share_of_volume
 from ..study import StudyTable
 from .connection import largest_region, nearest_to_rest
 from .criteria import UNITS, Criteria
@@ -94,23 +95,14 @@ class Workspace(ReadOnly):
         return float(self.inside.mean())
 
     @functools.cached_property
-    def measure(self) -> FloatArray:
-        """Share of the rotation group that each pose of a grid of shoulder angles stands for, shape (...), sum 1.
+    def volume_share(self) -> Share | None:
+        """Share of the volume of these poses on the rotation group that is inside, with the estimate of its error.
 
-        The group's own (Haar) measure in Y-X-Z angles is cos(abduction) times the product of the angles' steps: a grid
-        of equal steps has too many poses near 90° of abduction, where two of the angles turn about one axis. Poses that
-        all lie there have equal shares.
+        :attr:`index` counts poses, and a grid of equal steps has too many near 90° of abduction, where two of the
+        angles turn about one axis. None for poses that are no grid of shoulder angles, which have no volume.
         """
-        sine = self.orientations.as_matrix()[..., 1, 2]
-        weight = np.sqrt(np.maximum(0.0, 1.0 - sine**2))
-        # The cosine of 90° is zero to rounding, and the shares of nothing else than rounding would mean nothing.
-        weight = weight if weight.max() > 1e-7 else np.ones_like(weight)
-        return np.asarray(weight / weight.sum())
-
-    @property
-    def index_by_measure(self) -> float:
-        """Φ by the rotation group's own measure, for poses on a grid of equal steps of the shoulder's angles."""
-        return float((self.measure * self.inside).sum())
+        axes = grid_axes(self.orientations, self.side)
+        return None if axes is None else share_of_volume(self.inside, axes)
 
     @property
     def fractions(self) -> dict[str, float]:
@@ -218,11 +210,9 @@ class Workspace(ReadOnly):
         return tuple(int(k) for k in np.unravel_index(flat, self.independent.shape))
 
     def __str__(self) -> str:
-        total = self.inside.size
-        lines = [
-            f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside "
-            f"({100 * self.index_by_measure:.1f} % by the rotation group's measure)."
-        ]
+        total, volume_share = self.inside.size, self.volume_share
+        volume = "" if volume_share is None else f" ({volume_share.percent} of their volume on the rotation group)"
+        lines = [f"{self.name}: {100 * self.index:.1f} % of {total} poses are inside{volume}."]
         if self.centre_offset is not None:
             furthest = [1e3 * np.linalg.norm(side, axis=-1).max() for side in vars(self.centre_offset).values()]
             lines.append(

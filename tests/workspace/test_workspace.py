@@ -142,19 +142,25 @@ def test_default_grid_is_that_of_appendix_c():
     found = ep.load("scenario-one").workspace()
     assert found.inside.shape == (28, 26, 27)
     assert found.inside.size == 19_656
-    assert found.measure.sum() == pytest.approx(1.0)
+    assert 0.0 <= found.volume_share.error < 0.05
     assert "stroke" in found.not_checked
 
 
-def test_measure_is_the_groups_own():
-    # Of the box, the measure of the poses below 30° of abduction is the integral of the cosine.
-    poses = ADL_BOX.poses(2.0)
-    found = ep.load("scenario-one").workspace(poses, ["singularity"])
-    abduction = np.degrees(np.arcsin(np.clip(-poses.as_matrix()[..., 1, 2], -1.0, 1.0)))
-    share = found.measure[abduction < 31.0].sum()
-    low, edge, high = np.sin(np.radians([-5.0, 31.0, 97.0]))
-    turned = 2.0 - high  # the cosine is counted without its sign beyond 90°
-    assert share == pytest.approx((edge - low) / (turned - low), abs=0.01)
+@pytest.mark.parametrize("name", ["four-cables", "three-linear-actuators"])
+def test_share_of_the_volume_against_monte_carlo(name):
+    exo, rng = ep.load(name), np.random.default_rng(11)
+    found = exo.workspace(ADL_BOX.poses(5.0), ["forces", "stroke"])
+    # Uniform on the group: the sine of abduction is uniform, beyond 90° on the other branch.
+    (f0, f1), (a0, a1), (i0, i1) = ADL_BOX.intervals
+    low, high = np.sin(np.radians(a0)), 2.0 - np.sin(np.radians(a1))
+    sine = rng.uniform(low, high, 40_000)
+    bent = np.degrees(np.arcsin(np.minimum(sine, 2.0 - sine)))
+    abduction = np.where(sine > 1.0, 180.0 - bent, bent)
+    poses = exo.pose(rng.uniform(f0, f1, len(sine)), abduction, rng.uniform(i0, i1, len(sine)))
+    inside = exo.workspace(poses, ["forces", "stroke"]).inside
+    noise = 3.0 * np.sqrt(inside.var() / len(inside))
+    assert abs(found.volume_share - inside.mean()) <= found.volume_share.error + noise
+    assert found.volume_share.error < 0.03
 
 
 def test_connected_needs_a_grid_and_stays_on_one_side():

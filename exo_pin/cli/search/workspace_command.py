@@ -99,13 +99,15 @@ def _workspace(options: argparse.Namespace) -> int:
 
 
 def _as_json(found: Workspace, options: argparse.Namespace) -> dict[str, Any]:
+    share = found.volume_share
     return {
         "design": found.name,
         "centre_offset_mm": list(options.offset or (0.0, 0.0, 0.0)),
         "moving_centre": options.moving_centre,
         "poses": found.inside.size,
         "index": found.index,
-        "index_by_measure": found.index_by_measure,
+        "volume_share": None if share is None else float(share),
+        "volume_share_error": None if share is None else share.error,
         "fractions": found.fractions,
         "lost_to": found.lost_to,
         "one_by_one": {name: column.tolist() for name, column in found.one_by_one().items()},

@@ -17,6 +17,7 @@ from ...core.errors import InvalidInput
 from ...core.validation import FloatArray, as_positive, as_rotation
 from ...design import WristGeometry
 from ...load_case.ranges_of_motion import ADL_BOX, DAILY_RANGES, RangeOfMotion, grid_rotation
+from ...load_case.rotation_volume import Share, cell_volumes, share_of_volume
 from .singular_surface_mesh import box_axes, locus_function
 
 __all__ = ["FreeRegion", "RangeCrossing", "daily_crossings", "free_region", "side_of_rest"]
@@ -43,8 +44,8 @@ class FreeRegion:
         Grid of flexion, abduction and internal rotation, degrees.
     inside : ndarray of bool
         Shape (nf, na, ni): nodes of the grid that belong to it.
-    share : float
-        Its share of the volume of the grid (Haar's measure of the rotation group, cos(abduction) in these angles).
+    share : Share
+        Its share of the volume of the grid on the rotation group, with the estimate of its error.
     components : int
         Number of connected parts, on both sides together, that take more than a thousandth of the volume each: between
         sheets closer than the step of the grid there are spurious parts.
@@ -57,7 +58,7 @@ class FreeRegion:
     geometry: WristGeometry
     axes: tuple[FloatArray, FloatArray, FloatArray]
     inside: NDArray[np.bool_]
-    share: float
+    share: Share
     components: int
     box: RangeOfMotion | None
     side: str
@@ -159,15 +160,14 @@ def free_region(
         axes = box_axes(box, step)
     smooth, _ = locus_function(geometry, grid_rotation(axes[0], axes[1], axes[2], side))
     labels = _components(np.sign(smooth), box is None)
-    weight = np.broadcast_to(np.cos(np.radians(axes[1]))[None, :, None], smooth.shape)
-    parts = np.bincount(labels[labels >= 0], weights=weight[labels >= 0])
-    count = int((parts > 1e-3 * weight.sum()).sum())
+    volumes = cell_volumes(axes, box is None)
+    parts = np.bincount(labels[labels >= 0], weights=volumes[labels >= 0])
+    count = int((parts > 1e-3).sum())
     # A trial region of all nodes on the side of the start gives the corners of its cell.
     sign = float(np.sign(here))
-    region = FreeRegion(geometry, axes, smooth * sign > 0, 1.0, count, box, side, sign)
+    region = FreeRegion(geometry, axes, smooth * sign > 0, Share(1.0, 0.0), count, box, side, sign)
     inside = labels == _label_of(region, labels, pose)
-    share = float(weight[inside].sum() / weight.sum())
-    return replace(region, inside=inside, share=share)
+    return replace(region, inside=inside, share=share_of_volume(inside, axes, box is None))
 
 
 def _label_of(region: FreeRegion, labels: NDArray[np.int64], pose: Rotation) -> int:
@@ -208,24 +208,24 @@ def _components(sign: FloatArray, closed: bool) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class RangeCrossing:
-    """Shares of a range of motion on either side of the singular surface, of its box of angles.
+    """Shares of the volume of a range of motion on either side of the singular surface, with their errors.
 
     Attributes
     ----------
     range : RangeOfMotion
         The range.
-    across : float
+    across : Share
         Share of it on the other side of the locus than the rest pose.
-    unreachable : float
+    unreachable : Share
         Share that cannot be reached from rest without passing a singular pose; at least ``across``.
-    close : float
+    close : Share
         Share with |det X| below 0.05.
     """
 
     range: RangeOfMotion
-    across: float
-    unreachable: float
-    close: float
+    across: Share
+    unreachable: Share
+    close: Share
 
 
 def daily_crossings(
@@ -264,7 +264,6 @@ def daily_crossings(
     for item in ranges:
         poses = item.poses(step_deg, side)
         smooth, determinant = locus_function(geometry, poses)
-        across = float((np.sign(smooth) != region.sign).mean())
-        close = float((np.abs(np.nan_to_num(determinant)) < CLOSE).mean())
-        found.append(RangeCrossing(item, across, float((~region.contains(poses)).mean()), close))
+        sets = (np.sign(smooth) != region.sign, ~region.contains(poses), np.abs(np.nan_to_num(determinant)) < CLOSE)
+        found.append(RangeCrossing(item, *(share_of_volume(member, item.axes(step_deg)) for member in sets)))
     return found

@@ -147,11 +147,16 @@ def test_paths_inside_the_region_exist():
 def test_daily_ranges_across_the_locus():
     geometry = preset("prototype").geometry
     found = {item.range.name: item for item in region.daily_crossings(geometry)}
-    assert found["daily-life box"].across == pytest.approx(0.380, abs=6e-4)
+    share = found["daily-life box"].across
+    assert share == pytest.approx(0.399, abs=2e-3)
+    assert 0.0 < share.error < 0.02
     assert len(found) == 1 + len(DAILY_RANGES) == 4
     for item in found.values():
         _, determinant = loci.locus_function(geometry, item.range.poses(5.0))
-        assert item.across == pytest.approx((determinant > 0).mean())
+        # Poses of a grid, each counted once, are not its volume, but nearly.
+        assert item.across == pytest.approx((determinant > 0).mean(), abs=0.03)
+        if item.range.name == "daily-life box":
+            assert (determinant > 0).mean() == pytest.approx(0.380, abs=6e-4)
         assert item.across <= item.unreachable
         assert 0.05 < item.across < 0.95
 

@@ -1,0 +1,159 @@
+"""Shares of the rotation group from grids of shoulder angles.
+
+The invariant (Haar) measure of the group in intrinsic Y-X-Z angles is cos(abduction) times the product of the three
+differentials. A node of a grid stands for its cell, halfway to its neighbours: end cells of an interval are half as
+wide, and the volume of a cell is exact, a difference of sines times two widths. The share of a set is the volume of the
+cells whose nodes belong to it.
+
+Its error comes from the cells that the set's surface cuts. The stated error is half the spread of the shares by
+the 27 grids of three times the step that the grid consists of. It is an estimate and no bound: it covers the true error
+of at least 95 % of random boxes and balls, and is far above it for smooth sets.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from ..core.conventions import shoulder_angles
+from ..core.validation import FloatArray
+from .ranges_of_motion import grid_rotation
+
+__all__ = ["Share", "cell_volumes", "grid_axes", "share_of_volume"]
+
+#: Difference of a stack of poses from a grid above which it is none.
+_SAME = 1e-9
+
+#: Step of the coarser grids, from whose spread the error is estimated, in steps of the grid.
+_COARSER = 3
+
+Axes = tuple[FloatArray, FloatArray, FloatArray]
+
+
+class Share(float):
+    """A share of a volume of the rotation group, 0 to 1, with the estimate of its error.
+
+    Attributes
+    ----------
+    error : float
+        Estimate of the distance from the true share; NaN where the grid is too small for one.
+    """
+
+    error: float
+
+    def __new__(cls, value: float, error: float) -> Share:
+        """Make a share of a number and its error."""
+        own = super().__new__(cls, value)
+        own.error = float(error)
+        return own
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (float(self), self.error)
+
+    def __repr__(self) -> str:
+        return f"Share({float(self):.6g}, error={self.error:.2g})"
+
+    @property
+    def percent(self) -> str:
+        """In percent with its error: "89.2 ± 0.3 %"."""
+        return f"{100.0 * self:.1f} ± {100.0 * self.error:.1f} %"
+
+
+def _edges(nodes: FloatArray, closed: bool) -> FloatArray:
+    """Ends of the cells of nodes in order; half cells at the ends of an interval, none at those of a circle."""
+    middle = 0.5 * (nodes[1:] + nodes[:-1])
+    if closed:
+        half = 0.5 * (nodes[-1] - nodes[0]) / max(len(nodes) - 1, 1)
+        return np.concatenate([[nodes[0] - half], middle, [nodes[-1] + half]])
+    return np.concatenate([nodes[:1], middle, nodes[-1:]])
+
+
+def _sine_integral(angles: FloatArray) -> FloatArray:
+    """∫ |cos| from zero to angles, rad: beyond 90° two triples of angles are one pose, and the cosine changes sign."""
+    turns = np.floor(angles / np.pi + 0.5)
+    return 2.0 * turns + np.sin(angles - turns * np.pi)
+
+
+def cell_volumes(axes: Axes, closed: bool = False) -> FloatArray:
+    """Volume of the cell of each node, as a share of all cells together, shape (nf, na, ni).
+
+    Parameters
+    ----------
+    axes : tuple of ndarray
+        Flexion, abduction and internal rotation, each rising or falling, degrees. An axis of one node has no width and
+        does not count.
+    closed : bool
+        Whether flexion and rotation go round a circle.
+    """
+    widths = []
+    for k, nodes in enumerate(axes):
+        ends = np.radians(_edges(np.asarray(nodes, dtype=np.float64), closed and k != 1))
+        size = np.abs(np.diff(_sine_integral(ends) if k == 1 else ends))
+        widths.append(size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size)))
+    return np.asarray(widths[0][:, None, None] * widths[1][None, :, None] * widths[2][None, None, :])
+
+
+def share_of_volume(member: NDArray[np.bool_], axes: Axes, closed: bool = False) -> Share:
+    """Share of the volume of a grid that belongs to a set.
+
+    Parameters
+    ----------
+    member : ndarray of bool
+        Shape (nf, na, ni): nodes that belong to it.
+    axes, closed
+        As in :func:`cell_volumes`.
+    """
+    value = float((cell_volumes(axes, closed) * member).sum())
+    coarse = []
+    steps = [_COARSER if len(nodes) >= 2 * _COARSER else 1 for nodes in axes]
+    for starts in product(*map(range, steps)):
+        rows = tuple(slice(first, None, step) for first, step in zip(starts, steps, strict=True))
+        part = tuple(nodes[row] for nodes, row in zip(axes, rows, strict=True))
+        coarse.append(_within(member[rows], part, axes, closed))
+    return Share(value, 0.5 * (max(coarse) - min(coarse)) if len(coarse) > 1 else float("nan"))
+
+
+def _within(member: NDArray[np.bool_], part: tuple[FloatArray, ...], whole: Axes, closed: bool) -> float:
+    """Share of a coarser grid whose end cells reach to the ends of the whole one."""
+    total = np.ones(())
+    for k, (nodes, full) in enumerate(zip(part, whole, strict=True)):
+        ends = _edges(np.asarray(nodes, dtype=np.float64), closed and k != 1)
+        if not (closed and k != 1):
+            ends[0], ends[-1] = full[0], full[-1]
+        ends = np.radians(ends)
+        size = np.abs(np.diff(_sine_integral(ends) if k == 1 else ends))
+        size = size / size.sum() if size.sum() > 0.0 else np.full(len(size), 1.0 / len(size))
+        total = total[..., None] * size
+    return float((total * member).sum())
+
+
+def grid_axes(poses: Rotation, side: str) -> Axes | None:
+    """Axes of a stack of poses that is a grid of shoulder angles, degrees; None if it is none.
+
+    Parameters
+    ----------
+    poses : Rotation
+        Shape (nf, na, ni).
+    side : {"left", "right"}
+        Side of the body.
+    """
+    if len(poses.shape) != 3 or 0 in poses.shape:
+        return None
+    quats = poses.as_quat()
+    line = shoulder_angles(Rotation.from_quat(quats[0, :, 0]), side, degrees=True)
+    # The middle angle farthest from 90° distinguishes the two others best.
+    best = int(np.abs(np.cos(np.radians(line[:, 1]))).argmax())
+    # Two triples of angles are one pose; a grid may lead beyond 90°, where the usual triple is the other one.
+    beyond = np.cos(np.radians(line[:, 0] - line[best, 0])) < 0.0
+    abduction = np.where(beyond, 180.0 - line[:, 1], line[:, 1])
+    flexion = shoulder_angles(Rotation.from_quat(quats[:, best, 0]), side, degrees=True)[:, 0]
+    internal = shoulder_angles(Rotation.from_quat(quats[0, best, :]), side, degrees=True)[:, 2]
+    axes = flexion, abduction, internal
+    if any((nodes[1:] == nodes[:-1]).any() or len(set(np.sign(np.diff(nodes)))) > 1 for nodes in axes):
+        return None
+    apart = np.abs((grid_rotation(*axes, side=side).as_quat() * quats).sum(axis=-1))
+    return axes if (apart >= 1.0 - _SAME).all() else None

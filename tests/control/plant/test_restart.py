@@ -139,6 +139,20 @@ def test_a_sensor_goes_on_with_its_noise():
     assert_goes_on(plant, simulate(0.1, start), [3, 5, 8], simulate)
 
 
+@pytest.mark.parametrize(("name", "controller"), [("abduction", "pi"), ("held-abduction", "model")])
+def test_a_controller_goes_on_with_its_own_memory(name, controller):
+    experiment = ep.experiment(name).replace(controller=controller)
+    plant = experiment.plant
+    kept = [experiment.made_controller(plant)]
+
+    def simulate(duration, state):
+        return plant.simulate(kept[0], duration, state)
+
+    whole = simulate(0.2, experiment.start(plant))
+    kept[0] = experiment.made_controller(plant)
+    assert_goes_on(plant, whole, [4, 13], simulate)
+
+
 def test_a_state_that_does_not_fit_is_refused():
     plant, start = made("four-cables", np.random.default_rng(7))
     run = plant.simulate(waves(7, 4), 0.02, start)
